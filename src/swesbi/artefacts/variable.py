@@ -1,0 +1,19 @@
+"""The description of one dataset of an artefact."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One dataset of an artefact: its dimensions, units and meaning."""
+
+    dims: tuple[str, ...]
+    units: str
+    meaning: str
+
+
+Schema = Mapping[str, Mapping[str, Variable]]
+"""Of one kind of artefact: group name -> dataset name -> variable; the group "/" is the root."""
