@@ -1,0 +1,74 @@
+"""The study: its configuration together with the cohort that it names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swesbi.config.errors import ConfigError
+from swesbi.config.models import Config
+from swesbi.config.read import parse_config
+from swesbi.context import Context
+from swesbi.recording import RecordingError, read_subjects
+
+
+@dataclass(frozen=True)
+class Study:
+    """A validated configuration and the context of each of its subjects, in the cohort's order."""
+
+    config: Config
+    contexts: Mapping[str, Context]
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """The subjects' names."""
+        return tuple(self.contexts)
+
+    @property
+    def cohort(self) -> Path:
+        """The cohort's folder."""
+        return Path(self.config.cohort)
+
+    def recording(self, subject: str) -> Path:
+        """Return the path of a subject's raw samples."""
+        return self.cohort / "swe" / f"{subject}.csv"
+
+
+def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
+    """Validate a raw configuration and the cohort it names, before anything runs.
+
+    Raises:
+        ConfigError: The configuration, the table of subjects, or a subject's file is missing or wrong.
+    """
+    config = parse_config(raw, source)
+    table = Path(config.cohort) / "subjects.csv"
+    try:
+        known = {context.subject: context for context in read_subjects(table)}
+    except RecordingError as error:
+        raise ConfigError(f"{source}: cohort = {config.cohort!r}: {error}") from error
+    study = Study(config, _select(config, known, source, table))
+    _check_files(study, source)
+    return study
+
+
+def _select(config: Config, known: Mapping[str, Context], source: str, table: Path) -> dict[str, Context]:
+    names = tuple(known) if config.subjects == "all" else config.subjects
+    if unknown := [name for name in names if name not in known]:
+        raise ConfigError(
+            f"{source}: subjects: {unknown[0]!r} has no row in {table}; it knows {', '.join(known)}. "
+            "Add the row, or remove the subject"
+        )
+    if len(set(names)) < len(names) or not names:
+        raise ConfigError(f"{source}: subjects = {list(names)}: name at least one subject, each once")
+    return {name: known[name] for name in names}
+
+
+def _check_files(study: Study, source: str) -> None:
+    wanted = [study.recording(subject) for subject in study.subjects] + [study.cohort / "recording.yaml"]
+    if missing := [str(path) for path in wanted if not path.is_file()]:
+        raise ConfigError(
+            f"{source}: cohort = {study.config.cohort!r}: there is no file {', '.join(missing)}; "
+            "put it there, or take the subject out of `subjects`"
+        )

@@ -1,0 +1,1 @@
+"""Simulations from the prior: what the network learns from."""

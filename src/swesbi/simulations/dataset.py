@@ -1,0 +1,69 @@
+"""Prior simulations as HDF5 shards."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from swesbi.artefacts import ArtefactError, load
+from swesbi.artefacts.kinds.simulations import SCHEMAS
+from swesbi.forward_model import Status
+from swesbi.simulations.draw import PriorSimulations
+from swesbi.theta import THETA_NAMES
+
+KIND = "simulations"
+
+
+def to_dataset(simulations: PriorSimulations) -> xr.Dataset:
+    """Return the simulations as a dataset with dimensions simulation, parameter, cycle and status."""
+    variables = {
+        name: (
+            variable.dims,
+            getattr(simulations, name),
+            {"units": variable.units, "long_name": variable.meaning},
+        )
+        for name, variable in SCHEMAS[KIND]["/"].items()
+    }
+    labels = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
+    return xr.Dataset(variables).assign_coords(labels)
+
+
+def from_dataset(dataset: xr.Dataset) -> PriorSimulations:
+    """Rebuild the simulations from a shard's dataset."""
+    return PriorSimulations(
+        **{field.name: dataset[field.name].to_numpy() for field in fields(PriorSimulations)}
+    )
+
+
+def read_simulations(shards: Sequence[Path]) -> PriorSimulations:
+    """Read the shards of one subject, in the order of the draws whatever the order of the files.
+
+    Raises:
+        ArtefactError: The shards belong to several subjects, or a draw is missing or doubled.
+    """
+    loaded = [load(path, KIND) for path in shards]
+    if len(subjects := {provenance.subject for _, provenance in loaded}) > 1:
+        raise ArtefactError(
+            f"{shards[0]} and others: shards of several subjects {sorted(subjects)} given as one"
+        )
+    merged = xr.concat([dataset for dataset, _ in loaded], dim="simulation", data_vars="minimal").sortby(
+        "draw_index"
+    )
+    draws = merged["draw_index"].to_numpy()
+    if not np.array_equal(draws, np.arange(len(draws))):
+        raise ArtefactError(
+            f"{shards[0]} and others: draws are missing or doubled; delete these shards and rerun"
+        )
+    return from_dataset(merged)
+
+
+def group_by_subject(shards: Sequence[Path]) -> dict[str, list[Path]]:
+    """Group shard files by the subject named in their provenance."""
+    groups: dict[str, list[Path]] = {}
+    for path in shards:
+        groups.setdefault(load(path, KIND)[1].subject, []).append(path)
+    return groups

@@ -1,0 +1,119 @@
+"""Successful simulations from the prior, with failures counted by reason and redrawn.
+
+Draw number i of a subject has a random stream of its own, so its theta depends on the study's seed,
+the prior, the subject and i alone: neither the shards nor the cores nor the order of jobs matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.context import Context
+from swesbi.forward_model import Beats, ForwardModelSettings, Status, simulate
+from swesbi.seeds import generator
+from swesbi.simulations.prior import FloatArray, PriorSettings, quantile
+
+MAXIMUM_ATTEMPTS = 100
+
+
+class SimulationFailure(RuntimeError):
+    """A draw that found no periodic beat within the permitted attempts."""
+
+
+@dataclass(frozen=True)
+class PriorSimulations:
+    """n successful simulations of one subject.
+
+    Attributes:
+        draw_index: (n,) number of each draw, from 0 within the subject.
+        theta: (n, 3) parameters, in the order of ``THETA_NAMES``.
+        attempts: (n,) theta drawn until one succeeded; 1 means none failed.
+        failures: (n, number of statuses) failed attempts by status.
+        cycle_phase: (M,) phases of the simulated cycle.
+        active_stiffness_kpa: (n, M) active stiffness k_c over the cycle.
+        end_diastolic_volume_ml: (n,) largest cavity volume of the beat.
+        end_systolic_volume_ml: (n,) smallest cavity volume of the beat.
+        beats: (n,) beats run until the state was periodic.
+    """
+
+    draw_index: NDArray[np.int64]
+    theta: FloatArray
+    attempts: NDArray[np.int64]
+    failures: NDArray[np.int64]
+    cycle_phase: FloatArray
+    active_stiffness_kpa: FloatArray
+    end_diastolic_volume_ml: FloatArray
+    end_systolic_volume_ml: FloatArray
+    beats: NDArray[np.int64]
+
+
+def draw_simulations(
+    draw_index: Sequence[int],
+    context: Context,
+    prior: PriorSettings,
+    forward_model: ForwardModelSettings,
+    seed: int,
+) -> PriorSimulations:
+    """Simulate the numbered draws of one subject's prior, redrawing each until it succeeds.
+
+    Raises:
+        SimulationFailure: A draw failed ``MAXIMUM_ATTEMPTS`` times.
+    """
+    streams = [generator(seed, "prior", context.subject, int(index)) for index in draw_index]
+    theta = np.empty((len(streams), 3))
+    failures = np.zeros((len(streams), len(Status)), dtype=np.int64)
+    pending = np.arange(len(streams))
+    batches: list[tuple[NDArray[np.int64], Beats]] = []
+    while pending.size:
+        theta[pending] = quantile(np.stack([streams[i].random(3) for i in pending]), prior)
+        beats = simulate(theta[pending], context, forward_model)
+        good = beats.status == Status.PERIODIC
+        batches.append((pending[good], beats.select(good)))
+        np.add.at(failures, (pending[~good], beats.status[~good]), 1)
+        pending = pending[~good]
+        _check_attempts(failures, context.subject, theta)
+    return _gather(np.asarray(draw_index, dtype=np.int64), theta, failures, batches)
+
+
+def _check_attempts(failures: NDArray[np.int64], subject: str, theta: FloatArray) -> None:
+    worst = int(np.argmax(failures.sum(axis=1)))
+    if failures[worst].sum() < MAXIMUM_ATTEMPTS:
+        return
+    reasons = {
+        status.name.lower(): int(failures[worst, status]) for status in Status if failures[worst, status]
+    }
+    raise SimulationFailure(
+        f"subject {subject}: {MAXIMUM_ATTEMPTS} draws in a row gave no periodic beat ({reasons}); "
+        f"the last theta was {theta[worst].tolist()}. "
+        "Narrow the prior's bounds or check the subject's context."
+    )
+
+
+def _gather(
+    draw_index: NDArray[np.int64],
+    theta: FloatArray,
+    failures: NDArray[np.int64],
+    batches: list[tuple[NDArray[np.int64], Beats]],
+) -> PriorSimulations:
+    """Put the successful beats of all rounds back into the order of the draws."""
+    order = np.argsort(np.concatenate([rows for rows, _ in batches]))
+
+    def in_order(name: str) -> FloatArray:
+        gathered: FloatArray = np.concatenate([getattr(beats, name) for _, beats in batches])[order]
+        return gathered
+
+    return PriorSimulations(
+        draw_index=draw_index,
+        theta=theta,
+        attempts=1 + failures.sum(axis=1),
+        failures=failures,
+        cycle_phase=batches[0][1].cycle_phase,
+        active_stiffness_kpa=in_order("active_stiffness_kpa"),
+        end_diastolic_volume_ml=in_order("end_diastolic_volume_ml"),
+        end_systolic_volume_ml=in_order("end_systolic_volume_ml"),
+        beats=in_order("beats").astype(np.int64),
+    )

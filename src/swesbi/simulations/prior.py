@@ -1,0 +1,96 @@
+"""The bounded log-Gaussian prior p(theta), independent over the three active parameters.
+
+Inside its bounds, log theta_j is normal around log(centre) with the given standard deviation; outside,
+the density is zero (paper, Sec. 2.4). The density is normalised over the box.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+from scipy.stats import truncnorm
+from scipy.stats.distributions import rv_frozen
+
+from swesbi.settings import Settings
+
+FloatArray = NDArray[np.float64]
+Positive = Annotated[float, Field(gt=0.0)]
+
+
+class ParameterPrior(Settings):
+    """Bounded log-Gaussian prior of one parameter; centre and bounds in the parameter's unit."""
+
+    centre: Positive = Field(description="exp of the mean of log theta")
+    log_sd: Positive = Field(description="standard deviation of log theta")
+    low: Positive = Field(description="hard lower bound")
+    high: Positive = Field(description="hard upper bound")
+
+    @model_validator(mode="after")
+    def _check_bounds(self) -> Self:
+        if not self.low < self.centre < self.high:
+            raise ValueError(f"need low < centre < high, found {self.low} / {self.centre} / {self.high}")
+        return self
+
+
+class PriorSettings(Settings):
+    """The prior of theta = (k_0, k_ATP, k_SR)."""
+
+    k0_kpa: ParameterPrior
+    k_atp_per_s: ParameterPrior
+    k_sr_per_s: ParameterPrior
+
+    @property
+    def parameters(self) -> tuple[ParameterPrior, ParameterPrior, ParameterPrior]:
+        """The three priors in the order of ``THETA_NAMES``."""
+        return self.k0_kpa, self.k_atp_per_s, self.k_sr_per_s
+
+
+def log_centre(prior: PriorSettings) -> FloatArray:
+    """Return the theta of shape (3,) on which the prior is log-centred."""
+    return np.array([parameter.centre for parameter in prior.parameters])
+
+
+def bounds(prior: PriorSettings) -> tuple[FloatArray, FloatArray]:
+    """Return the hard bounds of theta, lower and upper, each of shape (3,)."""
+    low = np.array([parameter.low for parameter in prior.parameters])
+    high = np.array([parameter.high for parameter in prior.parameters])
+    return low, high
+
+
+def quantile(u: FloatArray, prior: PriorSettings) -> FloatArray:
+    """Map uniforms of shape (n, 3) to theta of shape (n, 3) by the inverse distribution function."""
+    columns = [
+        np.exp(_log_distribution(parameter).ppf(u[:, j])) for j, parameter in enumerate(prior.parameters)
+    ]
+    return np.clip(np.stack(columns, axis=1), *bounds(prior))
+
+
+def log_density(theta: FloatArray, prior: PriorSettings) -> FloatArray:
+    """Return log p(theta) of shape (n,) for theta of shape (n, 3); -inf outside the bounds.
+
+    The density is per unit of theta, so each parameter brings the Jacobian 1/theta of the logarithm.
+    """
+    inside = in_bounds(theta, prior)
+    log_theta = np.log(np.where(inside[:, None], theta, log_centre(prior)))
+    terms = [
+        _log_distribution(parameter).logpdf(log_theta[:, j]) - log_theta[:, j]
+        for j, parameter in enumerate(prior.parameters)
+    ]
+    return np.where(inside, np.sum(terms, axis=0), -np.inf)
+
+
+def in_bounds(theta: FloatArray, prior: PriorSettings) -> NDArray[np.bool_]:
+    """Tell for each theta of shape (n, 3) whether it lies within the prior's hard bounds."""
+    low, high = bounds(prior)
+    inside: NDArray[np.bool_] = np.all((theta >= low) & (theta <= high), axis=1)
+    return inside
+
+
+def _log_distribution(parameter: ParameterPrior) -> rv_frozen:
+    """The frozen truncated normal of log theta."""
+    mean, sd = np.log(parameter.centre), parameter.log_sd
+    lower, upper = (np.log([parameter.low, parameter.high]) - mean) / sd
+    return truncnorm(lower, upper, loc=mean, scale=sd)

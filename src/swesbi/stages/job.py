@@ -1,0 +1,95 @@
+"""Running one stage as one job of the workflow: arguments by name, a log with tracebacks, short errors."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import logging
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Protocol, TextIO, get_type_hints
+
+from swesbi.stages.origin import Origin
+
+LOGGER = logging.getLogger("swesbi")
+EXIT_FAILURE = 1
+
+
+class SnakemakeJob(Protocol):
+    """What this module uses of the ``snakemake`` object that a script finds."""
+
+    input: Any
+    output: Any
+    params: Any
+    log: Any
+
+
+def run_job(snakemake: SnakemakeJob, run: Callable[..., None], **resources: object) -> None:
+    """Run a stage for one Snakemake job.
+
+    The rule's named inputs and outputs become the arguments of the same names; ``params.stage`` holds
+    settings, seed, subject and code hash. ``resources`` are passed on; they must not change a result.
+
+    Raises:
+        SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
+    """
+    files = {**dict(snakemake.input.items()), **dict(snakemake.output.items())}
+    with logging_to(Path(str(snakemake.log[0]))):
+        run(**_arguments(run, files, snakemake.params["stage"]), **resources)
+
+
+def _arguments(
+    run: Callable[..., None], files: Mapping[str, Any], stage: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Match a rule's files and params with the arguments of a stage."""
+    hints = get_type_hints(run)
+    wanted = [name for name in inspect.signature(run).parameters if name in files]
+    arguments: dict[str, Any] = {name: _as_paths(files[name], hints[name]) for name in wanted}
+    arguments["settings"] = hints["settings"].from_plain(stage["settings"])
+    arguments["origin"] = Origin(stage["seed"], stage["subject"], stage["code"])
+    return arguments
+
+
+def _as_paths(value: Any, hint: object) -> Path | tuple[Path, ...]:  # noqa: ANN401
+    if hint is Path:
+        return Path(str(value))
+    return tuple(Path(str(item)) for item in ([value] if isinstance(value, str) else value))
+
+
+@contextlib.contextmanager
+def logging_to(path: Path) -> Iterator[None]:
+    """Send log lines to a file and to the terminal; what libraries print and tracebacks go to the file alone.
+
+    Raises:
+        SystemExit: The block failed.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    terminal = sys.stderr
+    with path.open("w", encoding="utf-8") as file:
+        handlers = [_handler(file), _handler(terminal)]
+        _configure(handlers)
+        try:
+            with contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
+                yield
+        except Exception as error:
+            traceback.print_exc(file=file)
+            print(f"{type(error).__name__}: {error}\n(traceback: {path})", file=terminal)
+            raise SystemExit(EXIT_FAILURE) from error
+        finally:
+            for handler in handlers:
+                LOGGER.removeHandler(handler)
+
+
+def _handler(stream: TextIO) -> logging.Handler:
+    handler = logging.StreamHandler(stream)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    return handler
+
+
+def _configure(handlers: list[logging.Handler]) -> None:
+    LOGGER.setLevel(logging.INFO)
+    LOGGER.propagate = False
+    for handler in handlers:
+        LOGGER.addHandler(handler)

@@ -1,0 +1,41 @@
+"""Raw recordings -> observed curves and passive baselines."""
+
+
+rule ingest:
+    """Quality control, mean speed at each phase, E = 3 rho c^2, periodic curve.
+
+    The subject's row of subjects.csv travels in the params, so editing one row touches one subject.
+    """
+    input:
+        recording=lambda wildcards: str(STUDY.recording(wildcards.subject)),
+        subjects=ancient(str(STUDY.cohort / "subjects.csv")),
+    output:
+        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
+    params:
+        stage=stage("ingest"),
+    log:
+        f"{RESULTS}/logs/ingest/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/ingest/{{subject}}.tsv"
+    message:
+        "Recording of {wildcards.subject}: quality control and observed stiffness curve"
+    script:
+        "../scripts/ingest.py"
+
+
+rule passive:
+    """Passive baseline along the stretch of a reference beat, scaled to the late-diastolic stiffness."""
+    input:
+        observation=rules.ingest.output.observation,
+    output:
+        passive=f"{RESULTS}/cohort/{{subject}}/passive.h5",
+    params:
+        stage=stage("passive"),
+    log:
+        f"{RESULTS}/logs/passive/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/passive/{{subject}}.tsv"
+    message:
+        "Passive baseline of {wildcards.subject}"
+    script:
+        "../scripts/passive.py"

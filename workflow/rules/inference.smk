@@ -1,0 +1,60 @@
+"""Pool -> neural posterior estimation -> prior support and posterior of each subject."""
+
+
+rule pool:
+    """Features of every simulation, noise augmentation, pooled standardisation."""
+    input:
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        passives=of_subjects("cohort/{subject}/passive.h5"),
+        shards=shards_of_cohort,
+    output:
+        pool=f"{RESULTS}/{{experiment}}/pool.h5",
+    params:
+        stage=stage("pool"),
+    log:
+        f"{RESULTS}/logs/pool/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/pool/{{experiment}}.tsv"
+    message:
+        "Pooled training set of the experiment '{wildcards.experiment}'"
+    script:
+        "../scripts/pool.py"
+
+
+rule train:
+    input:
+        pool=rules.pool.output.pool,
+    output:
+        estimator=f"{RESULTS}/{{experiment}}/estimator.pt",
+        training=f"{RESULTS}/{{experiment}}/training.csv",
+    params:
+        stage=stage("train"),
+    log:
+        f"{RESULTS}/logs/train/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/train/{{experiment}}.tsv"
+    # the longest job by far: it starts as soon as it can
+    priority: 100
+    message:
+        "Training the network of the experiment '{wildcards.experiment}' (minutes; progress below)"
+    script:
+        "../scripts/train.py"
+
+
+rule posterior:
+    input:
+        pool=rules.pool.output.pool,
+        estimator=rules.train.output.estimator,
+    output:
+        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+        support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+    params:
+        stage=stage("posterior"),
+    log:
+        f"{RESULTS}/logs/posterior/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/posterior/{{experiment}}/{{subject}}.tsv"
+    message:
+        "Prior support and posterior of {wildcards.subject} ('{wildcards.experiment}')"
+    script:
+        "../scripts/posterior.py"
