@@ -2,7 +2,16 @@
 
 from swesbi.config.errors import ConfigError
 from swesbi.config.models import Config, ExperimentSettings
-from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.read import overlay, parse_config, read_yaml
 from swesbi.config.study import Study, load_study
 
-__all__ = ["Config", "ConfigError", "ExperimentSettings", "Study", "load_study", "parse_config", "read_yaml"]
+__all__ = [
+    "Config",
+    "ConfigError",
+    "ExperimentSettings",
+    "Study",
+    "load_study",
+    "overlay",
+    "parse_config",
+    "read_yaml",
+]

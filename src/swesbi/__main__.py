@@ -1,0 +1,101 @@
+"""The command line: every stage of the study without Snakemake."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import inspect
+import logging
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from swesbi.code_hash import stage_hash
+from swesbi.config import ConfigError, Study, load_study, overlay, read_yaml
+from swesbi.config.slices import STAGES, stage_settings
+from swesbi.stages.origin import Origin
+
+EXIT_USAGE = 2
+WILDCARDS = ("subject", "experiment", "prior", "shard")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return the exit code: 0, or 2 with one message for input that cannot be used."""
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        return _run_stage(given[0], given[1:]) if given and given[0] in STAGES else _overview(given)
+    except (ConfigError, ValueError, FileNotFoundError) as error:
+        print(f"swesbi: {error}", file=sys.stderr)
+        return EXIT_USAGE
+
+
+def _overview(given: Sequence[str]) -> int:
+    """Show the list of stages; anything but a call for help is a mistake."""
+    parser = argparse.ArgumentParser(
+        prog="python -m swesbi",
+        description="The stages of the study, one at a time, in the order of the workflow. "
+        "`snakemake --cores 2` runs them all; `python -m swesbi STAGE --help` names a stage's files.",
+    )
+    width = max(map(len, STAGES)) + 2
+    listing = "\n".join(f"  {name:<{width}}{_summary(name)}" for name in STAGES)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = f"stages:\n{listing}"
+    parser.add_argument("stage", choices=STAGES, metavar="STAGE", help="one of the stages below")
+    parser.parse_args(given)
+    return 0
+
+
+def _summary(stage: str) -> str:
+    """Return the first line of a stage's docstring, without importing the stage."""
+    path = Path(__file__).parent / "stages" / f"{stage}.py"
+    first = path.read_text(encoding="utf-8").split('"""')[1].splitlines()[0]
+    return first.removeprefix("Stage: ")
+
+
+def _run_stage(name: str, given: Sequence[str]) -> int:
+    module = importlib.import_module(f"swesbi.stages.{name}")
+    options = vars(_parser(name, module.run, str(module.__doc__)).parse_args(given))
+    study = _study(options.pop("config"), options.pop("overlay"))
+    wildcards = {key: options.pop(key) for key in WILDCARDS if options.get(key) is not None}
+    files = {key: value for key, value in options.items() if key not in WILDCARDS}
+    settings = get_type_hints(module.run)["settings"].from_plain(stage_settings(study, name, **wildcards))
+    origin = Origin(study.config.seed, wildcards.get("subject", ""), stage_hash(module.__name__))
+    module.run(**files, settings=settings, origin=origin)
+    return 0
+
+
+def _study(config: Path, changes: Path | None) -> Study:
+    raw = read_yaml(config)
+    return load_study(overlay(raw, read_yaml(changes)) if changes else raw, str(config))
+
+
+def _parser(name: str, run: Callable[..., None], description: str) -> argparse.ArgumentParser:
+    """Build a stage's parser: an option for every file of its ``run``, and what chooses its settings."""
+    parser = argparse.ArgumentParser(prog=f"python -m swesbi {name}", description=description)
+    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
+    parser.add_argument("--overlay", type=Path, help="configuration merged over it (tests/smoke.yaml, say)")
+    for wildcard in WILDCARDS:
+        parser.add_argument(f"--{wildcard}", help=f"which {wildcard}, where the stage has several")
+    hints = get_type_hints(run)
+    for key, parameter in inspect.signature(run).parameters.items():
+        if key not in {"settings", "origin"}:
+            parser.add_argument(f"--{key.replace('_', '-')}", **_option(hints[key], parameter.default))
+    return parser
+
+
+def _option(hint: object, default: object) -> dict[str, Any]:
+    if default is not inspect.Parameter.empty:
+        return {"default": default, "help": f"default: {default}"}
+    several = hint is not Path
+    return {
+        "type": Path,
+        "required": True,
+        "nargs": "+" if several else None,
+        "help": "files" if several else "file",
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())
