@@ -1,0 +1,35 @@
+"""The schema of the observed curve of one subject."""
+
+from swesbi.artefacts.variable import Variable
+
+SCHEMAS = {
+    "observation": {
+        "/": {
+            "phase": Variable(
+                ("phase",), "1", "phase of the recording, fraction of the cycle from the R peak"
+            ),
+            "phase_index": Variable(("phase",), "1", "index of the phase in the recording"),
+            "measured": Variable(("phase",), "1", "1 where the phase was measured, 0 where it is missing"),
+            "speed_m_s": Variable(("phase",), "m s-1", "mean shear-wave speed c_s, NaN where missing"),
+            "speed_se_m_s": Variable(("phase",), "m s-1", "standard error of c_s"),
+            "stiffness_kpa": Variable(("phase",), "kPa", "apparent Young's modulus 3 rho c_s^2"),
+            "stiffness_se_kpa": Variable(("phase",), "kPa", "standard error of the stiffness"),
+            "grid": Variable(("grid",), "1", "uniform analysis grid, fraction of the cycle"),
+            "curve_kpa": Variable(("grid",), "kPa", "observed stiffness E_obs on the analysis grid"),
+            "samples_accepted": Variable(("phase",), "1", "accepted samples"),
+            "reason": Variable(("reason",), "1", "reasons of rejection"),
+            "samples_rejected": Variable(("reason", "phase"), "1", "rejected samples by reason"),
+            "repeat_noise_fraction": Variable((), "1", "relative standard deviation between repeats"),
+            "sample_noise_fraction": Variable((), "1", "relative standard deviation between samples"),
+        },
+        "context": {
+            "sex": Variable((), "1", "F or M"),
+            "age_years": Variable((), "year", "age"),
+            "bsa_m2": Variable((), "m2", "body surface area"),
+            "hr_bpm": Variable((), "min-1", "heart rate"),
+            "lvedv_ml": Variable((), "mL", "left ventricular end-diastolic volume"),
+            "lvesv_ml": Variable((), "mL", "left ventricular end-systolic volume"),
+            "ivsd_cm": Variable((), "cm", "interventricular septal thickness at end diastole"),
+        },
+    }
+}

@@ -1,0 +1,140 @@
+"""The summary S(.): 16 scalar descriptors of a stiffness curve and 30 uniformly resampled values.
+
+Curves live on the uniform grid s in [0, 1] from the R peak. Levels of rise and relaxation are fractions
+of the amplitude above the baseline; the amplitude is maximum minus baseline. Times are fractions of the
+cycle, areas kPa times cycle, that is kPa, slopes kPa per cycle, falling ones negative.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.observation.crossings import Peak, find_peak, first_crossing_after, last_crossing_before
+from swesbi.observation.interpolation import analysis_grid
+from swesbi.observation.settings import SummarySettings
+
+FloatArray = NDArray[np.float64]
+
+SCALARS: Final = (
+    ("baseline_kpa", "kPa"),
+    ("minimum_kpa", "kPa"),
+    ("maximum_kpa", "kPa"),
+    ("amplitude_kpa", "kPa"),
+    ("auc_kpa", "kPa"),
+    ("post_peak_auc_kpa", "kPa"),
+    ("max_up_slope_kpa_per_cycle", "kPa"),
+    ("mean_up_slope_kpa_per_cycle", "kPa"),
+    ("time_to_peak_cycle", "1"),
+    ("rise_time_10_90_cycle", "1"),
+    ("time_to_half_rise_cycle", "1"),
+    ("max_down_slope_kpa_per_cycle", "kPa"),
+    ("decay_slope_kpa_per_cycle", "kPa"),
+    ("half_relaxation_time_cycle", "1"),
+    ("relaxation_time_to_10_cycle", "1"),
+    ("full_width_half_maximum_cycle", "1"),
+)
+SCALAR_NAMES: Final = tuple(name for name, _ in SCALARS)
+SCALAR_UNITS: Final = tuple(unit for _, unit in SCALARS)
+CHUNK: Final = 2048  # rows; keeps the work arrays within the processor's cache
+
+
+def summary_names(settings: SummarySettings) -> tuple[str, ...]:
+    """Return the names of the features under these settings, units included."""
+    return SCALAR_NAMES + _trajectory_names(settings)
+
+
+def summary_units(settings: SummarySettings) -> tuple[str, ...]:
+    """Return the units of the features under these settings; slopes are kPa per (unitless) cycle."""
+    return SCALAR_UNITS + ("kPa",) * len(_trajectory_names(settings))
+
+
+def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
+    """Return the features x = S(E) of stiffness curves (paper, Eq. 4).
+
+    Every feature depends continuously on the curve; see ``crossings`` for levels never crossed.
+
+    Args:
+        curves: Stiffness in kPa on the analysis grid; shape (n, G).
+        settings: Baseline window and trajectory.
+
+    Returns:
+        Features in the order of ``summary_names(settings)``; shape (n, F), F = 46 in the study.
+
+    Raises:
+        ValueError: The curves are not a two-dimensional array of finite numbers.
+    """
+    if curves.ndim != 2 or not np.isfinite(curves).all():
+        raise ValueError(f"curves must be finite, of shape (n, grid); got shape {curves.shape} or NaN in it")
+    features = np.empty((len(curves), len(summary_names(settings))))
+    for start in range(0, len(curves), CHUNK):
+        part = np.asarray(curves[start : start + CHUNK], dtype=np.float64)
+        scalars = _scalars(part, settings)
+        features[start : start + CHUNK, : len(SCALARS)] = np.stack(scalars, axis=1)
+        if settings.use_trajectory:
+            features[start : start + CHUNK, len(SCALARS) :] = _resample(part, settings.trajectory_points)
+    return features
+
+
+def _scalars(curves: FloatArray, settings: SummarySettings) -> tuple[FloatArray, ...]:
+    grid = analysis_grid(curves.shape[1])
+    step = grid[1] - grid[0]
+    peak = find_peak(grid, curves)
+    baseline = curves[:, _within(grid, settings.baseline_window)].mean(axis=1)
+    amplitude = np.maximum(peak.height - baseline, 0.0)
+    rise = {f: last_crossing_before(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
+    fall = {f: first_crossing_after(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
+    slope = np.diff(curves, axis=1) / step
+    return (
+        baseline,
+        curves.min(axis=1),
+        peak.height,
+        amplitude,
+        (curves.sum(axis=1) - 0.5 * (curves[:, 0] + curves[:, -1])) * step,
+        _area_after(grid, curves, peak),
+        slope.max(axis=1),
+        0.8 * amplitude / np.maximum(rise[0.9] - rise[0.1], 0.8 * step),
+        peak.phase,
+        rise[0.9] - rise[0.1],
+        rise[0.5],
+        slope.min(axis=1),
+        -0.8 * amplitude / np.maximum(fall[0.1] - fall[0.9], 0.8 * step),
+        fall[0.5] - peak.phase,
+        fall[0.1] - peak.phase,
+        fall[0.5] - rise[0.5],
+    )
+
+
+def _area_after(grid: FloatArray, curves: FloatArray, peak: Peak) -> FloatArray:
+    """Integrate from the refined peak to the end of the cycle by trapezia, the first one cut at the peak."""
+    areas = 0.5 * (curves[:, 1:] + curves[:, :-1]) * (grid[1] - grid[0])
+    later = grid[:-1] >= peak.phase[:, None]
+    following = np.minimum(np.searchsorted(grid, peak.phase), len(grid) - 1)
+    cut = (grid[following] - peak.phase) * 0.5 * (peak.height + curves[np.arange(len(curves)), following])
+    return np.asarray((areas * later).sum(axis=1) + cut)
+
+
+def _resample(curves: FloatArray, points: int) -> FloatArray:
+    """Read the curves at ``points`` uniform phases j / points: the end, equal to the start, is left out."""
+    position = np.arange(points) / points * (curves.shape[1] - 1)
+    start = np.floor(position).astype(np.int64)
+    fraction = position - start
+    return np.asarray((1.0 - fraction) * curves[:, start] + fraction * curves[:, start + 1])
+
+
+def _within(grid: FloatArray, window: tuple[float, float]) -> NDArray[np.bool_]:
+    inside = (grid >= window[0]) & (grid <= window[1])
+    if not inside.any():
+        raise ValueError(f"baseline_window {list(window)} holds no point of a grid of {len(grid)}; widen it")
+    return inside
+
+
+def _trajectory_names(settings: SummarySettings) -> tuple[str, ...]:
+    points = settings.trajectory_points if settings.use_trajectory else 0
+    return tuple(f"trajectory_{index:02d}_kpa" for index in range(points))
+
+
+SUMMARY_NAMES: Final = SCALAR_NAMES + tuple(f"trajectory_{index:02d}_kpa" for index in range(30))
+SUMMARY_UNITS: Final = SCALAR_UNITS + ("kPa",) * 30

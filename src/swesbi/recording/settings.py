@@ -1,0 +1,66 @@
+"""Settings of ingestion: how raw samples become an observed curve, and one subject's context row."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from swesbi.context import Context
+from swesbi.settings import Settings
+from swesbi.settings_types import CycleWindow
+
+SUBJECT_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_-]*$"
+
+
+class RecordingSettings(Settings):
+    """Quality control of the samples, averaging, and which recordings are complete enough to be used."""
+
+    phases: int = Field(ge=6, le=400, description="Number of ECG-gated phases that were attempted.")
+    density_kg_m3: float = Field(gt=0, description="Tissue density rho of E = 3 rho c_s^2.")
+    min_fit_r2: float = Field(ge=0, le=1, description="Samples whose wave fit has a lower R2 are rejected.")
+    max_rr_deviation_fraction: float = Field(
+        gt=0, lt=1, description="Beats whose RR differs by more from the recording's median are ectopic."
+    )
+    outlier_max_abs_z: float = Field(
+        gt=0, description="Largest robust z-score, against the phase median, of an accepted speed."
+    )
+    outlier_min_scale_fraction: float = Field(
+        gt=0, description="Lower limit of the robust scale, as a fraction of the phase median."
+    )
+    min_samples_per_phase: int = Field(ge=1, description="Accepted samples that a measured phase needs.")
+    min_repeats_per_phase: int = Field(ge=2, description="Repeats, with accepted samples, that it needs.")
+    max_missing_fraction: float = Field(ge=0, lt=1, description="Largest share of missing phases.")
+    max_gap_fraction: float = Field(
+        gt=0, lt=1, description="Longest stretch of the cycle between neighbouring measured phases."
+    )
+    late_diastolic_window: CycleWindow
+    min_late_diastolic_phases: int = Field(ge=1, description="Measured phases needed in that window.")
+
+
+class ContextRow(Settings):
+    """One row of ``subjects.csv``: the plain twin of :class:`swesbi.context.Context`.
+
+    The bounds are those of human hearts from the newborn to the giant; they catch wrong units.
+    """
+
+    subject: str = Field(pattern=SUBJECT_PATTERN, max_length=64)
+    sex: Literal["F", "M"]
+    age_years: float = Field(ge=0, le=120)
+    bsa_m2: float = Field(ge=0.1, le=4)
+    hr_bpm: float = Field(ge=20, le=300)
+    lvedv_ml: float = Field(ge=3, le=600)
+    lvesv_ml: float = Field(ge=1, le=500)
+    ivsd_cm: float = Field(ge=0.1, le=4)
+
+    @model_validator(mode="after")
+    def _ejects(self) -> Self:
+        if self.lvesv_ml >= self.lvedv_ml:
+            raise ValueError(
+                f"lvesv_ml ({self.lvesv_ml:g}) must be below lvedv_ml ({self.lvedv_ml:g}); are they swapped?"
+            )
+        return self
+
+    def to_context(self) -> Context:
+        """Return the same values as a :class:`Context`."""
+        return Context(**self.model_dump())

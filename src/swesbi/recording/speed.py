@@ -1,0 +1,108 @@
+"""From accepted samples to one shear-wave speed, its standard error and its phase, at each gated phase."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from swesbi.recording.samples import Samples
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class NoiseComponents:
+    """Relative standard deviations of one recording: between repeats, and between samples of a repeat."""
+
+    repeat_fraction: float
+    sample_fraction: float
+
+
+@dataclass(frozen=True)
+class PhaseSpeeds:
+    """Mean speed at each gated phase, arrays of shape (P,); NaN where no sample was accepted.
+
+    Attributes:
+        speed_m_s: Spatial mean of the shear-wave speed c_s over each repeat, then the mean over repeats.
+        speed_se_m_s: Its standard error.
+        beat_phase: Mean of trigger delay / RR over the same repeats; not wrapped.
+        noise: The variance components behind the standard errors.
+    """
+
+    speed_m_s: FloatArray
+    speed_se_m_s: FloatArray
+    beat_phase: FloatArray
+    noise: NoiseComponents
+
+
+def average_speeds(samples: Samples, accepted: NDArray[np.bool_], phases: int) -> PhaseSpeeds:
+    """Average the accepted samples of each phase.
+
+    Samples of one repeat share that repeat's error, so the repeat means, not the samples, are
+    independent: the standard error of the mean of R repeats with n_r samples each is
+    ``c / R * sqrt(sum_r (s_rep^2 + s_sam^2 / n_r))``.
+
+    Args:
+        samples: The recording, N samples.
+        accepted: Which samples passed quality control; shape (N,).
+        phases: Number P of gated phases.
+    """
+    repeats = repeat_means(samples, accepted)
+    by_phase = repeats.groupby("phase_index")
+    speed = by_phase["speed"].mean()
+    noise = estimate_noise(repeats)
+    variance = noise.repeat_fraction**2 + noise.sample_fraction**2 / repeats["size"]
+    relative = np.sqrt(variance.groupby(repeats["phase_index"]).sum()) / by_phase.size()
+    per_phase = pd.DataFrame({"speed": speed, "se": speed * relative, "phase": by_phase["beat_phase"].mean()})
+    table = per_phase.reindex(np.arange(phases)).to_numpy(dtype=np.float64)
+    return PhaseSpeeds(table[:, 0], table[:, 1], table[:, 2], noise)
+
+
+def repeat_means(samples: Samples, accepted: NDArray[np.bool_]) -> pd.DataFrame:
+    """Return one row per phase and repeat with accepted samples.
+
+    Columns: phase_index, repeat, speed (mean, m/s), variance (of the samples; NaN for one), size, beat_phase.
+    """
+    table = pd.DataFrame(
+        {
+            "phase_index": samples.phase_index[accepted],
+            "repeat": samples.repeat[accepted],
+            "speed": samples.speed_m_s[accepted],
+            "beat_phase": samples.beat_phase[accepted],
+        }
+    )
+    return (
+        table.groupby(["phase_index", "repeat"])
+        .agg(
+            speed=("speed", "mean"),
+            variance=("speed", "var"),
+            size=("speed", "size"),
+            beat_phase=("beat_phase", "mean"),
+        )
+        .reset_index()
+    )
+
+
+def estimate_noise(repeats: pd.DataFrame) -> NoiseComponents:
+    """Estimate the variance components of a nested design by the method of moments.
+
+    The noise is proportional to the speed, so squared deviations are taken relative to the phase mean
+    and pooled over all phases: one phase has too few repeats to estimate its own. With v_r = s_rep^2 +
+    s_sam^2 / n_r, the expected sum of squares of R repeat means about their mean is
+    (1 - 1/R) sum_r v_r (Searle, Casella and McCulloch, Variance Components, 1992).
+
+    Args:
+        repeats: As returned by :func:`repeat_means`.
+    """
+    phase = repeats.groupby("phase_index")["speed"]
+    mean, count = phase.transform("mean"), phase.transform("size")
+    freedom_within = repeats["size"] - 1
+    within = (repeats["variance"].fillna(0.0) * freedom_within / mean**2).sum()
+    sample_variance = within / max(int(freedom_within.sum()), 1)
+    excess = ((repeats["speed"] / mean - 1.0) ** 2).sum()
+    excess -= ((1.0 - 1.0 / count) * sample_variance / repeats["size"]).sum()
+    repeat_variance = max(excess / max((1.0 - 1.0 / count).sum(), 1.0), 0.0)
+    return NoiseComponents(float(np.sqrt(repeat_variance)), float(np.sqrt(sample_variance)))
