@@ -1,0 +1,7 @@
+"""The forward model: a spherical left ventricle in a circulation, from theta to one periodic beat."""
+
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import Beats, simulate
+
+__all__ = ["Beats", "ForwardModelSettings", "Status", "simulate"]

@@ -1,0 +1,146 @@
+"""Many simulations side by side: Runge-Kutta steps over SIMD lanes, refilled as lanes become periodic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.forward_model.compiled import equation, kernel, source_key
+from swesbi.forward_model.equations import (
+    Drive,
+    Flow,
+    Options,
+    Parameters,
+    State,
+    Theta,
+    right_hand_side,
+)
+
+Array = NDArray[np.float64]
+LANES: Final = 16
+STATES: Final = 8
+RECORDS: Final = (
+    6  # displacement, active stiffness, arterial and ventricular pressure, mitral and aortic flow
+)
+
+
+@equation
+def moved(x: State, time_s: float, rate: State) -> State:
+    """Return x + time * rate; a valve with inertance carries no negative flow."""
+    return State(
+        x.displacement + time_s * rate.displacement,
+        x.active_stiffness + time_s * rate.active_stiffness,
+        x.active_stress + time_s * rate.active_stress,
+        x.arterial_pressure + time_s * rate.arterial_pressure,
+        x.pulmonary_pressure + time_s * rate.pulmonary_pressure,
+        max(x.mitral_flow + time_s * rate.mitral_flow, 0.0),
+        max(x.aortic_flow + time_s * rate.aortic_flow, 0.0),
+        x.proximal_pressure + time_s * rate.proximal_pressure,
+    )
+
+
+@equation
+def mean_rate(a: State, b: State, c: State, d: State) -> State:
+    """Return the weighted mean of the four stages, (a + 2 b + 2 c + d) / 6."""
+    sixth = 1.0 / 6.0
+    return State(
+        sixth * (a.displacement + 2.0 * (b.displacement + c.displacement) + d.displacement),
+        sixth * (a.active_stiffness + 2.0 * (b.active_stiffness + c.active_stiffness) + d.active_stiffness),
+        sixth * (a.active_stress + 2.0 * (b.active_stress + c.active_stress) + d.active_stress),
+        sixth
+        * (a.arterial_pressure + 2.0 * (b.arterial_pressure + c.arterial_pressure) + d.arterial_pressure),
+        sixth
+        * (a.pulmonary_pressure + 2.0 * (b.pulmonary_pressure + c.pulmonary_pressure) + d.pulmonary_pressure),
+        sixth * (a.mitral_flow + 2.0 * (b.mitral_flow + c.mitral_flow) + d.mitral_flow),
+        sixth * (a.aortic_flow + 2.0 * (b.aortic_flow + c.aortic_flow) + d.aortic_flow),
+        sixth
+        * (a.proximal_pressure + 2.0 * (b.proximal_pressure + c.proximal_pressure) + d.proximal_pressure),
+    )
+
+
+@equation
+def runge_kutta_step(
+    x: State, h: float, start: Drive, middle: Drive, end: Drive, theta: Theta, p: Parameters, o: Options
+) -> tuple[State, Flow]:
+    """Return the state after a classical Runge-Kutta step of length h, and pressure and flows at its start."""
+    k1, flow = right_hand_side(x, 1e-3 * h, start, theta, p, o)
+    k2, _ = right_hand_side(moved(x, 0.5 * h, k1), 0.5 * h, middle, theta, p, o)
+    k3, _ = right_hand_side(moved(x, 0.5 * h, k2), 0.5 * h, middle, theta, p, o)
+    k4, last = right_hand_side(moved(x, h, k3), h, end, theta, p, o)
+    after = moved(x, h, mean_rate(k1, k2, k3, k4))
+    if o.wall_inertia and not o.valve_inertance:
+        after = State(
+            after.displacement,
+            after.active_stiffness,
+            after.active_stress,
+            after.arterial_pressure,
+            after.pulmonary_pressure,
+            last.mitral,
+            last.aortic,
+            after.proximal_pressure,
+        )
+    return after, flow
+
+
+@equation
+def drive_at(drives: Array, row: int) -> Drive:
+    """Return what is prescribed at one half step."""
+    return Drive(drives[row, 0], drives[row, 1], drives[row, 2], drives[row, 3], drives[row, 4])
+
+
+@lru_cache(maxsize=64)
+def beat_kernel(options: Options) -> Callable[[Array, Array, Parameters, Array, float, int, Array], None]:
+    """Return the compiled loop that advances blocks of ``LANES`` simulations by one beat under these options."""
+    o = options
+    n_lanes = LANES if source_key() >= 0 else 0
+
+    @kernel
+    def advance_beat(
+        x: Array, theta: Array, p: Parameters, drives: Array, h: float, stride: int, record: Array
+    ) -> None:
+        """Advance ``x`` (blocks, STATES * LANES) in place by a beat of steps ``h`` under ``theta``.
+
+        ``record`` (blocks, samples + 1, RECORDS * LANES) takes the start of every ``stride``-th step; its last row is scratch.
+        """
+        scratch = record.shape[1] - 1
+        for block in range(x.shape[0]):
+            state = x[block]
+            own = theta[block]
+            for step in range((drives.shape[0] - 1) // 2):
+                start = drive_at(drives, 2 * step)
+                middle = drive_at(drives, 2 * step + 1)
+                end = drive_at(drives, 2 * step + 2)
+                row = record[block, step // stride if step % stride == 0 else scratch]
+                for lane in range(n_lanes):
+                    before = State(
+                        state[lane],
+                        state[LANES + lane],
+                        state[2 * LANES + lane],
+                        state[3 * LANES + lane],
+                        state[4 * LANES + lane],
+                        state[5 * LANES + lane],
+                        state[6 * LANES + lane],
+                        state[7 * LANES + lane],
+                    )
+                    rates = Theta(own[lane], own[LANES + lane], own[2 * LANES + lane])
+                    after, flow = runge_kutta_step(before, h, start, middle, end, rates, p, o)
+                    row[lane] = before.displacement
+                    row[LANES + lane] = before.active_stiffness
+                    row[2 * LANES + lane] = before.arterial_pressure
+                    row[3 * LANES + lane] = flow.pressure
+                    row[4 * LANES + lane] = flow.mitral
+                    row[5 * LANES + lane] = flow.aortic
+                    state[lane] = after.displacement
+                    state[LANES + lane] = after.active_stiffness
+                    state[2 * LANES + lane] = after.active_stress
+                    state[3 * LANES + lane] = after.arterial_pressure
+                    state[4 * LANES + lane] = after.pulmonary_pressure
+                    state[5 * LANES + lane] = after.mitral_flow
+                    state[6 * LANES + lane] = after.aortic_flow
+                    state[7 * LANES + lane] = after.proximal_pressure
+
+    return advance_beat

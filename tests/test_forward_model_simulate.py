@@ -1,0 +1,60 @@
+"""The simulator's contract: shapes, statuses, errors, independence of draws."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from forward_model_cases import COHORT, SETTINGS
+
+from swesbi.forward_model import Status, simulate
+
+CENTRE = np.array([[45.0, 5.0, 30.0]])
+
+
+def draws(n: int) -> np.ndarray:
+    rng = np.random.default_rng(7)
+    theta = np.exp(np.log([45.0, 5.0, 30.0]) + np.array([0.5, 0.6, 0.45]) * rng.standard_normal((n, 3)))
+    return np.clip(theta, [10.0, 2.0, 2.0], [200.0, 30.0, 60.0])
+
+
+def test_shapes_and_units() -> None:
+    beats = simulate(draws(20), COHORT["A"], SETTINGS)
+    assert beats.cycle_phase.shape == (SETTINGS.samples_per_beat,)
+    assert beats.active_stiffness_kpa.shape == beats.volume_ml.shape == (20, SETTINGS.samples_per_beat)
+    assert (beats.status == Status.PERIODIC).all()
+    assert np.isfinite(beats.ventricular_pressure_mmhg).all()
+
+
+def test_result_depends_on_own_theta_only() -> None:
+    theta = draws(75)
+    together = simulate(theta, COHORT["B"], SETTINGS).active_stiffness_kpa
+    alone = np.concatenate([simulate(row[None], COHORT["B"], SETTINGS).active_stiffness_kpa for row in theta])
+    backwards = simulate(theta[::-1], COHORT["B"], SETTINGS).active_stiffness_kpa[::-1]
+    np.testing.assert_array_equal(together, alone)
+    np.testing.assert_array_equal(together, backwards)
+
+
+def test_not_periodic_rows_hold_nan() -> None:
+    settings = SETTINGS.model_copy(update={"maximum_beats": 2, "periodicity_tolerance": 1e-12})
+    beats = simulate(CENTRE, COHORT["A"], settings)
+    assert beats.status.tolist() == [Status.NOT_PERIODIC]
+    assert np.isnan(beats.volume_ml).all()
+
+
+@pytest.mark.parametrize(
+    "theta", [[[45.0, 5.0]], [[np.nan, 5.0, 30.0]], [[45000.0, 5.0, 30.0]], np.empty((0, 3))]
+)
+def test_wrong_theta_is_refused(theta: list[list[float]]) -> None:
+    with pytest.raises(ValueError, match="theta"):
+        simulate(np.asarray(theta), COHORT["A"], SETTINGS)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("hr_bpm", 1.1), ("lvedv_ml", 1180.0), ("ivsd_cm", float("nan"))]
+)
+def test_wrong_context_is_refused_by_name(name: str, value: float) -> None:
+    context = dataclasses.replace(COHORT["A"], **{name: value})
+    with pytest.raises(ValueError, match=name):
+        simulate(CENTRE, context, SETTINGS)
