@@ -1,0 +1,136 @@
+"""The conditional density estimator q(theta | z): building, saving, rebuilding.
+
+A saved estimator is a state_dict with plain metadata, so it loads with ``weights_only=True``: nothing in
+the file is executed.
+"""
+
+from __future__ import annotations
+
+import io
+import pickle
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import torch
+from sbi.neural_nets import posterior_nn
+from sbi.neural_nets.estimators import ConditionalDensityEstimator
+from torch import Tensor
+
+from swesbi.artefacts import ArtefactError, Provenance, atomic_path, read_provenance
+from swesbi.inference.determinism import reproducible
+from swesbi.inference.settings import EstimatorSettings
+from swesbi.theta import THETA_NAMES
+
+KIND: Final = "estimator"
+
+
+@dataclass(frozen=True)
+class TrainedEstimator:
+    """A trained density estimator and how it was trained.
+
+    Attributes:
+        net: The density estimator, on the CPU, with the weights of the best epoch.
+        settings: Its architecture and training settings.
+        components: The names of its C inputs, in order.
+        best_epoch: Epoch of the lowest validation loss, from 1; ``net`` holds its weights.
+        epochs_run: Epochs that were trained.
+        best_validation_loss: Mean of -log q over the held-out rows at the best epoch.
+    """
+
+    net: ConditionalDensityEstimator
+    settings: EstimatorSettings
+    components: tuple[str, ...]
+    best_epoch: int
+    epochs_run: int
+    best_validation_loss: float
+
+
+def build_net(theta: Tensor, z: Tensor, settings: EstimatorSettings) -> ConditionalDensityEstimator:
+    """Build an untrained estimator; theta (N, 3) and z (N, C) give its shapes and sbi's standardisation."""
+    net: ConditionalDensityEstimator = posterior_nn(
+        model=settings.model,
+        z_score_theta=settings.z_score_theta,
+        z_score_x=settings.z_score_x,
+        hidden_features=settings.hidden_features,
+        num_transforms=settings.transforms,
+        num_blocks=settings.blocks,
+    )(theta, z)
+    return net
+
+
+def save_estimator(path: Path, estimator: TrainedEstimator, provenance: Provenance) -> None:
+    """Write the estimator atomically; equal estimators give equal bytes."""
+    content = {
+        "metadata": {
+            **provenance.attributes(),
+            "estimator": estimator.settings.model_dump_json(),
+            "parameters": list(THETA_NAMES),
+            "components": list(estimator.components),
+            "best_epoch": estimator.best_epoch,
+            "epochs_run": estimator.epochs_run,
+            "best_validation_loss": estimator.best_validation_loss,
+        },
+        "state_dict": dict(estimator.net.state_dict()),
+    }
+    # Saved through memory: given a path, torch writes the file's name into the archive.
+    buffer = io.BytesIO()
+    torch.save(content, buffer)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(buffer.getvalue())
+
+
+def load_estimator(path: Path) -> tuple[TrainedEstimator, Provenance]:
+    """Rebuild an estimator from its file, on the CPU, ready to sample.
+
+    Raises:
+        ArtefactError: The file is not an estimator that this package can read.
+    """
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+        metadata, state = content["metadata"], content["state_dict"]
+        return _rebuild(metadata, state), _provenance(metadata)
+    except (
+        OSError,
+        KeyError,
+        TypeError,
+        ValueError,
+        RuntimeError,
+        EOFError,
+        pickle.UnpicklingError,
+        zipfile.BadZipFile,
+    ) as error:
+        raise ArtefactError(
+            f"{path}: cannot be read as an estimator ({error}); delete it and rerun"
+        ) from error
+
+
+def _provenance(metadata: Mapping[str, Any]) -> Provenance:
+    provenance = read_provenance(metadata)
+    if provenance.kind != KIND:
+        raise ValueError(f"it holds a {provenance.kind!r}")
+    return provenance
+
+
+def _rebuild(metadata: Mapping[str, Any], state: Mapping[str, Tensor]) -> TrainedEstimator:
+    settings = EstimatorSettings.model_validate_json(metadata["estimator"])
+    components = tuple(metadata["components"])
+    net = build_net(*_placeholders(len(metadata["parameters"]), len(components)), settings)
+    net.load_state_dict(dict(state))
+    net.eval()
+    return TrainedEstimator(
+        net=net,
+        settings=settings,
+        components=components,
+        best_epoch=metadata["best_epoch"],
+        epochs_run=metadata["epochs_run"],
+        best_validation_loss=metadata["best_validation_loss"],
+    )
+
+
+def _placeholders(parameters: int, components: int) -> tuple[Tensor, Tensor]:
+    """Rows that give a new net its shapes; loading the state replaces every number they leave in it."""
+    with reproducible(0):
+        return torch.randn(8, parameters), torch.randn(8, components)

@@ -1,0 +1,144 @@
+"""The pooled training set of all subjects (paper, Eqs. 4 to 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.context import CONTEXT_NAMES, CONTEXT_UNITS, Context
+from swesbi.inference.observation_model import augment, noise_sd
+from swesbi.inference.settings import ObservationModelSettings
+from swesbi.inference.standardisation import FloatArray, Standardisation, fit_standardisation
+from swesbi.seeds import generator
+
+
+@dataclass(frozen=True)
+class SubjectFeatures:
+    """One subject's context, prior draws with their noiseless features, and observed features.
+
+    Attributes:
+        context: The subject's context c_d.
+        draw_index: (n,) numbers of the prior draws.
+        theta: (n, 3) parameters of the prior draws.
+        features: (n, F) noiseless features x_{d,n}, in raw feature units.
+        observed: (F,) features x_obs,d of the recording.
+    """
+
+    context: Context
+    draw_index: NDArray[np.int64]
+    theta: FloatArray
+    features: FloatArray
+    observed: FloatArray
+
+
+@dataclass(frozen=True)
+class Components:
+    """Names and units of the C components of the conditioning vector: features, then context."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """The names of the features alone."""
+        return self.names[: -len(CONTEXT_NAMES)]
+
+
+@dataclass(frozen=True)
+class Pool:
+    """The training set and the observed conditioning vectors.
+
+    Attributes:
+        components: Names and units of the C components.
+        standardisation: Pooled statistics of the raw components.
+        subjects: Names of the D subjects.
+        theta: (N, 3) parameters of each row, single precision, as training uses them.
+        z: (N, C) standardised conditioning vectors of each row, single precision.
+        subject_index: (N,) index into ``subjects``.
+        draw_index: (N,) number of the prior draw within its subject.
+        observed: (D, C) raw observed features and context of each subject.
+    """
+
+    components: Components
+    standardisation: Standardisation
+    subjects: tuple[str, ...]
+    theta: NDArray[np.float32]
+    z: NDArray[np.float32]
+    subject_index: NDArray[np.int16]
+    draw_index: NDArray[np.int32]
+    observed: FloatArray
+
+    @property
+    def z_obs(self) -> FloatArray:
+        """The standardised observed conditioning vectors, shape (D, C), without noise (paper, Eq. 6)."""
+        return self.standardisation.apply(self.observed)
+
+    def observed_z(self, subject: str) -> FloatArray:
+        """Return one subject's z_obs of shape (C,).
+
+        Raises:
+            KeyError: The pool holds no such subject.
+        """
+        if subject not in self.subjects:
+            raise KeyError(f"the pool holds no subject {subject!r}; it holds {', '.join(self.subjects)}")
+        z: FloatArray = self.z_obs[self.subjects.index(subject)]
+        return z
+
+
+def components_of(feature_names: Sequence[str], feature_units: Sequence[str]) -> Components:
+    """Put the context's names and units behind the features'."""
+    return Components((*feature_names, *CONTEXT_NAMES), (*feature_units, *CONTEXT_UNITS))
+
+
+def build_pool(
+    subjects: Sequence[SubjectFeatures],
+    components: Components,
+    settings: ObservationModelSettings,
+    seed: int,
+) -> Pool:
+    """Augment, concatenate and standardise the simulations of all subjects.
+
+    Rows run over subjects, then draws, then augmentations. The noise of one subject comes from a
+    stream of its own, so it depends neither on the other subjects nor on how draws were sharded.
+
+    Raises:
+        ValueError: A feature or observation is not finite, or a noise is named for an unknown feature.
+    """
+    sd = noise_sd(components.features, settings.feature_noise_sd)
+    for subject in subjects:
+        _check_finite(subject, components.features)
+    raw = np.concatenate([_raw_rows(subject, sd, settings.augmentations, seed) for subject in subjects])
+    standardisation = fit_standardisation(raw)
+    copies = settings.augmentations
+    counts = [len(subject.theta) * copies for subject in subjects]
+    return Pool(
+        components=components,
+        standardisation=standardisation,
+        subjects=tuple(subject.context.subject for subject in subjects),
+        theta=np.concatenate([np.repeat(s.theta, copies, axis=0) for s in subjects]).astype(np.float32),
+        z=standardisation.apply(raw).astype(np.float32),
+        subject_index=np.repeat(np.arange(len(subjects), dtype=np.int16), counts),
+        draw_index=np.concatenate([np.repeat(s.draw_index, copies) for s in subjects]).astype(np.int32),
+        observed=np.stack([np.concatenate([s.observed, s.context.as_array()]) for s in subjects]),
+    )
+
+
+def _raw_rows(subject: SubjectFeatures, sd: FloatArray, copies: int, seed: int) -> FloatArray:
+    """Return one subject's noisy features and context, shape (n * copies, C), in raw units."""
+    rng = generator(seed, "feature noise", subject.context.subject)
+    noisy = augment(subject.features, sd, copies, rng).reshape(-1, len(sd))
+    context = np.broadcast_to(subject.context.as_array(), (len(noisy), len(CONTEXT_NAMES)))
+    return np.concatenate([noisy, context], axis=1)
+
+
+def _check_finite(subject: SubjectFeatures, names: tuple[str, ...]) -> None:
+    for what, values in (("simulation", subject.features), ("observation", subject.observed[None])):
+        rows, columns = np.nonzero(~np.isfinite(values))
+        if rows.size:
+            raise ValueError(
+                f"subject {subject.context.subject}: feature {names[columns[0]]} of {what} {rows[0]} is "
+                f"{values[rows[0], columns[0]]}; check that subject's recording, passive baseline and shards"
+            )

@@ -1,0 +1,96 @@
+"""The posterior draws of one subject and their summary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.inference.settings import PosteriorSettings
+from swesbi.simulations.prior import PriorSettings, in_bounds
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Draws and summary of one subject's posterior; the summary is NaN where there are too few draws.
+
+    Attributes:
+        theta: (n, 3) draws within the prior's bounds; n may be zero.
+        unfiltered: (m, 3) the first candidates as they came.
+        unfiltered_in_prior: (m,) whether each of them lies within the bounds.
+        median: (3,) medians of ``theta``.
+        interval: (3, 2) equal-tailed credible interval.
+        interval_mass: Its mass.
+        correlation: (3, 3) pairwise correlations of ``theta``.
+        component_names: Names of the C components of the conditioning vector.
+        z_obs: (C,) observed conditioning vector.
+    """
+
+    theta: FloatArray
+    unfiltered: FloatArray
+    unfiltered_in_prior: NDArray[np.bool_]
+    median: FloatArray
+    interval: FloatArray
+    interval_mass: float
+    correlation: FloatArray
+    component_names: tuple[str, ...]
+    z_obs: FloatArray
+
+
+def summarise_posterior(
+    candidates: FloatArray,
+    z_obs: FloatArray,
+    component_names: tuple[str, ...],
+    prior: PriorSettings,
+    settings: PosteriorSettings,
+) -> Posterior:
+    """Keep the first in-prior candidates and summarise them.
+
+    Keeping the candidates within the bounds, in order, draws from q(theta | z_obs) truncated to the
+    prior's box.
+
+    Args:
+        candidates: (n, 3) draws from the estimator given z_obs.
+        z_obs: (C,) observed conditioning vector.
+        component_names: Names of its components.
+        prior: The prior whose bounds count.
+        settings: How many draws are kept, and the interval's mass.
+    """
+    inside = in_bounds(candidates, prior)
+    theta = candidates[inside][: settings.draws]
+    first = slice(settings.unfiltered_draws)
+    return Posterior(
+        theta=theta,
+        unfiltered=candidates[first],
+        unfiltered_in_prior=inside[first],
+        median=_quantiles(theta, np.array([0.5]))[:, 0],
+        interval=_quantiles(theta, interval_levels(settings.interval)),
+        interval_mass=settings.interval,
+        correlation=_correlation(theta),
+        component_names=component_names,
+        z_obs=z_obs,
+    )
+
+
+def interval_levels(mass: float) -> FloatArray:
+    """Return the two quantile levels that enclose the equal-tailed interval of this mass."""
+    return np.array([0.5 - 0.5 * mass, 0.5 + 0.5 * mass])
+
+
+def _quantiles(theta: FloatArray, levels: FloatArray) -> FloatArray:
+    """Quantiles of shape (3, levels); NaN without draws."""
+    if not len(theta):
+        return np.full((theta.shape[1], len(levels)), np.nan)
+    return np.quantile(theta, levels, axis=0).T
+
+
+def _correlation(theta: FloatArray) -> FloatArray:
+    """Pairwise correlations; NaN with fewer than three draws, where every correlation would be +-1."""
+    parameters = theta.shape[1]
+    if len(theta) < 3:
+        return np.full((parameters, parameters), np.nan)
+    correlation: FloatArray = np.asarray(np.corrcoef(theta, rowvar=False))
+    return correlation

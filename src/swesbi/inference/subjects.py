@@ -1,0 +1,76 @@
+"""What the inference knows of each subject: the recording and its passive baseline, and their features."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.artefacts import ArtefactError, load
+from swesbi.observation import (
+    MeasurementSettings,
+    PassiveBaseline,
+    SummarySettings,
+    summarise,
+    total_curves,
+)
+from swesbi.observation.dataset import KIND as PASSIVE
+from swesbi.observation.dataset import read_passive
+from swesbi.recording import Observation
+from swesbi.recording.dataset import read_observation
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MeasuredSubject:
+    """One subject's recording and passive baseline."""
+
+    observation: Observation
+    passive: PassiveBaseline
+
+    def observed_features(self, summary: SummarySettings) -> FloatArray:
+        """Return x_obs = S(E_obs) of shape (F,) (paper, Eq. 4)."""
+        features: FloatArray = summarise(self.observation.curve_kpa[None], summary)[0]
+        return features
+
+    def simulated_features(
+        self,
+        cycle_phase: FloatArray,
+        active_stiffness_kpa: FloatArray,
+        measurement: MeasurementSettings,
+        summary: SummarySettings,
+    ) -> FloatArray:
+        """Return x = S(E_sim) of shape (n, F), measured at the subject's phases (paper, Eqs. 3 and 4).
+
+        Args:
+            cycle_phase: (M,) phases of the simulated cycle.
+            active_stiffness_kpa: (n, M) simulated active stiffness.
+            measurement: The measurement operator.
+            summary: The summary operator S(.).
+        """
+        simulated = (cycle_phase, active_stiffness_kpa)
+        curves = total_curves(simulated, self.passive, self.observation, measurement)
+        return summarise(curves, summary)
+
+
+def read_measured_subjects(
+    observations: Sequence[Path], passives: Sequence[Path]
+) -> tuple[MeasuredSubject, ...]:
+    """Read the subjects in the order of ``observations``; each file names its subject.
+
+    Raises:
+        ArtefactError: Observations and passive baselines are not of the same subjects, each once.
+    """
+    baselines = {load(path, PASSIVE)[1].subject: read_passive(path) for path in passives}
+    recordings = [read_observation(path) for path in observations]
+    names = [recording.subject for recording in recordings]
+    if sorted(names) != sorted(baselines) or len(passives) != len(baselines):
+        raise ArtefactError(
+            f"observations of {names} and passive baselines of {sorted(baselines)}: "
+            "each subject needs one of each"
+        )
+    return tuple(MeasuredSubject(recording, baselines[recording.subject]) for recording in recordings)

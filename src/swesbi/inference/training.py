@@ -1,0 +1,220 @@
+"""Training the estimator with sbi's own procedure (paper, Eq. 8), reported epoch by epoch."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from sbi.inference import NPE_C
+from torch import Tensor
+from torch.utils.data import DataLoader, Dataset
+
+from swesbi.inference.determinism import reproducible
+from swesbi.inference.estimator import TrainedEstimator, build_net
+from swesbi.inference.settings import EstimatorSettings
+from swesbi.inference.torch_prior import torch_prior
+from swesbi.progress import Progress
+from swesbi.simulations.prior import PriorSettings
+
+LOGGER = logging.getLogger("swesbi")
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """One epoch of training: its number from 1 and mean -log q over training and held-out rows."""
+
+    number: int
+    training_loss: float
+    validation_loss: float
+    best_so_far: bool
+
+
+def train(
+    theta: NDArray[np.float32],
+    z: NDArray[np.float32],
+    components: tuple[str, ...],
+    prior: PriorSettings,
+    settings: EstimatorSettings,
+    seed: int,
+    device: str = "cpu",
+    label: str = "training",
+) -> tuple[TrainedEstimator, tuple[Epoch, ...]]:
+    """Fit q(theta | z) to the pool's rows by NPE-C's first round, that is by maximum likelihood.
+
+    Training runs on one thread under ``seed``, so on the CPU it repeats to the bit. The weights of the
+    best epoch are restored; sbi itself does so only when it stops before its last epoch.
+
+    Args:
+        theta: (N, 3) parameters.
+        z: (N, C) conditioning vectors.
+        components: Names of the C components.
+        prior: The prior that theta was drawn from.
+        settings: Architecture and training settings.
+        seed: Seed of the initial weights, of the split into training and held-out rows, and of the batches.
+        device: "auto", "cpu" or "cuda".
+        label: Name of the training in progress lines.
+
+    Returns:
+        The estimator and its epochs in order.
+
+    Raises:
+        ValueError: The device is not available, or there are too few rows for a split.
+        AssertionError: The loss became infinite or NaN (raised by sbi).
+    """
+    device = choose_device(device)
+    _check_rows(len(theta), settings)
+    with reproducible(seed), contextlib.redirect_stdout(io.StringIO()) as printed:
+        record = _EpochRecord(label, settings.max_num_epochs + 1)
+        trainer = _Trainer(record, prior, settings, device)
+        trainer.append_simulations(torch.from_numpy(theta), torch.from_numpy(z), exclude_invalid_x=False)
+        net = trainer.train(
+            training_batch_size=settings.batch_size,
+            learning_rate=settings.learning_rate,
+            validation_fraction=settings.validation_fraction,
+            stop_after_epochs=settings.stop_after_epochs,
+            max_num_epochs=settings.max_num_epochs,
+            clip_max_norm=settings.clip_max_norm,
+        )
+    LOGGER.debug("sbi: %s", printed.getvalue().strip())
+    net.load_state_dict(trainer.best_state)
+    net.to("cpu").eval()
+    best = record.best
+    LOGGER.info("%s: best epoch %d of %d run, validation loss %.4f", label, *best, record.best_loss)
+    return TrainedEstimator(net, settings, components, *best, record.best_loss), tuple(record.epochs)
+
+
+def choose_device(device: str) -> str:
+    """Turn "auto" into "cuda" where a CUDA device is available, else "cpu".
+
+    Raises:
+        ValueError: The device is unknown or not available.
+    """
+    if device not in ("auto", "cpu", "cuda"):
+        raise ValueError(f"device {device!r} is not one of auto, cpu, cuda")
+    available = torch.cuda.is_available()
+    if device == "cuda" and not available:
+        raise ValueError("device 'cuda' was asked for, but torch finds no CUDA device; use auto or cpu")
+    return "cuda" if available and device != "cpu" else "cpu"
+
+
+class _EpochRecord:
+    """Collects the epochs and logs a line for each."""
+
+    def __init__(self, label: str, at_most: int) -> None:
+        self.epochs: list[Epoch] = []
+        self.best_loss = float("inf")
+        self._progress = Progress(label, at_most, unit="epoch", every_s=0.0)
+
+    def add(self, training_loss: float, validation_loss: float, seconds: float) -> None:
+        improved = validation_loss < self.best_loss
+        self.best_loss = min(validation_loss, self.best_loss)
+        self.epochs.append(Epoch(len(self.epochs) + 1, training_loss, validation_loss, improved))
+        losses = f"loss {training_loss:.4f}, validation {validation_loss:.4f}{' (best)' if improved else ''}"
+        self._progress.step(note=f"{losses}, {seconds:.1f} s")
+
+    @property
+    def best(self) -> tuple[int, int]:
+        """The best epoch's number and the number of epochs run."""
+        return max(epoch.number for epoch in self.epochs if epoch.best_so_far), len(self.epochs)
+
+
+class _Trainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
+    """sbi's NPE-C with a hook after each epoch and batches gathered at once.
+
+    sbi tells its tracker nothing before training has ended, and its loader collates rows one by one.
+    The batches hold the same rows in the same order, so the course of training is the same to the bit.
+    """
+
+    def __init__(
+        self, record: _EpochRecord, prior: PriorSettings, settings: EstimatorSettings, device: str
+    ) -> None:
+        self._record = record
+
+        def build(theta: Tensor, z: Tensor) -> object:
+            return build_net(theta, z, settings)
+
+        super().__init__(
+            prior=torch_prior(prior, device),
+            density_estimator=build,
+            device=device,
+            tracker=_NoTracker(),
+            show_progress_bars=False,
+        )
+
+    @property
+    def best_state(self) -> dict[str, Tensor]:
+        """The weights of the epoch with the lowest validation loss."""
+        state: dict[str, Tensor] = self._best_model_state_dict
+        return state
+
+    def get_dataloaders(
+        self, *args: object, **kwargs: object
+    ) -> tuple[DataLoader[list[Tensor]], DataLoader[list[Tensor]]]:
+        training, validation = super().get_dataloaders(*args, **kwargs)
+        return _whole_batches(training), _whole_batches(validation)
+
+    def _summarize_epoch(self, train_loss: float, val_loss: float, start: float, *args: object) -> None:
+        super()._summarize_epoch(train_loss, val_loss, start, *args)
+        self._record.add(train_loss, val_loss, time.time() - start)
+
+
+class _NoTracker:
+    """A tracker that keeps nothing; without one sbi writes a folder ./sbi-logs."""
+
+    log_dir = None
+
+    def log_metric(self, name: str, value: float, step: int | None = None) -> None: ...
+
+    def log_metrics(self, metrics: dict[str, float], step: int | None = None) -> None: ...
+
+    def log_params(self, params: dict[str, Any]) -> None: ...
+
+    def add_figure(self, name: str, figure: object, step: int | None = None) -> None: ...
+
+    def flush(self) -> None: ...
+
+
+class _Batches(Dataset[list[Tensor]]):
+    """Rows of tensors, fetched a batch at a time by index."""
+
+    def __init__(self, tensors: tuple[Tensor, ...]) -> None:
+        self._tensors = tensors
+
+    def __len__(self) -> int:
+        return len(self._tensors[0])
+
+    def __getitem__(self, index: int) -> list[Tensor]:
+        return [tensor[index] for tensor in self._tensors]
+
+    def __getitems__(self, indices: list[int]) -> list[Tensor]:
+        rows = torch.tensor(indices, device=self._tensors[0].device)
+        return [tensor[rows] for tensor in self._tensors]
+
+
+def _whole_batches(loader: DataLoader[Any]) -> DataLoader[Any]:
+    """The same loader over the same sampler, but without collating rows one by one."""
+    keep: Callable[[list[Tensor]], list[Tensor]] = list
+    return DataLoader(
+        _Batches(loader.dataset.tensors),  # type: ignore[attr-defined]
+        batch_size=loader.batch_size,
+        sampler=loader.sampler,
+        drop_last=loader.drop_last,
+        collate_fn=keep,
+    )
+
+
+def _check_rows(rows: int, settings: EstimatorSettings) -> None:
+    held_out = rows - int((1 - settings.validation_fraction) * rows)
+    if held_out < 2 or rows - held_out < 2:
+        raise ValueError(
+            f"{rows} rows cannot be split with validation_fraction = {settings.validation_fraction}; "
+            "simulate more draws or change the fraction"
+        )

@@ -1,0 +1,67 @@
+"""Stage: training the density estimator of one experiment."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import pandas as pd
+
+from swesbi.artefacts import atomic_path
+from swesbi.inference.dataset import read_pool
+from swesbi.inference.estimator import KIND, save_estimator
+from swesbi.inference.settings import EstimatorSettings
+from swesbi.inference.training import Epoch, choose_device, train
+from swesbi.seeds import integer_seed
+from swesbi.settings import Settings
+from swesbi.simulations.prior import PriorSettings
+from swesbi.stages.origin import Origin
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class TrainStageSettings(Settings):
+    """What the estimator depends on, beside the pool."""
+
+    prior: PriorSettings
+    estimator: EstimatorSettings
+
+
+def run(
+    *,
+    pool: Path,
+    estimator: Path,
+    training: Path,
+    settings: TrainStageSettings,
+    origin: Origin,
+    device: str = "auto",
+) -> None:
+    """Train q(theta | z) on the pool; write its weights and the losses of every epoch.
+
+    ``device`` is "auto", "cpu" or "cuda". On the CPU the result repeats to the bit; CUDA sums in another
+    order, so its weights differ in rounding, and no more than another seed's would.
+    """
+    label, device = f"training {estimator.parent.name}", choose_device(device)
+    data = read_pool(pool)
+    LOGGER.info("%s: %d rows of %d components on %s", label, *data.z.shape, device)
+    trained, epochs = train(
+        data.theta,
+        data.z,
+        data.components.names,
+        settings.prior,
+        settings.estimator,
+        integer_seed(origin.seed, "training"),
+        device,
+        label,
+    )
+    save_estimator(estimator, trained, origin.provenance(KIND, settings))
+    _write_epochs(training, epochs)
+
+
+def _write_epochs(path: Path, epochs: Sequence[Epoch]) -> None:
+    frame = pd.DataFrame([asdict(epoch) for epoch in epochs]).rename(columns={"number": "epoch"})
+    frame["best_so_far"] = frame["best_so_far"].astype(int)
+    with atomic_path(path) as temporary:
+        frame.to_csv(temporary, index=False, lineterminator="\n")

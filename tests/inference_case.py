@@ -1,0 +1,94 @@
+"""A linear-Gaussian case with a known posterior, shared by the tests of the inference.
+
+log theta is normal (the prior's bounds lie 6 standard deviations away), the features are
+x = A log theta + b plus Gaussian noise, so the posterior of log theta is normal and known.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.context import Context
+from swesbi.inference.pool import Components, SubjectFeatures, components_of
+from swesbi.inference.settings import EstimatorSettings, ObservationModelSettings
+from swesbi.seeds import generator
+from swesbi.simulations.prior import PriorSettings, log_centre, quantile
+
+FloatArray = NDArray[np.float64]
+FEATURES = ("one", "two", "three", "four")
+NOISE_SD = (0.2, 0.3, 0.25, 0.3)
+MIXING = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, -0.5], [0.3, 0.0, 1.0], [1.0, 1.0, 1.0]])
+LOG_SD = 0.4
+
+WIDE_PRIOR = PriorSettings.from_plain(
+    {
+        name: {
+            "centre": centre,
+            "log_sd": LOG_SD,
+            "low": centre * float(np.exp(-6 * LOG_SD)),
+            "high": centre * float(np.exp(6 * LOG_SD)),
+        }
+        for name, centre in (("k0_kpa", 45.0), ("k_atp_per_s", 5.0), ("k_sr_per_s", 30.0))
+    }
+)
+PAPER_PRIOR = PriorSettings.from_plain(
+    {
+        "k0_kpa": {"centre": 45.0, "log_sd": 0.5, "low": 10.0, "high": 200.0},
+        "k_atp_per_s": {"centre": 5.0, "log_sd": 0.6, "low": 2.0, "high": 30.0},
+        "k_sr_per_s": {"centre": 30.0, "log_sd": 0.45, "low": 2.0, "high": 60.0},
+    }
+)
+OBSERVATION_MODEL = ObservationModelSettings(
+    feature_noise_sd=dict(zip(FEATURES, NOISE_SD, strict=True)), augmentations=2
+)
+CONTEXTS = (
+    Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88),
+    Context("B", "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74),
+)
+
+
+@dataclass(frozen=True)
+class LogPosterior:
+    """Normal posterior of log theta: mean (3,) and covariance (3, 3)."""
+
+    mean: FloatArray
+    covariance: FloatArray
+
+
+def features_of(theta: FloatArray) -> FloatArray:
+    return np.log(theta / log_centre(WIDE_PRIOR)) @ MIXING.T
+
+
+def known_posterior(observed: FloatArray) -> LogPosterior:
+    """Gaussian conditioning: precision = prior precision + A' N^-1 A."""
+    weights = MIXING.T / np.square(NOISE_SD)
+    covariance = np.linalg.inv(weights @ MIXING + np.eye(3) / LOG_SD**2)
+    return LogPosterior(np.log(log_centre(WIDE_PRIOR)) + covariance @ weights @ observed, covariance)
+
+
+def subject_features(context: Context, draws: int, observed: FloatArray, seed: int = 1) -> SubjectFeatures:
+    theta = quantile(generator(seed, "test prior", context.subject).random((draws, 3)), WIDE_PRIOR)
+    return SubjectFeatures(context, np.arange(draws), theta, features_of(theta), observed)
+
+
+def components() -> Components:
+    return components_of(FEATURES, ("kPa",) * len(FEATURES))
+
+
+def estimator_settings(**changes: object) -> EstimatorSettings:
+    plain = {
+        "model": "maf",
+        "transforms": 2,
+        "hidden_features": 16,
+        "blocks": 2,
+        "z_score_theta": "independent",
+        "z_score_x": "independent",
+        "batch_size": 50,
+        "learning_rate": 5e-4,
+        "max_num_epochs": 2,
+        "stop_after_epochs": 20,
+        "validation_fraction": 0.1,
+        "clip_max_norm": 5.0,
+    }
+    return EstimatorSettings.from_plain({**plain, **changes})

@@ -1,0 +1,163 @@
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import arviz
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from inference_case import PAPER_PRIOR
+from pydantic import ValidationError
+
+from swesbi.artefacts import ArtefactError, Provenance, save, write_json
+from swesbi.inference.dataset import posterior_to_groups, read_posterior
+from swesbi.inference.posterior import Posterior, summarise_posterior
+from swesbi.inference.settings import PosteriorSettings, SupportSettings
+from swesbi.inference.support import Support, diagnose, read_support
+from swesbi.theta import THETA_NAMES
+
+NAMES = ("maximum_kpa", "max_up_slope_kpa_per_cycle", "age_years")
+Z_OBS = np.array([0.5, -1.2, 2.16])
+SETTINGS = SupportSettings(max_abs_z=3.0, min_in_prior_draws=1000, candidate_draws=500_000)
+KEPT = PosteriorSettings(draws=400, unfiltered_draws=300, interval=0.9)
+KEYS = [
+    "max_abs_z",
+    "worst_component",
+    "in_prior_draws",
+    "candidate_draws",
+    "acceptance",
+    "unfiltered_median",
+    "supported",
+    "verdict",
+    "reasons",
+]
+
+
+def candidates(inside: int, outside: int) -> np.ndarray:
+    """Draws of which exactly ``inside`` are in the prior's bounds, mixed in order."""
+    rng = np.random.default_rng(0)
+    theta = rng.normal([50.0, 8.0, 30.0], [2.0, 0.5, 1.0], size=(inside + outside, 3))
+    theta[rng.permutation(inside + outside)[:outside], 1] += 60.0
+    return theta
+
+
+def judged(inside: int, outside: int, z_obs: np.ndarray = Z_OBS) -> Support:
+    return diagnose(z_obs, NAMES, candidates(inside, outside), PAPER_PRIOR, SETTINGS)
+
+
+def test_enough_draws_at_the_limit_of_z_are_supported() -> None:
+    support = judged(1000, 500, np.array([0.0, -3.0, 2.0]))
+    assert support.supported
+    assert support.reasons == ()
+    assert (support.max_abs_z, support.worst_component) == (3.0, "max_up_slope_kpa_per_cycle")
+    assert support.verdict.startswith("supported")
+
+
+def test_one_draw_too_few_is_not() -> None:
+    support = judged(999, 501)
+    assert not support.supported
+    assert support.reasons == ("999 of 1500 candidate draws lie within the prior's bounds, 1000 required",)
+    assert support.verdict.startswith("not supported")
+
+
+def test_leakage_names_the_medians_beyond_the_bounds() -> None:
+    support = judged(1, 5000)
+    assert (support.in_prior_draws, support.candidate_draws) == (1, 5001)
+    assert support.acceptance == pytest.approx(1 / 5001)
+    assert support.unfiltered_median["k_atp_per_s"] == pytest.approx(68.0, abs=0.1)
+    assert "median of k_atp_per_s 68.0 outside [2, 30]" in support.reasons[0]
+
+
+def test_far_component_is_named_though_the_draws_suffice() -> None:
+    support = judged(2000, 0, np.array([-3.2, 3.14, 0.0]))
+    assert not support.supported
+    assert [reason.split()[0] for reason in support.reasons] == ["maximum_kpa", "max_up_slope_kpa_per_cycle"]
+    assert "z = 3.14" in support.reasons[1]
+
+
+def test_nan_never_counts_as_support() -> None:
+    theta = candidates(3000, 0)
+    theta[:2500, 0] = np.nan
+    assert diagnose(Z_OBS, NAMES, theta, PAPER_PRIOR, SETTINGS).in_prior_draws == 500
+    z_obs = np.array([0.0, np.nan, 0.0])
+    assert not diagnose(z_obs, NAMES, candidates(3000, 0), PAPER_PRIOR, SETTINGS).supported
+
+
+def test_support_file_has_the_fixed_keys_and_reads_back(tmp_path: Path) -> None:
+    support, path = judged(1, 5000), tmp_path / "support.json"
+    write_json(path, support.to_json())
+    assert list(json.loads(path.read_text())) == KEYS
+    assert read_support(path) == support
+    path.write_text("{}")
+    with pytest.raises(ArtefactError, match=r"support\.json"):
+        read_support(path)
+
+
+def test_settings_that_no_subject_can_meet_are_refused() -> None:
+    with pytest.raises(ValidationError, match="cannot be met by candidate_draws = 10"):
+        SupportSettings(max_abs_z=3.0, min_in_prior_draws=11, candidate_draws=10)
+
+
+def posterior_of(inside: int, outside: int) -> Posterior:
+    return summarise_posterior(candidates(inside, outside), Z_OBS, NAMES, PAPER_PRIOR, KEPT)
+
+
+def test_posterior_keeps_the_first_draws_in_bounds() -> None:
+    theta = candidates(900, 300)
+    posterior = posterior_of(900, 300)
+    np.testing.assert_array_equal(posterior.theta, theta[theta[:, 1] < 30.0][:400])
+    np.testing.assert_array_equal(posterior.unfiltered, theta[:300])
+    np.testing.assert_array_equal(posterior.unfiltered_in_prior, theta[:300, 1] < 30.0)
+
+
+def test_posterior_summary_is_that_of_the_kept_draws() -> None:
+    rng = np.random.default_rng(3)
+    covariance = np.array([[4.0, -0.9 * 2 * 0.5, 0.0], [-0.9 * 2 * 0.5, 0.25, 0.0], [0.0, 0.0, 1.0]])
+    theta = rng.multivariate_normal([50.0, 8.0, 30.0], covariance, size=40_000)
+    kept = KEPT.model_copy(update={"draws": 40_000})
+    posterior = summarise_posterior(theta, Z_OBS, NAMES, PAPER_PRIOR, kept)
+    np.testing.assert_allclose(posterior.median, [50.0, 8.0, 30.0], atol=0.05)
+    expected = 1.6449 * np.array([2.0, 0.5, 1.0])
+    np.testing.assert_allclose(posterior.interval[:, 1] - posterior.median, expected, rtol=0.05)
+    np.testing.assert_allclose(posterior.median - posterior.interval[:, 0], expected, rtol=0.05)
+    assert posterior.correlation[0, 1] == pytest.approx(-0.9, abs=0.01)
+    assert posterior.correlation[0, 2] == pytest.approx(0.0, abs=0.02)
+
+
+@pytest.mark.parametrize("inside", [0, 1, 350])
+def test_posterior_file_reads_back_by_us_xarray_h5py_and_arviz(tmp_path: Path, inside: int) -> None:
+    posterior, path = posterior_of(inside, 500), tmp_path / "posterior.h5"
+    save(path, posterior_to_groups(posterior), Provenance("posterior", "A"))
+    back = read_posterior(path)
+    for name in ("theta", "unfiltered", "unfiltered_in_prior", "median", "interval", "correlation", "z_obs"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(posterior, name), err_msg=name)
+    assert back.component_names == NAMES
+    with h5py.File(path) as file:
+        assert file["posterior/k0_kpa"].shape == (1, inside)
+        assert file["posterior/k0_kpa"].attrs["units"] == "kPa"
+        assert [dimension[0].name for dimension in file["posterior/k0_kpa"].dims] == [
+            "/posterior/chain",
+            "/posterior/draw",
+        ]
+    with xr.open_dataset(path, group="posterior", engine="h5netcdf") as group:
+        assert dict(group.sizes) == {"chain": 1, "draw": inside}
+    inference_data = arviz.from_netcdf(str(path), engine="h5netcdf")
+    assert list(inference_data.posterior.data_vars) == list(THETA_NAMES)
+    assert inference_data.posterior["k_atp_per_s"].shape == (1, inside)
+
+
+def test_without_draws_the_summary_is_nan_not_a_number() -> None:
+    empty = posterior_of(0, 500)
+    assert (
+        np.isnan(empty.median).all() and np.isnan(empty.interval).all() and np.isnan(empty.correlation).all()
+    )
+    assert np.isnan(posterior_of(2, 500).correlation).all()
+    assert np.isfinite(posterior_of(2, 500).median).all()
+
+
+def test_equal_posteriors_give_equal_bytes(tmp_path: Path) -> None:
+    paths = [tmp_path / "one.h5", tmp_path / "two.h5"]
+    for path in paths:
+        save(path, posterior_to_groups(replace(posterior_of(300, 10))), Provenance("posterior", "A"))
+    assert paths[0].read_bytes() == paths[1].read_bytes()

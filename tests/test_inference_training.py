@@ -1,0 +1,204 @@
+import logging
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from inference_case import (
+    CONTEXTS,
+    OBSERVATION_MODEL,
+    WIDE_PRIOR,
+    components,
+    estimator_settings,
+    known_posterior,
+    subject_features,
+)
+from sbi.inference import NPE_C
+from sbi.neural_nets import posterior_nn
+
+from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.inference.determinism import reproducible
+from swesbi.inference.estimator import TrainedEstimator, load_estimator, save_estimator
+from swesbi.inference.pool import Pool, build_pool
+from swesbi.inference.sampling import ROWS_PER_BATCH, draw_candidates
+from swesbi.inference.settings import EstimatorSettings
+from swesbi.inference.torch_prior import torch_prior
+from swesbi.inference.training import Epoch, choose_device, train
+
+OBSERVED = np.array([0.4, -0.3, 0.5, 0.1])
+FAST = estimator_settings()
+SAMPLE = """
+import sys
+import numpy as np
+from pathlib import Path
+from swesbi.inference.estimator import load_estimator
+from swesbi.inference.sampling import draw_candidates
+estimator, _ = load_estimator(Path(sys.argv[1]))
+z = np.load(sys.argv[2])
+np.save(sys.argv[3], draw_candidates(estimator, z, 300, 5))
+"""
+
+
+@pytest.fixture(scope="module")
+def pool() -> Pool:
+    subjects = [subject_features(context, 250, OBSERVED) for context in CONTEXTS]
+    return build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
+
+
+def fit(
+    pool: Pool, settings: EstimatorSettings, seed: int = 11
+) -> tuple[TrainedEstimator, tuple[Epoch, ...]]:
+    return train(pool.theta, pool.z, pool.components.names, WIDE_PRIOR, settings, seed)
+
+
+def weights(estimator: TrainedEstimator) -> torch.Tensor:
+    return torch.cat([value.flatten().double() for value in estimator.net.state_dict().values()])
+
+
+def held_out_loss(pool: Pool, estimator: TrainedEstimator, rows: torch.Tensor) -> float:
+    theta, z = torch.from_numpy(pool.theta)[rows], torch.from_numpy(pool.z)[rows]
+    with torch.no_grad():
+        return float(estimator.net.loss(theta, z).mean())
+
+
+def test_training_is_that_of_stock_sbi_to_the_bit(pool: Pool) -> None:
+    ours, epochs = fit(pool, FAST)
+    with reproducible(11):
+        trainer = NPE_C(
+            prior=torch_prior(WIDE_PRIOR),
+            density_estimator=posterior_nn("maf", hidden_features=16, num_transforms=2),
+            tracker=_Silent(),
+            show_progress_bars=False,
+        ).append_simulations(torch.from_numpy(pool.theta), torch.from_numpy(pool.z))
+        trainer.train(training_batch_size=50, max_num_epochs=2)
+    assert [epoch.validation_loss for epoch in epochs] == trainer.summary["validation_loss"]
+    assert [epoch.training_loss for epoch in epochs] == trainer.summary["training_loss"]
+    stock = torch.cat([value.flatten().double() for value in trainer._best_model_state_dict.values()])
+    assert torch.equal(weights(ours), stock)
+
+
+def test_weights_of_the_best_epoch_are_kept_though_training_went_on(pool: Pool) -> None:
+    settings = estimator_settings(learning_rate=0.05, max_num_epochs=12)
+    estimator, epochs = fit(pool, settings)
+    losses = [epoch.validation_loss for epoch in epochs]
+    assert len(epochs) == estimator.epochs_run == 13
+    assert estimator.best_epoch == int(np.argmin(losses)) + 1 < estimator.epochs_run, (
+        "needs a worse last epoch"
+    )
+    assert [e.number for e in epochs if e.best_so_far] == [
+        i + 1 for i in range(13) if losses[i] < min(losses[:i], default=np.inf)
+    ]
+    with reproducible(11):
+        torch_prior(WIDE_PRIOR).sample((1,))  # sbi draws once to learn the prior's device
+        held_out = torch.randperm(len(pool.theta))[int(0.9 * len(pool.theta)) :]
+    assert held_out_loss(pool, estimator, held_out) == pytest.approx(min(losses), abs=1e-4)
+
+
+def test_training_stops_early_and_says_so(pool: Pool) -> None:
+    settings = estimator_settings(learning_rate=0.05, max_num_epochs=200, stop_after_epochs=3)
+    estimator, epochs = fit(pool, settings)
+    assert len(epochs) == estimator.best_epoch + 3 < 201
+
+
+def test_same_seed_same_weights_other_seed_other_weights(pool: Pool) -> None:
+    once, again, other = fit(pool, FAST)[0], fit(pool, FAST)[0], fit(pool, FAST, seed=12)[0]
+    assert torch.equal(weights(once), weights(again))
+    assert not torch.equal(weights(once), weights(other))
+
+
+def test_nothing_is_left_behind(
+    pool: Pool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    torch.manual_seed(0)
+    before, threads = torch.random.get_rng_state(), torch.get_num_threads()
+    fit(pool, FAST)
+    assert list(tmp_path.iterdir()) == []
+    assert capsys.readouterr().out == ""
+    assert torch.equal(before, torch.random.get_rng_state())
+    assert torch.get_num_threads() == threads
+
+
+def test_every_epoch_is_reported(pool: Pool, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO, logger="swesbi"):
+        _, epochs = fit(pool, FAST)
+    for epoch in epochs:
+        lines = [line for line in caplog.messages if f"epoch {epoch.number}/3 " in line]
+        assert len(lines) == 1
+        assert f"validation {epoch.validation_loss:.4f}" in lines[0]
+
+
+def test_estimator_is_rebuilt_in_another_process_with_equal_draws(pool: Pool, tmp_path: Path) -> None:
+    estimator, _ = fit(pool, FAST)
+    path = tmp_path / "estimator.pt"
+    save_estimator(path, estimator, Provenance("estimator", seed=4))
+    np.save(tmp_path / "z.npy", pool.z_obs)
+    arguments = [str(path), str(tmp_path / "z.npy"), str(tmp_path / "draws.npy")]
+    subprocess.run([sys.executable, "-c", SAMPLE, *arguments], check=True, capture_output=True)
+    expected = draw_candidates(estimator, pool.z_obs, 300, 5)
+    np.testing.assert_array_equal(np.load(tmp_path / "draws.npy"), expected)
+
+
+def test_estimator_file_is_plain_and_reproducible(pool: Pool, tmp_path: Path) -> None:
+    estimator, _ = fit(pool, FAST)
+    paths = [tmp_path / "one.pt", tmp_path / "other_name.pt"]
+    for path in paths:
+        save_estimator(path, estimator, Provenance("estimator", seed=4, settings={"a": 1}))
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    back, provenance = load_estimator(paths[0])
+    assert (provenance.kind, provenance.seed, provenance.settings) == ("estimator", 4, {"a": 1})
+    assert (back.best_epoch, back.epochs_run) == (estimator.best_epoch, estimator.epochs_run)
+    assert (back.components, back.settings) == (estimator.components, estimator.settings)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a zip", None])
+def test_broken_estimator_file_is_refused_with_its_name(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "estimator.pt"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(ArtefactError, match=r"estimator\.pt: cannot be read"):
+        load_estimator(path)
+
+
+def test_draws_are_counted_exactly_and_z_must_fit(pool: Pool) -> None:
+    estimator, _ = fit(pool, FAST)
+    draws = draw_candidates(estimator, pool.z_obs, ROWS_PER_BATCH + 7, 1)
+    assert draws.shape == (2, ROWS_PER_BATCH + 7, 3)
+    with pytest.raises(ValueError, match="11 components"):
+        draw_candidates(estimator, pool.z_obs[:, :5], 10, 1)
+
+
+def test_device_is_chosen_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert (choose_device("auto"), choose_device("cpu")) == ("cpu", "cpu")
+    with pytest.raises(ValueError, match="no CUDA device"):
+        choose_device("cuda")
+    with pytest.raises(ValueError, match="not one of"):
+        choose_device("gpu")
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    assert (choose_device("auto"), choose_device("cpu"), choose_device("cuda")) == ("cuda", "cpu", "cuda")
+
+
+def test_learned_posterior_is_the_known_one() -> None:
+    """The whole path from prior draws to posterior draws against Gaussian conditioning."""
+    subjects = [subject_features(context, 3000, OBSERVED) for context in CONTEXTS]
+    pool = build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
+    settings = estimator_settings(max_num_epochs=14, learning_rate=2e-3, batch_size=100)
+    estimator, _ = fit(pool, settings)
+    draws = np.log(draw_candidates(estimator, pool.z_obs[:1], 20_000, 1)[0].clip(1e-3))
+    known = known_posterior(OBSERVED)
+    sd = np.sqrt(np.diag(known.covariance))
+    np.testing.assert_allclose((draws.mean(axis=0) - known.mean) / sd, 0.0, atol=0.25)
+    np.testing.assert_allclose(draws.std(axis=0) / sd, 1.0, atol=0.2)
+    correlation = known.covariance / np.outer(sd, sd)
+    np.testing.assert_allclose(np.corrcoef(draws, rowvar=False), correlation, atol=0.2)
+
+
+class _Silent:
+    log_dir = None
+
+    def log_metric(self, name: str, value: float, step: int | None = None) -> None: ...
+
+    def flush(self) -> None: ...
