@@ -12,7 +12,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Peak:
-    """The peak of n curves: nearest grid index, refined phase and height; each of shape (n,)."""
+    """The peak of n curves: largest grid value, its index, and the refined phase; each of shape (n,)."""
 
     index: NDArray[np.int64]
     phase: FloatArray
@@ -20,10 +20,11 @@ class Peak:
 
 
 def find_peak(grid: FloatArray, curves: FloatArray) -> Peak:
-    """Refine the largest grid value by the parabola through it and its two neighbours.
+    """Find the largest grid value, and its phase by the parabola through it and its two neighbours.
 
-    The parabola's vertex moves continuously where the largest value passes from one grid point to the
-    next. At an end of the grid the grid value itself is the peak.
+    The vertex moves continuously where the largest value passes from one grid point to the next; the
+    parabola's height would jump there, the largest value itself does not. At an end of the grid the
+    phase is that of the grid point.
 
     Args:
         grid: Uniform phases; shape (G,).
@@ -36,8 +37,7 @@ def find_peak(grid: FloatArray, curves: FloatArray) -> Peak:
     curvature = left - 2.0 * middle + right
     refined = (index == inner) & (curvature < 0.0)
     offset = np.where(refined, 0.5 * (left - right) / np.where(refined, curvature, 1.0), 0.0)
-    height = np.where(refined, middle - 0.25 * (left - right) * offset, curves[rows, index])
-    return Peak(index, grid[index] + offset * (grid[1] - grid[0]), height)
+    return Peak(index, grid[index] + offset * (grid[1] - grid[0]), curves[rows, index])
 
 
 def last_crossing_before(grid: FloatArray, curves: FloatArray, peak: Peak, level: FloatArray) -> FloatArray:

@@ -53,6 +53,14 @@ class Samples:
     status: NDArray[np.str_]
     source: str = "samples in memory"
 
+    def __post_init__(self) -> None:
+        known = np.isin(self.status, (STATUS_OK, *FAILED_STATUSES))
+        if not known.all():
+            raise RecordingError(
+                f"{self.source}: status {str(self.status[~known][0])!r} is none of "
+                f"{', '.join((STATUS_OK, *FAILED_STATUSES))}"
+            )
+
     @property
     def beat_phase(self) -> NDArray[np.float64]:
         """Phase of each sample in its own beat, trigger delay / RR, not wrapped; shape (N,)."""

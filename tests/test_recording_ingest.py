@@ -1,0 +1,211 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, nominal_phase
+
+from swesbi.artefacts import load
+from swesbi.observation.settings import MeasurementSettings
+from swesbi.recording import REASONS, ContextRow, RecordingError, Samples, ingest
+from swesbi.recording.dataset import read_observation
+from swesbi.recording.quality import rejection
+from swesbi.recording.speed import estimate_noise, repeat_means
+from swesbi.stages import ingest as stage
+from swesbi.stages.origin import Origin
+
+
+def without_phases(samples: Samples, *indices: int) -> Samples:
+    """All attempts at these phases failed; the rows stay."""
+    failed = np.isin(samples.phase_index, indices)
+    speed = np.where(failed, np.nan, samples.speed_m_s)
+    return replace(samples, status=np.where(failed, "no_wave", samples.status), speed_m_s=speed)
+
+
+def rows(samples: Samples, keep: NDArray[np.bool_]) -> Samples:
+    columns = ("phase_index", "trigger_delay_ms", "rr_ms", "repeat", "sample")
+    columns += ("speed_m_s", "fit_r2", "status")
+    return replace(samples, **{name: getattr(samples, name)[keep] for name in columns})
+
+
+def test_clean_recording_gives_its_speeds_back() -> None:
+    observed = ingest(make_samples(), CONTEXT, RECORDING, 100)
+    np.testing.assert_allclose(observed.phase, nominal_phase())
+    np.testing.assert_allclose(observed.speed_m_s, clean_speed())
+    np.testing.assert_allclose(observed.stiffness_kpa, 3.0 * clean_speed() ** 2)
+    np.testing.assert_allclose(observed.speed_se_m_s, 0.0, atol=1e-9)
+    assert observed.measured.all()
+    assert observed.curve_kpa.shape == observed.grid.shape == (100,)
+    assert sum(observed.rejected.values()) == 0
+
+
+def test_speeds_are_averaged_before_they_are_squared() -> None:
+    samples = make_samples(sample_sd=0.1, repeat_sd=0.05)
+    observed = ingest(samples, CONTEXT, RECORDING, 100)
+    accepted = rejection(samples, RECORDING) == -1
+    for index in range(PHASES):
+        chosen = accepted & (samples.phase_index == index)
+        means = [samples.speed_m_s[chosen & (samples.repeat == r)].mean() for r in range(3)]
+        np.testing.assert_allclose(observed.stiffness_kpa[index], 3.0 * np.mean(means) ** 2)
+    squared_first = [
+        3.0 * np.mean(samples.speed_m_s[accepted & (samples.phase_index == i)] ** 2) for i in range(PHASES)
+    ]
+    assert np.mean(observed.stiffness_kpa / squared_first) < 0.995
+
+
+def test_every_sample_is_accepted_or_rejected_for_one_reason() -> None:
+    samples = make_samples(sample_sd=0.05, seed=1)
+    status, speed, r2, rr = (
+        samples.status.copy(),
+        samples.speed_m_s.copy(),
+        samples.fit_r2.copy(),
+        samples.rr_ms.copy(),
+    )
+    status[0:4] = ["no_wave", "motion", "low_r2", "bound_hit"]
+    speed[4] = np.nan
+    r2[5], r2[6] = 0.2, np.nan
+    rr[36:48] = 600.0
+    speed[80], speed[90] = 3.0 * speed[80], 0.2 * speed[90]
+    observed = ingest(
+        replace(samples, status=status, speed_m_s=speed, fit_r2=r2, rr_ms=rr), CONTEXT, RECORDING, 100
+    )
+    expected = dict.fromkeys(REASONS, 0) | {"no_wave": 1, "motion": 1, "low_r2": 1, "bound_hit": 1}
+    expected |= {"empty_speed": 1, "low_fit_r2": 2, "ectopic_rr": 12, "outlier": 2}
+    assert observed.rejected == expected
+    assert observed.samples_accepted.sum() + observed.samples_rejected.sum() == len(samples.status)
+
+
+def test_outlier_rule_holds_at_every_speed_level() -> None:
+    samples = make_samples(sample_sd=0.05, seed=3)
+    speed = samples.speed_m_s.copy()
+    wrong = np.arange(7, len(speed), 36)
+    speed[wrong] *= 1.8
+    verdict = rejection(replace(samples, speed_m_s=speed), RECORDING)
+    assert set(wrong) <= set(np.flatnonzero(verdict == REASONS.index("outlier")))
+    assert (verdict != -1).sum() <= len(wrong) + 3
+
+
+def test_an_ectopic_beat_does_not_move_the_phase() -> None:
+    samples = make_samples()
+    rr = np.where((samples.phase_index == 7) & (samples.repeat == 1), 620.0, samples.rr_ms)
+    observed = ingest(replace(samples, rr_ms=rr), CONTEXT, RECORDING, 100)
+    np.testing.assert_allclose(observed.phase, nominal_phase())
+
+
+def test_standard_error_respects_the_nesting() -> None:
+    repeat_sd, sample_sd = 0.04, 0.08
+    errors, reported = [], []
+    for seed in range(60):
+        observed = ingest(
+            make_samples(repeat_sd=repeat_sd, sample_sd=sample_sd, seed=seed), CONTEXT, RECORDING, 100
+        )
+        errors.append(observed.speed_m_s / clean_speed() - 1.0)
+        reported.append(observed.speed_se_m_s / observed.speed_m_s)
+    actual = np.std(np.concatenate(errors))
+    np.testing.assert_allclose(actual, np.sqrt(repeat_sd**2 / 3 + sample_sd**2 / 36), rtol=0.06)
+    np.testing.assert_allclose(np.mean(reported), actual, rtol=0.08)
+    independent = np.sqrt((repeat_sd**2 + sample_sd**2) / 36)
+    assert np.mean(reported) > 1.5 * independent
+
+
+def test_variance_components_are_told_apart() -> None:
+    samples = make_samples(repeat_sd=0.10, sample_sd=0.05, seed=1, repeats=20)
+    noise = estimate_noise(repeat_means(samples, np.ones(samples.status.shape, dtype=bool)))
+    np.testing.assert_allclose(noise.repeat_fraction, 0.10, rtol=0.08)
+    np.testing.assert_allclose(noise.sample_fraction, 0.05, rtol=0.03)
+
+
+def test_stiffness_error_follows_from_the_speed_error() -> None:
+    observed = ingest(make_samples(repeat_sd=0.02, sample_sd=0.04), CONTEXT, RECORDING, 100)
+    step = 1e-6
+    change = 3.0 * ((observed.speed_m_s + step) ** 2 - observed.speed_m_s**2) / step
+    np.testing.assert_allclose(observed.stiffness_se_kpa, change * observed.speed_se_m_s, rtol=1e-5)
+
+
+def test_a_missing_phase_keeps_its_place_and_is_interpolated() -> None:
+    observed = ingest(without_phases(make_samples(), 12), CONTEXT, RECORDING, 100)
+    assert not observed.measured[12]
+    assert observed.measured.sum() == PHASES - 1
+    np.testing.assert_allclose(observed.phase, nominal_phase())
+    assert np.isnan(observed.stiffness_kpa[12])
+    inside = (observed.grid > observed.phase[11]) & (observed.grid < observed.phase[13])
+    between = sorted(observed.stiffness_kpa[[11, 13]])
+    assert ((observed.curve_kpa[inside] >= between[0]) & (observed.curve_kpa[inside] <= between[1])).all()
+
+
+@pytest.mark.parametrize("index", [0, 12, 19])
+def test_a_phase_without_rows_lies_between_its_neighbours(index: int) -> None:
+    samples = make_samples()
+    observed = ingest(rows(samples, samples.phase_index != index), CONTEXT, RECORDING, 100)
+    np.testing.assert_allclose(observed.phase, nominal_phase(), atol=1e-12)
+    assert list(np.flatnonzero(~observed.measured)) == [index]
+
+
+def test_a_phase_with_too_few_samples_counts_as_missing() -> None:
+    samples = make_samples()
+    speed = samples.speed_m_s.copy()
+    few = np.flatnonzero(samples.phase_index == 5)
+    speed[few[5:]] = np.nan
+    observed = ingest(replace(samples, speed_m_s=speed), CONTEXT, RECORDING, 100)
+    assert not observed.measured[5]
+    assert observed.rejected["sparse_phase"] == 5
+
+
+@pytest.mark.parametrize(
+    ("missing", "message"),
+    [
+        ((1, 4, 7, 10, 13), "25% of the phases are missing, limit 20%"),
+        ((8, 9, 10), "no phase was measured for 0.200 of the cycle after 0.375"),
+        ((16, 17), "1 phases were measured in late diastole"),
+    ],
+)
+def test_incomplete_recordings_are_refused(missing: tuple[int, ...], message: str) -> None:
+    with pytest.raises(RecordingError, match=message):
+        ingest(without_phases(make_samples(), *missing), CONTEXT, RECORDING, 100)
+
+
+def test_limits_themselves_are_allowed() -> None:
+    observed = ingest(without_phases(make_samples(), 0, 4, 5, 9), CONTEXT, RECORDING, 100)
+    assert observed.measured.sum() == 16
+
+
+def test_a_push_after_the_end_of_its_beat_is_refused() -> None:
+    samples = make_samples()
+    delay = np.where(samples.phase_index == 19, 1300.0, samples.trigger_delay_ms)
+    with pytest.raises(RecordingError, match="phase_index 19 lies at 1.30 of its beat"):
+        ingest(replace(samples, trigger_delay_ms=delay), CONTEXT, RECORDING, 100)
+
+
+def test_an_unknown_status_is_refused_in_memory_too() -> None:
+    samples = make_samples()
+    with pytest.raises(RecordingError, match="status 'fine' is none of"):
+        replace(samples, status=np.full(samples.status.shape, "fine"))
+
+
+def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
+    samples = without_phases(make_samples(repeat_sd=0.04, sample_sd=0.08), 12)
+    recording, artefact = tmp_path / "T.csv", tmp_path / "observation.h5"
+    samples.frame().to_csv(recording, index=False)
+    row = ContextRow(
+        subject="T", sex="F", age_years=25, bsa_m2=1.7, hr_bpm=60, lvedv_ml=90, lvesv_ml=34, ivsd_cm=0.8
+    )
+    settings = stage.IngestStageSettings(
+        context=row,
+        recording=RECORDING,
+        measurement=MeasurementSettings(grid_points=100, active_stiffness_map="identity"),
+    )
+    stage.run(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
+    direct, read = ingest(samples, CONTEXT, RECORDING, 100), read_observation(artefact)
+    assert read.context == CONTEXT
+    assert read.noise == direct.noise
+    for name in ("phase", "phase_index", "measured", "speed_m_s", "speed_se_m_s", "stiffness_se_kpa"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(direct, name))
+    np.testing.assert_array_equal(read.curve_kpa, direct.curve_kpa)
+    np.testing.assert_array_equal(read.samples_rejected, direct.samples_rejected)
+    first = artefact.read_bytes()
+    stage.run(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
+    assert artefact.read_bytes() == first
+    assert list(load(artefact, "observation")[0]["reason"].to_numpy()) == list(REASONS)
