@@ -10,21 +10,20 @@ from typing import Any
 from swesbi.config.errors import ConfigError
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config
-from swesbi.context import Context
-from swesbi.recording import RecordingError, read_subjects
+from swesbi.recording import ContextRow, RecordingError, read_context_rows
 
 
 @dataclass(frozen=True)
 class Study:
-    """A validated configuration and the context of each of its subjects, in the cohort's order."""
+    """A validated configuration and the context row of each subject, in the cohort's order."""
 
     config: Config
-    contexts: Mapping[str, Context]
+    context_rows: Mapping[str, ContextRow]
 
     @property
     def subjects(self) -> tuple[str, ...]:
         """The subjects' names."""
-        return tuple(self.contexts)
+        return tuple(self.context_rows)
 
     @property
     def cohort(self) -> Path:
@@ -45,7 +44,7 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
     config = parse_config(raw, source)
     table = Path(config.cohort) / "subjects.csv"
     try:
-        known = {context.subject: context for context in read_subjects(table)}
+        known = {row.subject: row for row in read_context_rows(table)}
     except RecordingError as error:
         raise ConfigError(f"{source}: cohort = {config.cohort!r}: {error}") from error
     study = Study(config, _select(config, known, source, table))
@@ -53,7 +52,9 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
     return study
 
 
-def _select(config: Config, known: Mapping[str, Context], source: str, table: Path) -> dict[str, Context]:
+def _select(
+    config: Config, known: Mapping[str, ContextRow], source: str, table: Path
+) -> dict[str, ContextRow]:
     names = tuple(known) if config.subjects == "all" else config.subjects
     if unknown := [name for name in names if name not in known]:
         raise ConfigError(

@@ -1,0 +1,127 @@
+"""Which part of the configuration each stage depends on: what its rule is rerun for, and nothing else.
+
+Every slice is plain data with the fields of the stage's own settings class.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from swesbi.config.errors import ConfigError
+from swesbi.config.models import Config, ExperimentSettings
+from swesbi.config.study import Study
+from swesbi.simulations.shards import shard_draws
+
+Wildcards = Mapping[str, str]
+Slice = Callable[[Study, Wildcards], dict[str, Any]]
+
+
+def stage_settings(study: Study, stage: str, **wildcards: str) -> dict[str, Any]:
+    """Return the plain, key-sorted settings of a stage under these wildcards (subject, experiment, ...).
+
+    Raises:
+        ConfigError: A wildcard is missing or names nothing that the study has.
+        KeyError: There is no such stage.
+    """
+    return dict(sorted(_SLICES[stage](study, wildcards).items()))
+
+
+def _ingest(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return {"context": _context(study, wildcards)} | _common(study.config, "recording", "measurement")
+
+
+def _passive(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    prior = study.config.priors[study.config.passive_reference_prior]
+    return {"prior": prior.to_plain()} | _common(study.config, "forward_model", "passive", "measurement")
+
+
+def _simulate(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    config, prior = study.config, _named(study, wildcards, "prior")
+    draws = config.simulations_per_subject(prior)
+    shard = shard_draws(int(_wildcard(wildcards, "shard")), config.resources.shards_per_subject, draws)
+    return {
+        "context": _context(study, wildcards),
+        "draws": [shard.start, shard.stop],
+        "prior": config.priors[prior].to_plain(),
+    } | _common(config, "forward_model")
+
+
+def _pool(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _common(study.config, "measurement") | _of_experiment(
+        study, wildcards, "summary", "observation_model", "simulations_per_subject"
+    )
+
+
+def _train(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _of_experiment(study, wildcards, "estimator", "prior")
+
+
+def _posterior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _of_experiment(study, wildcards, "support", "posterior", "prior")
+
+
+def _predictive(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    experiment = _of_experiment(study, wildcards, "summary", "observation_model", "predictive")
+    return experiment | _common(study.config, "forward_model", "measurement")
+
+
+def _recovery(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    experiment = _of_experiment(study, wildcards, "summary", "observation_model", "recovery", "prior")
+    return experiment | _common(study.config, "forward_model", "measurement")
+
+
+def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    config = study.config
+    own = {"search": config.cmaes.search.to_plain(), "prior": config.priors[config.cmaes.prior].to_plain()}
+    return own | _common(config, "forward_model", "measurement")
+
+
+def _common(config: Config, *names: str) -> dict[str, Any]:
+    """Return parts of the configuration that are the same for every experiment."""
+    return {name: getattr(config, name).to_plain() for name in names}
+
+
+def _of_experiment(study: Study, wildcards: Wildcards, *names: str) -> dict[str, Any]:
+    """Return parts of one experiment's section; its prior as the prior itself, not its name."""
+    config = study.config
+    experiment: ExperimentSettings = config.experiments[_named(study, wildcards, "experiment")]
+    plain = experiment.to_plain() | {"prior": config.priors[experiment.prior].to_plain()}
+    return {name: plain[name] for name in names}
+
+
+def _context(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return study.context_rows[_named(study, wildcards, "subject")].to_plain()
+
+
+def _named(study: Study, wildcards: Wildcards, kind: str) -> str:
+    """Return a wildcard that must name a subject, an experiment or a prior of the study."""
+    name = _wildcard(wildcards, kind)
+    known = {
+        "subject": study.context_rows,
+        "experiment": study.config.experiments,
+        "prior": study.config.priors,
+    }
+    if name not in known[kind]:
+        raise ConfigError(f"{kind} = {name!r}: unknown; the study has {', '.join(known[kind])}")
+    return name
+
+
+def _wildcard(wildcards: Wildcards, kind: str) -> str:
+    if kind not in wildcards:
+        raise ConfigError(f"say which {kind}: --{kind} NAME")
+    return wildcards[kind]
+
+
+_SLICES: Final[Mapping[str, Slice]] = {
+    "ingest": _ingest,
+    "passive": _passive,
+    "simulate": _simulate,
+    "pool": _pool,
+    "train": _train,
+    "posterior": _posterior,
+    "predictive": _predictive,
+    "recovery": _recovery,
+    "cmaes": _cmaes,
+}
+STAGES: Final = tuple(_SLICES)
