@@ -6,6 +6,7 @@ import contextlib
 import io
 import logging
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -74,7 +75,7 @@ def train(
     with reproducible(seed), contextlib.redirect_stdout(io.StringIO()) as printed:
         record = _EpochRecord(label, settings.max_num_epochs + 1)
         trainer = _Trainer(record, prior, settings, device)
-        trainer.append_simulations(torch.from_numpy(theta), torch.from_numpy(z), exclude_invalid_x=False)
+        _append(trainer, torch.from_numpy(theta), torch.from_numpy(z))
         net = trainer.train(
             training_batch_size=settings.batch_size,
             learning_rate=settings.learning_rate,
@@ -89,6 +90,17 @@ def train(
     best = record.best
     LOGGER.info("%s: best epoch %d of %d run, validation loss %.4f", label, *best, record.best_loss)
     return TrainedEstimator(net, settings, components, *best, record.best_loss), tuple(record.epochs)
+
+
+def _append(trainer: NPE_C, theta: Tensor, z: Tensor) -> None:
+    """Hand the rows to sbi, without its advice against standardising far values or constant components.
+
+    The rows were standardised in double precision, where neither loses a digit.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Data has extreme outliers")
+        warnings.filterwarnings("ignore", message="Data has .*constant")
+        trainer.append_simulations(theta, z, exclude_invalid_x=False)
 
 
 def choose_device(device: str) -> str:
