@@ -1,0 +1,127 @@
+"""From simulations of one subject, prior or posterior, to predictive draws."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.evaluation.predictive import Draws, Target
+from swesbi.evaluation.subject_model import SubjectModel
+from swesbi.forward_model import Status
+from swesbi.inference.observation_model import noise_sd
+from swesbi.inference.settings import ObservationModelSettings
+from swesbi.observation import SummarySettings, summarise, summary_names
+from swesbi.simulations.draw import PriorSimulations
+
+FloatArray = NDArray[np.float64]
+
+
+class FeatureError(ValueError):
+    """A feature to check that the summary does not have."""
+
+
+def make_target(
+    model: SubjectModel,
+    feature_names: tuple[str, ...],
+    summary: SummarySettings,
+    observation_model: ObservationModelSettings,
+) -> Target:
+    """Return what the predictions of a subject are compared with.
+
+    Raises:
+        FeatureError: A name is no feature of the summary.
+    """
+    observation = model.observation
+    columns = _columns(feature_names, summary)
+    sd = noise_sd(summary_names(summary), observation_model.feature_noise_sd)
+    return Target(
+        grid=observation.grid,
+        curve_kpa=observation.curve_kpa,
+        phase=observation.phase,
+        measured=observation.measured,
+        stiffness_kpa=observation.stiffness_kpa,
+        stiffness_se_kpa=observation.stiffness_se_kpa,
+        features=summarise(observation.curve_kpa[None], summary)[0, columns],
+        feature_names=feature_names,
+        feature_noise_sd=sd[columns],
+    )
+
+
+def from_prior(
+    simulations: PriorSimulations,
+    model: SubjectModel,
+    feature_names: tuple[str, ...],
+    summary: SummarySettings,
+    number: int,
+) -> Draws:
+    """Return the first ``number`` stored, successful prior simulations as predictive draws."""
+    ejection = (1.0 - simulations.end_systolic_volume_ml / simulations.end_diastolic_volume_ml)[:number]
+    cycles = (simulations.cycle_phase, simulations.active_stiffness_kpa[:number])
+    return _measure(simulations.theta[:number], cycles, ejection, 0, model, feature_names, summary)
+
+
+def from_theta(
+    theta: FloatArray, model: SubjectModel, feature_names: tuple[str, ...], summary: SummarySettings
+) -> Draws:
+    """Simulate theta of shape (n, 3) and return the successful ones as predictive draws; n may be 0."""
+    if len(theta) == 0:
+        return _no_draws(model, len(feature_names))
+    beats = model.simulate(theta)
+    good = beats.status == Status.PERIODIC
+    if not good.any():
+        return _no_draws(model, len(feature_names), failed=len(theta))
+    cycles = (beats.cycle_phase, beats.active_stiffness_kpa[good])
+    ejection = beats.ejection_fraction[good]
+    failed = int((~good).sum())
+    return _measure(theta[good], cycles, ejection, failed, model, feature_names, summary)
+
+
+def _measure(
+    theta: FloatArray,
+    cycles: tuple[FloatArray, FloatArray],
+    ejection_fraction: FloatArray,
+    failed: int,
+    model: SubjectModel,
+    feature_names: tuple[str, ...],
+    summary: SummarySettings,
+) -> Draws:
+    curves = model.on_grid(*cycles)
+    return Draws(
+        theta=theta,
+        curve_kpa=curves,
+        phase_kpa=model.at_phases(*cycles),
+        features=summarise(curves, summary)[:, _columns(feature_names, summary)],
+        ejection_fraction=ejection_fraction,
+        attained_stiffness_kpa=attained_stiffness_kpa(theta, model.activation_duration_s),
+        failed=failed,
+    )
+
+
+def attained_stiffness_kpa(theta: FloatArray, duration_s: float) -> FloatArray:
+    """Return k_0 (1 - exp(-k_ATP D_T)): active stiffness after the activation D_T at constant length.
+
+    The solution of the bond kinetics k_c' = k_ATP (k_0 - k_c) from rest (Chapelle et al. 2012), theta (n, 3).
+    """
+    attained: FloatArray = theta[:, 0] * -np.expm1(-theta[:, 1] * duration_s)
+    return attained
+
+
+def _no_draws(model: SubjectModel, features: int, failed: int = 0) -> Draws:
+    return Draws(
+        theta=np.empty((0, 3)),
+        curve_kpa=np.empty((0, model.measurement.grid_points)),
+        phase_kpa=np.empty((0, len(model.observation.phase))),
+        features=np.empty((0, features)),
+        ejection_fraction=np.empty(0),
+        attained_stiffness_kpa=np.empty(0),
+        failed=failed,
+    )
+
+
+def _columns(feature_names: tuple[str, ...], summary: SummarySettings) -> list[int]:
+    names = summary_names(summary)
+    if unknown := [name for name in feature_names if name not in names]:
+        raise FeatureError(
+            f"predictive.features: {unknown[0]!r} is no feature of the summary; it has {', '.join(names)}"
+        )
+    return [names.index(name) for name in feature_names]

@@ -1,0 +1,90 @@
+"""How well a predictive median and interval describe an observed stiffness curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Band:
+    """The pointwise median and central interval of predictive curves, each of shape (points,)."""
+
+    median: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Scores of one predictive distribution against one observed curve (paper, Sec. 2.5).
+
+    All NaN where there is no prediction.
+    """
+
+    rmse_kpa: float
+    nrmse: float
+    r2: float
+    post_peak_rmse_kpa: float
+    coverage: float
+
+
+NO_SCORES = Scores(*[float("nan")] * 5)
+
+
+def band(values: FloatArray, interval: float) -> Band:
+    """Summarise draws of shape (n, points) by their median and central interval; NaN where n is 0."""
+    if len(values) == 0:
+        empty = np.full(values.shape[1], np.nan)
+        return Band(empty, empty, empty)
+    tail = (1.0 - interval) / 2.0
+    low, median, high = np.quantile(values, [tail, 0.5, 1.0 - tail], axis=0)
+    return Band(median, low, high)
+
+
+def score(phase: FloatArray, observed: FloatArray, predicted: Band) -> Scores:
+    """Score a predictive band against an observed curve at the same phases, all of shape (points,).
+
+    Post-peak means from the observed peak to the end of the cycle.
+
+    Raises:
+        ValueError: The observed values are not all finite, or are constant.
+    """
+    if not np.all(np.isfinite(observed)) or np.ptp(observed) == 0.0:
+        raise ValueError(f"the observed curve must be finite and vary, found {observed.tolist()}")
+    if np.isnan(predicted.median).any():
+        return NO_SCORES
+    after = phase >= phase[np.argmax(observed)]
+    error = rmse(observed, predicted.median)
+    return Scores(
+        rmse_kpa=error,
+        nrmse=error / float(np.ptp(observed)),
+        r2=r2(observed, predicted.median),
+        post_peak_rmse_kpa=rmse(observed[after], predicted.median[after]),
+        coverage=coverage(observed, predicted),
+    )
+
+
+def rmse(observed: FloatArray, predicted: FloatArray) -> float:
+    """Return the root mean squared error, in the unit of the values."""
+    return float(np.sqrt(np.mean((observed - predicted) ** 2)))
+
+
+def r2(observed: FloatArray, predicted: FloatArray) -> float:
+    """Return the coefficient of determination, 1 - residual over total sum of squares."""
+    residual = np.sum((observed - predicted) ** 2)
+    return float(1.0 - residual / np.sum((observed - observed.mean()) ** 2))
+
+
+def coverage(observed: FloatArray, predicted: Band) -> float:
+    """Return the fraction of observed values inside the interval, its ends included."""
+    return float(np.mean((observed >= predicted.low) & (observed <= predicted.high)))
+
+
+def reduction_percent(rmse_before: float, rmse_after: float) -> float:
+    """Return by how many percent the error fell: 100 (1 - after / before)."""
+    return 100.0 * (1.0 - rmse_after / rmse_before)

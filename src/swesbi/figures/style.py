@@ -1,0 +1,83 @@
+"""One look for every figure, and files that are the same whenever they are made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from swesbi.artefacts import atomic_path
+
+TEXT_WIDTH_IN: Final = 12.2 / 2.54
+"""Text width of Springer's LNCS class, in inches."""
+
+OBSERVED: Final = "#000000"
+POSTERIOR: Final = "#0072B2"
+CMAES: Final = "#D55E00"
+TRUTH: Final = "#009E73"
+PRIOR: Final = "#8C8C8C"
+EXCLUDED_BACKGROUND: Final = "#EDEDED"
+
+RC: Final[Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 7.0,
+    "axes.titlesize": 7.0,
+    "axes.labelsize": 7.0,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "legend.fontsize": 6.5,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "xtick.minor.size": 1.5,
+    "ytick.minor.size": 1.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "lines.linewidth": 1.1,
+    "pdf.fonttype": 42,
+    "mathtext.fontset": "dejavusans",
+}
+
+PNG_DPI: Final = 300
+NO_TIMESTAMP: Final = {
+    ".pdf": {"CreationDate": None, "ModDate": None},
+    ".png": {"Software": None},
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw in the study's style, from matplotlib's own defaults whatever the user's matplotlibrc says."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(RC)
+        yield
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """Return an empty figure on the Agg canvas; its constrained layout keeps text apart."""
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save_figure(figure: Figure, *paths: Path) -> None:
+    """Write a figure as PDF (embedded TrueType fonts) or PNG, by suffix, without a timestamp.
+
+    Raises:
+        ValueError: The suffix is neither .pdf nor .png.
+    """
+    for path in paths:
+        if path.suffix not in NO_TIMESTAMP:
+            raise ValueError(f"{path}: figures are written as .pdf or .png, not {path.suffix!r}")
+        with style(), atomic_path(path) as temporary:
+            figure.savefig(temporary, dpi=PNG_DPI, metadata=NO_TIMESTAMP[path.suffix])

@@ -1,0 +1,85 @@
+"""Stage: the tables of every experiment, as CSV and LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from swesbi.artefacts import atomic_path
+from swesbi.evaluation.cmaes_dataset import read_cmaes
+from swesbi.evaluation.predictive_dataset import read_predictive
+from swesbi.evaluation.support_numbers import support_numbers
+from swesbi.inference.dataset import read_posterior
+from swesbi.inference.support import read_support
+from swesbi.settings import Settings
+from swesbi.stages.origin import Origin
+from swesbi.stages.places import by_place, by_subject, pick
+from swesbi.tables.case import Case
+from swesbi.tables.features import features_table
+from swesbi.tables.latex import ppc_latex
+from swesbi.tables.posterior import posterior_table
+from swesbi.tables.ppc import ppc_table
+
+FLOAT_FORMAT = "%.8g"
+
+
+class TablesSettings(Settings):
+    """What the tables call the subjects."""
+
+    cohort_title: str
+
+
+def run(
+    *,
+    predictives: Sequence[Path],
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    cmaes: Sequence[Path],
+    ppc_csv: Path,
+    ppc_tex: Path,
+    features_csv: Path,
+    posterior_csv: Path,
+    settings: TablesSettings,
+    origin: Origin,
+) -> None:
+    """Write the tables; every experiment and subject whose predictive check is given has its rows."""
+    cases = read_cases(predictives, posteriors, supports, cmaes)
+    scores = ppc_table(cases)
+    reasons = {(case.experiment, case.subject): ", ".join(support_numbers(case.support)) for case in cases}
+    _write_csv(ppc_csv, scores)
+    _write_csv(features_csv, features_table(cases))
+    _write_csv(posterior_csv, posterior_table(cases))
+    with atomic_path(ppc_tex) as temporary:
+        temporary.write_text(ppc_latex(scores, reasons, settings.cohort_title), encoding="utf-8")
+
+
+def read_cases(
+    predictives: Sequence[Path],
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    cmaes: Sequence[Path],
+) -> list[Case]:
+    """Read what the tables need, in the order of ``predictives``.
+
+    Raises:
+        ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
+    """
+    posterior_of, support_of, fit_of = by_place(posteriors), by_place(supports), by_subject(cmaes)
+    return [
+        Case(
+            place.experiment,
+            place.subject,
+            read_predictive(path)[0],
+            read_posterior(pick(posterior_of, place, "posterior")),
+            read_support(pick(support_of, place, "support verdict")),
+            read_cmaes(fit_of[place.subject])[0],
+        )
+        for place, path in by_place(predictives).items()
+    ]
+
+
+def _write_csv(path: Path, table: pd.DataFrame) -> None:
+    with atomic_path(path) as temporary:
+        table.to_csv(temporary, index=False, float_format=FLOAT_FORMAT, lineterminator="\n")

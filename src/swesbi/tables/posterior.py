@@ -1,0 +1,83 @@
+"""The posteriors in numbers: medians, credible intervals, correlations, and what a cardiologist reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from swesbi.evaluation.scores import band
+from swesbi.tables.case import Case
+from swesbi.theta import THETA_NAMES, THETA_UNITS
+
+FloatArray = NDArray[np.float64]
+
+CORRELATIONS: Final = tuple(f"correlation_{name}" for name in THETA_NAMES)
+COLUMNS: Final = (
+    "experiment",
+    "subject",
+    "supported",
+    "parameter",
+    "unit",
+    "median",
+    "ci_low",
+    "ci_high",
+    *CORRELATIONS,
+    "unfiltered_median",
+    "cmaes",
+)
+
+
+def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
+    """Return one row a subject, experiment and quantity.
+
+    The three parameters come first, with their correlations, the median of all candidates (filtered by no
+    bound) and the CMA-ES fit; then quantities derived from the posterior predictive simulations: ejection
+    fraction, peak stiffness and attained stiffness k_0 (1 - exp(-k_ATP D_T)). Posterior values are NaN
+    where the subject is outside the prior's support.
+    """
+    rows = [row for case in cases for row in (*_parameters(case), *_derived(case))]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _parameters(case: Case) -> Iterator[dict[str, Any]]:
+    posterior = case.posterior
+    missing = 1.0 if case.support.supported else np.nan
+    for j, (name, unit) in enumerate(zip(THETA_NAMES, THETA_UNITS, strict=True)):
+        low, high = missing * posterior.interval[j]
+        correlations = zip(CORRELATIONS, missing * posterior.correlation[j], strict=True)
+        yield {
+            **_identity(case, name, unit),
+            "median": missing * posterior.median[j],
+            "ci_low": low,
+            "ci_high": high,
+            **dict(correlations),
+            "unfiltered_median": case.support.unfiltered_median[name],
+            "cmaes": case.fit.theta[j],
+        }
+
+
+def _derived(case: Case) -> Iterator[dict[str, Any]]:
+    draws = case.check.posterior.draws
+    quantities = {
+        ("ejection_fraction", "1"): draws.ejection_fraction,
+        ("peak_stiffness_kpa", "kPa"): draws.curve_kpa.max(axis=1),
+        ("attained_stiffness_kpa", "kPa"): draws.attained_stiffness_kpa,
+    }
+    for (name, unit), values in quantities.items():
+        summary = band(values[:, None], case.posterior.interval_mass)
+        interval = {"ci_low": summary.low[0], "ci_high": summary.high[0]}
+        yield {**_identity(case, name, unit), "median": summary.median[0], **interval}
+
+
+def _identity(case: Case, name: str, unit: str) -> dict[str, Any]:
+    return {
+        "experiment": case.experiment,
+        "subject": case.subject,
+        "supported": case.support.supported,
+        "parameter": name,
+        "unit": unit,
+    }

@@ -1,0 +1,138 @@
+"""Synthetic subjects for the tests of scores, fits, figures and tables: a closed-form stand-in for the heart.
+
+Active stiffness rises as k_0 (1 - exp(-k_ATP t)) during activation and falls as exp(-k_SR t) after it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.evaluation.cmaes import search
+from swesbi.evaluation.cmaes_run import best_run
+from swesbi.evaluation.fit import CmaesFit, gather
+from swesbi.evaluation.loss import curve_loss
+from swesbi.evaluation.predictive import Draws, PredictiveCheck, Target, predict
+from swesbi.evaluation.settings import CmaesSettings, CurveLossSettings
+from swesbi.figures.panels import PosteriorPanel, PredictivePanel
+from swesbi.inference.support import Support
+from swesbi.simulations.prior import PriorSettings, bounds, quantile
+from swesbi.theta import THETA_NAMES
+
+FloatArray = NDArray[np.float64]
+GRID = np.linspace(0.0, 1.0, 100)
+PERIOD_S = 0.9
+FEATURES = ("maximum_kpa", "auc_kpa", "time_to_peak_cycle")
+FEATURE_NOISE_SD = np.array([1.0, 0.5, 0.03])
+INTERVAL = 0.9
+TITLE = "virtual volunteers"
+LOSS = CurveLossSettings(mae_weight=1.0, correlation_weight=1.0, peak_weight=1.0)
+PRIOR = PriorSettings.from_plain(
+    {
+        "k0_kpa": {"centre": 45.0, "log_sd": 0.5, "low": 10.0, "high": 200.0},
+        "k_atp_per_s": {"centre": 5.0, "log_sd": 0.6, "low": 2.0, "high": 30.0},
+        "k_sr_per_s": {"centre": 30.0, "log_sd": 0.45, "low": 2.0, "high": 60.0},
+    }
+)
+TRUE_THETA = {"A": (58, 6, 28), "B": (78, 6.5, 30), "C": (82, 7, 33), "D": (86, 5.5, 18)} | {
+    "E": (58, 38, 30),
+    "F": (60, 80, 30),
+}
+
+
+def curves(theta: FloatArray, phase: FloatArray = GRID) -> FloatArray:
+    """Total stiffness (n, points) of theta (n, 3)."""
+    k0, k_atp, k_sr = (np.asarray(theta, float)[:, [j]] for j in range(3))
+    t = PERIOD_S * phase - 0.04
+    rise = 1.0 - np.exp(-k_atp * np.clip(t, 0.0, 0.34))
+    return 4.5 + k0 * rise * np.exp(-k_sr * np.clip(t - 0.34, 0.0, None) / 3.0)
+
+
+def draws(theta: FloatArray) -> Draws:
+    curve = curves(theta)
+    features = np.stack([curve.max(axis=1), curve.mean(axis=1), GRID[curve.argmax(axis=1)]], axis=1)
+    return Draws(theta, curve, curves(theta, _phases()), features, np.full(len(theta), 0.6), theta[:, 0], 0)
+
+
+def target(subject: str = "A", noise: float = 0.05) -> Target:
+    truth = np.array([TRUE_THETA.get(subject, TRUE_THETA["B"])], float)
+    phase, rng = _phases(), np.random.default_rng(sum(map(ord, subject)))
+    stiffness = curves(truth, phase)[0] * (1.0 + noise * rng.standard_normal(phase.size))
+    measured = np.ones(phase.size, dtype=bool)
+    measured[7] = False
+    stiffness[7] = np.nan
+    curve = np.interp(GRID, phase[measured], stiffness[measured], period=1.0)
+    observed = np.array([curve.max(), curve.mean(), GRID[curve.argmax()]])
+    return Target(
+        GRID, curve, phase, measured, stiffness, 0.05 * stiffness, observed, FEATURES, FEATURE_NOISE_SD
+    )
+
+
+def check(subject: str = "A", supported: bool = True, n: int = 200) -> PredictiveCheck:
+    observation = target(subject)
+    prior = draws(quantile(np.random.default_rng(1).random((n, 3)), PRIOR))
+    posterior = draws(posterior_theta(subject, n if supported else 0))
+    parts = [
+        predict(part, observation, INTERVAL, np.random.default_rng(k))
+        for k, part in enumerate((prior, posterior))
+    ]
+    return PredictiveCheck(observation, INTERVAL, supported, *parts)
+
+
+def posterior_theta(subject: str, n: int) -> FloatArray:
+    """Correlated log-normal draws about the truth, k_0 against k_ATP at -0.85."""
+    rng = np.random.default_rng(7)
+    covariance = np.array([[1.0, -0.85, 0.1], [-0.85, 1.0, 0.0], [0.1, 0.0, 1.0]])
+    z = rng.multivariate_normal(np.zeros(3), covariance, n)
+    return np.array(TRUE_THETA.get(subject, TRUE_THETA["B"])) * np.exp(z * np.array([0.04, 0.07, 0.12]))
+
+
+def cmaes_settings(seeds: tuple[int, ...] = (200, 201), generations: int = 40) -> CmaesSettings:
+    return CmaesSettings(seeds=seeds, population_size=12, generations=generations, sigma0=0.3, loss=LOSS)
+
+
+def fit(subject: str = "A", settings: CmaesSettings | None = None) -> CmaesFit:
+    observed = target(subject).curve_kpa
+    runs = search(
+        lambda theta: curve_loss(curves(theta), observed, LOSS), *bounds(PRIOR), settings or cmaes_settings()
+    )
+    return gather(runs, curves(runs[best_run(runs)].theta[None])[0], GRID, observed)
+
+
+def support(subject: str = "A", supported: bool = True) -> Support:
+    median = TRUE_THETA.get(subject, TRUE_THETA["B"])
+    reasons = () if supported else ("0 of 500000 candidate draws lie within the prior's bounds",)
+    return Support(
+        max_abs_z=1.8 if supported else 3.14,
+        worst_component="amplitude_kpa",
+        in_prior_draws=480_123 if supported else 0,
+        candidate_draws=500_000,
+        unfiltered_median=dict(zip(THETA_NAMES, map(float, median), strict=True)),
+        supported=supported,
+        verdict="supported by the prior" if supported else "not supported by the prior",
+        reasons=reasons,
+    )
+
+
+def predictive_panels(subjects: str = "ABCDEF", excluded: str = "EF") -> list[PredictivePanel]:
+    return [
+        PredictivePanel(s, check(s, s not in excluded), fit(s), support(s, s not in excluded))
+        for s in subjects
+    ]
+
+
+def posterior_panels(subjects: str = "ABCDEF", excluded: str = "EF") -> list[PosteriorPanel]:
+    return [
+        PosteriorPanel(
+            s,
+            posterior_theta(s, 0 if s in excluded else 2000),
+            posterior_theta(s, 1500),
+            fit(s).theta,
+            support(s, s not in excluded),
+        )
+        for s in subjects
+    ]
+
+
+def _phases() -> FloatArray:
+    return (np.arange(20) + 0.3) / 20.0
