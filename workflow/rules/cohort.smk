@@ -11,12 +11,12 @@ rule ingest:
         subjects=ancient(str(STUDY.cohort / "subjects.csv")),
     output:
         observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
-    params:
-        stage=stage("ingest"),
     log:
         f"{RESULTS}/logs/ingest/{{subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/ingest/{{subject}}.tsv"
+    params:
+        stage=stage("ingest"),
     message:
         "Recording of {wildcards.subject}: quality control and observed stiffness curve"
     script:
@@ -29,12 +29,12 @@ rule passive:
         observation=rules.ingest.output.observation,
     output:
         passive=f"{RESULTS}/cohort/{{subject}}/passive.h5",
-    params:
-        stage=stage("passive"),
     log:
         f"{RESULTS}/logs/passive/{{subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/passive/{{subject}}.tsv"
+    params:
+        stage=stage("passive"),
     message:
         "Passive baseline of {wildcards.subject}"
     script:

@@ -7,7 +7,9 @@ from swesbi.config import ConfigError, load_study
 from swesbi.config.slices import stage_settings
 
 try:
-    STUDY = load_study(config, "configuration (config.yaml with what is merged over it)")
+    STUDY = load_study(
+        config, "configuration (config.yaml with what is merged over it)"
+    )
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
@@ -16,7 +18,7 @@ RESULTS = CONFIG.results
 SUBJECTS = list(STUDY.subjects)
 EXPERIMENTS = list(CONFIG.experiments)
 SHARDS = range(CONFIG.resources.shards_per_subject)
-IMAGES = ["pdf", "png"]
+MAIN = CONFIG.main_experiment
 
 
 wildcard_constraints:
@@ -26,14 +28,17 @@ wildcard_constraints:
     shard=r"\d+",
 
 
-def stage(name):
-    """Return the function that gives a stage's params: one plain dict, since Snakemake compares params unnamed."""
+def stage(name, **fixed):
+    """Return the function that gives a stage's params: one plain dict, since Snakemake compares params unnamed.
+
+    ``fixed`` stands for wildcards that the rule does not have.
+    """
 
     def params(wildcards):
         return {
             "code": stage_hash(f"swesbi.stages.{name}"),
             "seed": CONFIG.seed,
-            "settings": stage_settings(STUDY, name, **dict(wildcards.items())),
+            "settings": stage_settings(STUDY, name, **fixed, **dict(wildcards.items())),
             "subject": wildcards.get("subject", ""),
         }
 
@@ -47,6 +52,52 @@ def of_subjects(pattern):
 
 def prior_of(wildcards):
     return CONFIG.experiments[wildcards.experiment].prior
+
+
+def of_cohort(*experiments):
+    """Return the input function of what is shown of every subject in these experiments."""
+    folder = f"{RESULTS}/{{experiment}}/subjects/{{subject}}"
+
+    def results(wildcards):
+        return {
+            "predictives": expand(
+                f"{folder}/predictive.h5", experiment=experiments, subject=SUBJECTS
+            ),
+            "posteriors": expand(
+                f"{folder}/posterior.h5", experiment=experiments, subject=SUBJECTS
+            ),
+            "supports": expand(
+                f"{folder}/support.json", experiment=experiments, subject=SUBJECTS
+            ),
+            "cmaes": expand(f"{RESULTS}/cmaes/{{subject}}.h5", subject=SUBJECTS),
+        }
+
+    return results
+
+
+def study_outputs():
+    """Return every figure and table of the study."""
+    return [
+        *expand(
+            f"{RESULTS}/figures/{{figure}}.{{image}}",
+            figure=["ppc", "posterior"],
+            image=["pdf", "png"],
+        ),
+        *expand(
+            f"{RESULTS}/figures/training-{{experiment}}.png", experiment=EXPERIMENTS
+        ),
+        *expand(
+            f"{RESULTS}/tables/{{table}}",
+            table=["ppc.csv", "ppc.tex", "features.csv", "posterior.csv"],
+        ),
+        *expand(f"{RESULTS}/{{experiment}}/recovery.csv", experiment=EXPERIMENTS),
+        *expand(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{figure}}.png",
+            experiment=EXPERIMENTS,
+            subject=SUBJECTS,
+            figure=["ppc", "posterior"],
+        ),
+    ]
 
 
 def shards_of_subject(wildcards):

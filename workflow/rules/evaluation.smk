@@ -11,12 +11,12 @@ rule predictive:
         shards=shards_of_subject,
     output:
         predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
-    params:
-        stage=stage("predictive"),
     log:
         f"{RESULTS}/logs/predictive/{{experiment}}/{{subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/predictive/{{experiment}}/{{subject}}.tsv"
+    params:
+        stage=stage("predictive"),
     message:
         "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
     script:
@@ -29,12 +29,12 @@ rule cmaes:
         passive=rules.passive.output.passive,
     output:
         cmaes=f"{RESULTS}/cmaes/{{subject}}.h5",
-    params:
-        stage=stage("cmaes"),
     log:
         f"{RESULTS}/logs/cmaes/{{subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/cmaes/{{subject}}.tsv"
+    params:
+        stage=stage("cmaes"),
     message:
         "CMA-ES reference fit of {wildcards.subject}"
     script:

@@ -9,12 +9,12 @@ rule pool:
         shards=shards_of_cohort,
     output:
         pool=f"{RESULTS}/{{experiment}}/pool.h5",
-    params:
-        stage=stage("pool"),
     log:
         f"{RESULTS}/logs/pool/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/pool/{{experiment}}.tsv"
+    params:
+        stage=stage("pool"),
     message:
         "Pooled training set of the experiment '{wildcards.experiment}'"
     script:
@@ -27,14 +27,14 @@ rule train:
     output:
         estimator=f"{RESULTS}/{{experiment}}/estimator.pt",
         training=f"{RESULTS}/{{experiment}}/training.csv",
-    params:
-        stage=stage("train"),
     log:
         f"{RESULTS}/logs/train/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/train/{{experiment}}.tsv"
     # the longest job by far: it starts as soon as it can
     priority: 100
+    params:
+        stage=stage("train"),
     message:
         "Training the network of the experiment '{wildcards.experiment}' (minutes; progress below)"
     script:
@@ -48,13 +48,34 @@ rule posterior:
     output:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
         support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
-    params:
-        stage=stage("posterior"),
     log:
         f"{RESULTS}/logs/posterior/{{experiment}}/{{subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/posterior/{{experiment}}/{{subject}}.tsv"
+    params:
+        stage=stage("posterior"),
     message:
         "Prior support and posterior of {wildcards.subject} ('{wildcards.experiment}')"
     script:
         "../scripts/posterior.py"
+
+
+rule recovery:
+    """Fresh theta from the prior, under the experiment's own observation model: what do intervals cover?"""
+    input:
+        pool=rules.pool.output.pool,
+        estimator=rules.train.output.estimator,
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        passives=of_subjects("cohort/{subject}/passive.h5"),
+    output:
+        recovery=f"{RESULTS}/{{experiment}}/recovery.csv",
+    log:
+        f"{RESULTS}/logs/recovery/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/recovery/{{experiment}}.tsv"
+    params:
+        stage=stage("recovery"),
+    message:
+        "Synthetic recovery of the experiment '{wildcards.experiment}'"
+    script:
+        "../scripts/recovery.py"

@@ -4,12 +4,12 @@
 rule simulate:
     output:
         shard=f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
-    params:
-        stage=stage("simulate"),
     log:
         f"{RESULTS}/logs/simulate/{{prior}}/{{subject}}/shard-{{shard}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/simulate/{{prior}}/{{subject}}/shard-{{shard}}.tsv"
+    params:
+        stage=stage("simulate"),
     message:
         "Simulations of {wildcards.subject} from the prior '{wildcards.prior}', shard {wildcards.shard}"
     script:

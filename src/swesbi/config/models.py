@@ -67,6 +67,7 @@ class Config(Settings):
     passive_reference_prior: Name = Field(description="prior on whose log-centre the reference beat runs")
     priors: dict[Name, PriorSettings] = Field(min_length=1)
     experiments: dict[Name, ExperimentSettings] = Field(min_length=1)
+    main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
     cmaes: CmaesStudySettings
     resources: ResourceSettings
 
@@ -77,6 +78,8 @@ class Config(Settings):
         for key, prior in users.items():
             if prior not in self.priors:
                 raise ValueError(f"{key} names the prior {prior!r}; known priors: {', '.join(self.priors)}")
+        if self.main_experiment not in self.experiments:
+            raise ValueError(f"main_experiment = {self.main_experiment!r}: not one of the experiments")
         if reserved := RESERVED_NAMES & set(self.experiments):
             raise ValueError(
                 f"experiments: {sorted(reserved)[0]!r} is the name of a results folder; choose another"

@@ -77,6 +77,14 @@ def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return own | _common(config, "forward_model", "measurement")
 
 
+def _figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return {"cohort_title": study.config.cohort_title}
+
+
+def _figure_with_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _figure(study, wildcards) | _of_experiment(study, wildcards, "prior")
+
+
 def _common(config: Config, *names: str) -> dict[str, Any]:
     """Return parts of the configuration that are the same for every experiment."""
     return {name: getattr(config, name).to_plain() for name in names}
@@ -123,5 +131,10 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "predictive": _predictive,
     "recovery": _recovery,
     "cmaes": _cmaes,
+    "ppc_figure": _figure,
+    "posterior_figure": _figure_with_prior,
+    "cohort_figures": _figure_with_prior,
+    "training_figure": _figure,
+    "tables": _figure,
 }
 STAGES: Final = tuple(_SLICES)

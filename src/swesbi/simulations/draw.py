@@ -51,6 +51,15 @@ class PriorSimulations:
     beats: NDArray[np.int64]
 
 
+@dataclass(frozen=True)
+class _Round:
+    """One attempt at the draws still pending: the rows that succeeded, and which of its beats they are."""
+
+    rows: NDArray[np.int64]
+    good: NDArray[np.bool_]
+    beats: Beats
+
+
 def draw_simulations(
     draw_index: Sequence[int],
     context: Context,
@@ -67,16 +76,16 @@ def draw_simulations(
     theta = np.empty((len(streams), 3))
     failures = np.zeros((len(streams), len(Status)), dtype=np.int64)
     pending = np.arange(len(streams))
-    batches: list[tuple[NDArray[np.int64], Beats]] = []
+    rounds: list[_Round] = []
     while pending.size:
         theta[pending] = quantile(np.stack([streams[i].random(3) for i in pending]), prior)
         beats = simulate(theta[pending], context, forward_model)
         good = beats.status == Status.PERIODIC
-        batches.append((pending[good], beats.select(good)))
+        rounds.append(_Round(pending[good], good, beats))
         np.add.at(failures, (pending[~good], beats.status[~good]), 1)
         pending = pending[~good]
         _check_attempts(failures, context.subject, theta)
-    return _gather(np.asarray(draw_index, dtype=np.int64), theta, failures, batches)
+    return _gather(np.asarray(draw_index, dtype=np.int64), theta, failures, rounds)
 
 
 def _check_attempts(failures: NDArray[np.int64], subject: str, theta: FloatArray) -> None:
@@ -97,13 +106,15 @@ def _gather(
     draw_index: NDArray[np.int64],
     theta: FloatArray,
     failures: NDArray[np.int64],
-    batches: list[tuple[NDArray[np.int64], Beats]],
+    rounds: list[_Round],
 ) -> PriorSimulations:
     """Put the successful beats of all rounds back into the order of the draws."""
-    order = np.argsort(np.concatenate([rows for rows, _ in batches]))
+    order = np.argsort(np.concatenate([part.rows for part in rounds]))
 
     def in_order(name: str) -> FloatArray:
-        gathered: FloatArray = np.concatenate([getattr(beats, name) for _, beats in batches])[order]
+        gathered: FloatArray = np.concatenate([getattr(part.beats, name)[part.good] for part in rounds])[
+            order
+        ]
         return gathered
 
     return PriorSimulations(
@@ -111,7 +122,7 @@ def _gather(
         theta=theta,
         attempts=1 + failures.sum(axis=1),
         failures=failures,
-        cycle_phase=batches[0][1].cycle_phase,
+        cycle_phase=rounds[0].beats.cycle_phase,
         active_stiffness_kpa=in_order("active_stiffness_kpa"),
         end_diastolic_volume_ml=in_order("end_diastolic_volume_ml"),
         end_systolic_volume_ml=in_order("end_systolic_volume_ml"),
