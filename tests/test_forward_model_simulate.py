@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
+from pydantic import ValidationError
 
-from swesbi.forward_model import Status, simulate
+from swesbi.forward_model import ForwardModelSettings, Status, simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])
 
@@ -58,3 +59,20 @@ def test_wrong_context_is_refused_by_name(name: str, value: float) -> None:
     context = dataclasses.replace(COHORT["A"], **{name: value})
     with pytest.raises(ValueError, match=name):
         simulate(CENTRE, context, SETTINGS)
+
+
+def test_inconsistent_wall_thickness_is_refused() -> None:
+    context = dataclasses.replace(COHORT["A"], ivsd_cm=2.9, lvedv_ml=20.0)
+    with pytest.raises(ValueError, match=r"ivsd_cm.*lvedv_ml"):
+        simulate(CENTRE, context, SETTINGS)
+
+
+def test_option_without_its_value_is_refused() -> None:
+    plain = SETTINGS.to_plain() | {"circulation": "open"}
+    with pytest.raises(ValidationError, match="atrial_pressure_pa is missing; circulation: open needs it"):
+        ForwardModelSettings.from_plain(plain)
+
+
+def test_samples_that_do_not_divide_the_steps_are_refused() -> None:
+    with pytest.raises(ValidationError, match="samples_per_beat = 300"):
+        ForwardModelSettings.from_plain(SETTINGS.to_plain() | {"samples_per_beat": 300})

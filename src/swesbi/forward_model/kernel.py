@@ -17,6 +17,7 @@ from swesbi.forward_model.equations import (
     Parameters,
     State,
     Theta,
+    cavity,
     right_hand_side,
 )
 
@@ -63,27 +64,57 @@ def mean_rate(a: State, b: State, c: State, d: State) -> State:
 
 
 @equation
+def with_volume(x: State, volume: float, p: Parameters, o: Options) -> State:
+    """Return the state with the displacement moved to this cavity volume by one Newton step.
+
+    The displacement is integrated, but the volume is what the circulation exchanges: without this the
+    step's error in V(y) would leak blood out of the closed loop.
+    """
+    reached, v_y, _ = cavity(1.0 + x.displacement / p.radius, p, o)
+    return State(
+        x.displacement + (volume - reached) / v_y,
+        x.active_stiffness,
+        x.active_stress,
+        x.arterial_pressure,
+        x.pulmonary_pressure,
+        x.mitral_flow,
+        x.aortic_flow,
+        x.proximal_pressure,
+    )
+
+
+@equation
+def with_flow(x: State, flow: Flow) -> State:
+    """Return the state with these flows as the ones that the next step's inertia starts from."""
+    return State(
+        x.displacement,
+        x.active_stiffness,
+        x.active_stress,
+        x.arterial_pressure,
+        x.pulmonary_pressure,
+        flow.mitral,
+        flow.aortic,
+        x.proximal_pressure,
+    )
+
+
+@equation
 def runge_kutta_step(
     x: State, h: float, start: Drive, middle: Drive, end: Drive, theta: Theta, p: Parameters, o: Options
 ) -> tuple[State, Flow]:
-    """Return the state after a classical Runge-Kutta step of length h, and pressure and flows at its start."""
-    k1, flow = right_hand_side(x, 1e-3 * h, start, theta, p, o)
-    k2, _ = right_hand_side(moved(x, 0.5 * h, k1), 0.5 * h, middle, theta, p, o)
-    k3, _ = right_hand_side(moved(x, 0.5 * h, k2), 0.5 * h, middle, theta, p, o)
-    k4, last = right_hand_side(moved(x, h, k3), h, end, theta, p, o)
+    """Return the state after a classical Runge-Kutta step of length h, and the flows at its start."""
+    k1, q1 = right_hand_side(x, 1e-3 * h, start, theta, p, o)
+    k2, q2 = right_hand_side(moved(x, 0.5 * h, k1), 0.5 * h, middle, theta, p, o)
+    k3, q3 = right_hand_side(moved(x, 0.5 * h, k2), 0.5 * h, middle, theta, p, o)
+    k4, q4 = right_hand_side(moved(x, h, k3), h, end, theta, p, o)
+    volume, _, _ = cavity(1.0 + x.displacement / p.radius, p, o)
+    mitral = q1.mitral + 2.0 * (q2.mitral + q3.mitral) + q4.mitral
+    aortic = q1.aortic + 2.0 * (q2.aortic + q3.aortic) + q4.aortic
     after = moved(x, h, mean_rate(k1, k2, k3, k4))
+    after = with_volume(after, volume + h * (mitral - aortic) * (1.0 / 6.0), p, o)
     if o.wall_inertia and not o.valve_inertance:
-        after = State(
-            after.displacement,
-            after.active_stiffness,
-            after.active_stress,
-            after.arterial_pressure,
-            after.pulmonary_pressure,
-            last.mitral,
-            last.aortic,
-            after.proximal_pressure,
-        )
-    return after, flow
+        after = with_flow(after, q4)
+    return after, q1
 
 
 @equation

@@ -32,7 +32,17 @@ class Model:
     @property
     def samples(self) -> int:
         """Number of recorded points of a beat."""
-        return int(self.drives.shape[0] - 1) // 2 // self.stride
+        return self.steps // self.stride
+
+    @property
+    def steps(self) -> int:
+        """Number of integration steps of a beat."""
+        return int(self.drives.shape[0] - 1) // 2
+
+    @property
+    def period_s(self) -> float:
+        """Length of a beat."""
+        return self.step_s * self.steps
 
 
 def activation(time_s: Array, period_s: float, settings: ForwardModelSettings) -> Array:
@@ -92,9 +102,15 @@ def parameters_of(context: Context, settings: ForwardModelSettings) -> Parameter
     )
 
 
-def build_model(context: Context, settings: ForwardModelSettings) -> Model:
-    """Return the model of one subject under these settings."""
-    steps = settings.steps_per_beat
+def steps_of(context: Context, settings: ForwardModelSettings) -> int:
+    """Return the integration steps of a beat: the smallest multiple of the setting that keeps the step short."""
+    longest_s = settings.steps_per_beat * settings.maximum_step_s
+    return settings.steps_per_beat * max(1, int(np.ceil(context.period_s / longest_s)))
+
+
+def build_model(context: Context, settings: ForwardModelSettings, refinement: int = 1) -> Model:
+    """Return the model of one subject under these settings, with ``refinement`` times as many steps."""
+    steps = steps_of(context, settings) * refinement
     time_s = np.linspace(0.0, context.period_s, 2 * steps + 1)
     drives = np.zeros((time_s.size, 5))
     drives[:, 0] = activation(time_s, context.period_s, settings)
@@ -108,3 +124,21 @@ def build_model(context: Context, settings: ForwardModelSettings) -> Model:
     stride = steps // settings.samples_per_beat
     options, parameters = options_of(settings), parameters_of(context, settings)
     return Model(options, parameters, drives, context.period_s / steps, stride, start)
+
+
+def cavity_volume(stretch: Array, model: Model) -> Array:
+    """Return the cavity volume (m3) at these stretches; negative where the wall has closed the cavity."""
+    p = model.parameters
+    delta = 0.0 if model.options.thin_wall else p.thickness / p.radius
+    inner = p.radius * (stretch - 0.5 * delta / stretch**2)
+    volume: Array = 4.0 / 3.0 * np.pi * inner**3
+    return volume
+
+
+def total_volume(x: Array, model: Model) -> Array:
+    """Return the stressed volume (m3) of states (n, 8): cavity, systemic, pulmonary and proximal."""
+    p = model.parameters
+    volume = cavity_volume(1.0 + x[:, 0] / p.radius, model) + p.c_systemic * x[:, 3] + p.c_pulmonary * x[:, 4]
+    if model.options.proximal_capacitance:
+        volume = volume + p.c_proximal * x[:, 7]
+    return volume

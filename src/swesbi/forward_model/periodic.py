@@ -10,13 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.forward_model.kernel import LANES, RECORDS, STATES, beat_kernel
-from swesbi.forward_model.model import Model
+from swesbi.forward_model.model import Model, total_volume
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 # Simulations advanced together; their records stay in the processor's cache. No effect on the result.
 CHUNK: Final = 256
+
+# A simulation that is not periodic after as many extrapolated beats runs again, beat after beat.
+EXTRAPOLATED_BEATS: Final = 15
+
+# Positions in ``State`` of stiffness, stress and the two flows.
+NEVER_NEGATIVE: Final = [1, 2, 5, 6]
 
 
 class Status(IntEnum):
@@ -57,21 +63,68 @@ def _to_lanes(values: Array, blocks: int) -> Array:
     return np.ascontiguousarray(values.reshape(blocks, LANES, width).transpose(0, 2, 1)).reshape(blocks, -1)
 
 
-def relative_change(before: Array, after: Array, peak_stiffness: Array, model: Model) -> Array:
-    """Return the largest relative change (n,) of displacement, stiffness, stress and pressures in a beat."""
+def state_scale(model: Model) -> Array:
+    """Return what a relative change of each state variable refers to (8,).
+
+    Stretch 1 and the arterial pressure, stress and stiffness of the heart at work; a pulmonary pressure
+    of the same stressed volume as the cavity's; flows that fill the cavity within a beat.
+    """
     p = model.parameters
-    scale = np.empty_like(after)
-    scale[:, 0] = p.radius
-    scale[:, 1] = np.maximum(peak_stiffness, 1.0)
-    scale[:, 2] = p.sigma_0
-    scale[:, 3] = scale[:, 7] = np.abs(after[:, 3]) + 1.0
-    scale[:, 4] = np.abs(after[:, 4]) + 1.0
-    scale[:, 5] = scale[:, 6] = p.radius**3 / (model.step_s * model.samples * model.stride)
-    change: Array = np.max(np.abs(after - before) / scale, axis=1)
-    return change
+    volume = 4.0 / 3.0 * np.pi * p.radius**3
+    flow = volume / model.period_s
+    pressure = model.start[3]
+    return np.array([p.radius, p.sigma_0, p.sigma_0, pressure, volume / p.c_pulmonary, flow, flow, pressure])
 
 
-def run_to_periodic(theta: Array, model: Model, tolerance: float, maximum_beats: int) -> Records:
+def with_total_volume(x: Array, total: float, model: Model) -> Array:
+    """Return states (n, 8) whose pulmonary pressure gives the closed loop its stressed volume again.
+
+    The loop neither gains nor loses blood: V + C_s P_s + C_pul P_pul (+ C_p P_p) is invariant.
+    """
+    if not model.options.closed_loop:
+        return x
+    out = x.copy()
+    out[:, 4] += (total - total_volume(x, model)) / model.parameters.c_pulmonary
+    return out
+
+
+class Extrapolation:
+    """Anderson's extrapolation of the fixed point of a beat, for each simulation on its own.
+
+    Walker and Ni (2011, SIAM J. Numer. Anal. 49:1715): of the last beats x_j -> g_j the combination with the
+    smallest residual g - x continues. A beat forgets all but a few slow modes (the two volumes), so a short
+    memory suffices.
+    """
+
+    def __init__(self, scale: Array, memory: int) -> None:
+        self.scale = scale
+        self.memory = memory
+        self.images: list[Array] = []
+        self.residuals: list[Array] = []
+
+    def keep(self, rows: NDArray[np.bool_]) -> None:
+        """Forget the simulations that are not in ``rows``."""
+        self.images = [image[rows] for image in self.images]
+        self.residuals = [residual[rows] for residual in self.residuals]
+
+    def next(self, x: Array, image: Array) -> Array:
+        """Return the state from which to run the next beat, given that ``x`` led to ``image``."""
+        self.images = [*self.images, image / self.scale][-self.memory - 1 :]
+        self.residuals = [*self.residuals, (image - x) / self.scale][-self.memory - 1 :]
+        if len(self.images) < 2:
+            return image
+        f = np.diff(np.stack(self.residuals, axis=-1), axis=-1)
+        g = np.diff(np.stack(self.images, axis=-1), axis=-1)
+        gram = np.einsum("nij,nik->njk", f, f)
+        ridge = 1e-8 * np.trace(gram, axis1=1, axis2=2)[:, None, None] + 1e-300
+        right = np.einsum("nij,ni->nj", f, self.residuals[-1])
+        weights = np.linalg.solve(gram + ridge * np.eye(f.shape[2]), right[..., None])
+        extrapolated: Array = (self.images[-1] - (g @ weights)[..., 0]) * self.scale
+        extrapolated[:, NEVER_NEGATIVE] = np.maximum(extrapolated[:, NEVER_NEGATIVE], 0.0)
+        return extrapolated
+
+
+def run_to_periodic(theta: Array, model: Model, tolerance: float, maximum_beats: int, memory: int) -> Records:
     """Return the first beat of each simulation that ends where it began.
 
     Args:
@@ -79,30 +132,46 @@ def run_to_periodic(theta: Array, model: Model, tolerance: float, maximum_beats:
         model: The subject's heart and circulation.
         tolerance: Largest relative change over a beat of a state that counts as periodic.
         maximum_beats: Beats after which a simulation counts as not periodic.
+        memory: Earlier beats from which the periodic state is extrapolated; 0 runs beat after beat.
     """
     n = theta.shape[0]
     values = np.full((n, model.samples, RECORDS), np.nan)
-    status = np.full(n, Status.NOT_PERIODIC, dtype=np.int8)
-    beats = np.zeros(n, dtype=np.int64)
+    out = Records(values, np.full(n, Status.NOT_PERIODIC, dtype=np.int8), np.zeros(n, dtype=np.int64))
     for first in range(0, n, CHUNK):
-        own = slice(first, min(first + CHUNK, n))
-        _run_chunk(theta[own], model, tolerance, maximum_beats, Records(values[own], status[own], beats[own]))
-    return Records(values, status, beats)
+        rows = np.arange(first, min(first + CHUNK, n))
+        if memory > 0:
+            _run(rows, theta, model, tolerance, min(maximum_beats, EXTRAPOLATED_BEATS), memory, out)
+            rows = rows[out.status[rows] != Status.PERIODIC]
+        if rows.size:
+            _run(rows, theta, model, tolerance, maximum_beats, 0, out)
+    return out
 
 
-def _run_chunk(theta: Array, model: Model, tolerance: float, maximum_beats: int, out: Records) -> None:
-    active: Index = np.arange(theta.shape[0])
-    x = np.repeat(model.start[None, :], theta.shape[0], axis=0)
-    for beat in range(1, maximum_beats + 1):
-        after, record = advance(x, theta[active], model)
-        change = relative_change(x, after, record[:, :, 1].max(axis=1), model)
+def _run(
+    rows: Index, theta: Array, model: Model, tolerance: float, maximum_beats: int, memory: int, out: Records
+) -> None:
+    """Run these rows of ``theta`` from the start and write what they come to into ``out``."""
+    out.status[rows] = Status.NOT_PERIODIC
+    x = np.repeat(model.start[None, :], rows.size, axis=0)
+    total = float(total_volume(model.start[None], model)[0])
+    scale = state_scale(model)
+    extrapolation = Extrapolation(scale, memory)
+    for _ in range(maximum_beats):
+        after, record = advance(x, theta[rows], model)
+        out.beats[rows] += 1
+        change = np.max(np.abs(after - x) / scale, axis=1)
         finite = np.isfinite(change)
         done = finite & (change <= tolerance)
-        out.beats[active] = beat
-        out.status[active[~finite]] = Status.NON_FINITE
-        out.status[active[done]] = Status.PERIODIC
-        out.values[active[done]] = record[done]
+        out.status[rows[~finite]] = Status.NON_FINITE
+        out.status[rows[done]] = Status.PERIODIC
+        out.values[rows[done]] = record[done]
         going = finite & ~done
-        active, x = active[going], after[going]
-        if active.size == 0:
+        if not going.any():
             return
+        rows = rows[going]
+        x, after = x[going], after[going]
+        if memory > 0:
+            extrapolation.keep(going)
+            x = with_total_volume(extrapolation.next(x, after), total, model)
+        else:
+            x = after

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.forward_model.model import Model, build_model
+from swesbi.forward_model.model import Model, build_model, cavity_volume
 from swesbi.forward_model.periodic import Records, Status, run_to_periodic
 from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.theta import THETA_NAMES
@@ -24,6 +24,11 @@ ML_PER_M3: Final = 1e6
 THETA_RANGES: Final = ((1.0, 500.0), (0.1, 500.0), (0.1, 300.0))
 # From a newborn to the most dilated heart, from sinus bradycardia to the fastest exercise (Lang et al. 2015).
 CONTEXT_RANGES: Final = {"hr_bpm": (30.0, 220.0), "lvedv_ml": (10.0, 500.0), "ivsd_cm": (0.2, 3.0)}
+# d_0 / R_0: 0.3 in health, 0.7 in the most severe hypertrophy; at 2 the mid-wall sphere has no cavity left.
+RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
+
+# How many times more steps a simulation gets that fails at the shipped step.
+REFINEMENT: Final = 4
 
 # Outside these a periodic beat means nothing: the wall stretched or compressed beyond twofold, no cavity left,
 # a ventricular pressure that no heart survives.
@@ -82,9 +87,21 @@ def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> 
     """
     theta = _checked_theta(theta)
     _check_context(context)
-    model = build_model(context, settings)
     si = theta * np.array([1e3, 1.0, 1.0])
-    return _beats(run_to_periodic(si, model, settings.periodicity_tolerance, settings.maximum_beats), model)
+    return _beats(_converged(si, context, settings), build_model(context, settings))
+
+
+def _converged(theta: Array, context: Context, settings: ForwardModelSettings) -> Records:
+    """Return the records at the shipped step; what fails there, where the wall is stiff, at a shorter one."""
+    limits = (settings.periodicity_tolerance, settings.maximum_beats, settings.extrapolation_memory)
+    records = run_to_periodic(theta, build_model(context, settings), *limits)
+    failed = np.flatnonzero(records.status != Status.PERIODIC)
+    if failed.size:
+        refined = run_to_periodic(theta[failed], build_model(context, settings, REFINEMENT), *limits)
+        records.values[failed] = refined.values
+        records.status[failed] = refined.status
+        records.beats[failed] += refined.beats
+    return records
 
 
 def _checked_theta(theta: Array) -> Array:
@@ -109,12 +126,19 @@ def _check_context(context: Context) -> None:
                 f"subject {context.subject}: {name} = {value:g} is outside [{low:g}, {high:g}]; "
                 "check its unit"
             )
+    relative = context.thickness_m / context.radius_m
+    low, high = RELATIVE_THICKNESS_RANGE
+    if not low <= relative <= high:
+        raise ValueError(
+            f"subject {context.subject}: ivsd_cm = {context.ivsd_cm:g} is {relative:.2f} of the radius of a sphere "
+            f"of lvedv_ml = {context.lvedv_ml:g}; expected {low:g} to {high:g}; check both units"
+        )
 
 
 def _beats(records: Records, model: Model) -> Beats:
     y, stiffness, arterial, pressure, mitral, aortic = np.moveaxis(records.values, 2, 0)
     stretch = 1.0 + y / model.parameters.radius
-    volume = cavity_volume_m3(stretch, model)
+    volume = cavity_volume(stretch, model)
     low, high = PRESSURE_RANGE_PA
     inside = (stretch > STRETCH_RANGE[0]) & (stretch < STRETCH_RANGE[1]) & (volume > 0.0)
     inside &= (pressure > low) & (pressure < high)
@@ -132,12 +156,3 @@ def _beats(records: Records, model: Model) -> Beats:
         status=np.where(outside, np.int8(Status.OUT_OF_RANGE), records.status).astype(np.int8),
         beats=records.beats,
     )
-
-
-def cavity_volume_m3(stretch: Array, model: Model) -> Array:
-    """Return the cavity volume; negative where the wall has closed the cavity."""
-    p = model.parameters
-    delta = 0.0 if model.options.thin_wall else p.thickness / p.radius
-    inner = p.radius * (stretch - 0.5 * delta / stretch**2)
-    volume: Array = 4.0 / 3.0 * np.pi * inner**3
-    return volume
