@@ -1,0 +1,204 @@
+"""The README of the virtual cohort, written from the same numbers as its files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import pandas as pd
+
+from swesbi.recording.samples import STATUS_OK, Samples
+from swesbi.virtual_cohort.tables import (
+    CLOSURE_SPEED_M_S,
+    EJECTION_MS,
+    LATE_DIASTOLIC_SPEED_M_S,
+    PEAK_SPEED_M_S,
+    STIFFNESS_RATIO,
+    haemodynamics,
+    summarise_speeds,
+)
+from swesbi.virtual_cohort.truth import Truth
+
+TEXT: Final = """# Six virtual volunteers
+
+**These are not people.** The volunteers of the paper are not public, and no public time-resolved recording
+of cardiac shear wave elastography was found. So the study ships six virtual volunteers, A to F, in the file
+format that real recordings would have. Every figure and table that shows them says so.
+
+![The six recordings](recordings.png)
+
+| file | content |
+|---|---|
+| `subjects.csv` | context: sex, age, body surface area, heart rate, LV volumes, septal thickness |
+| `swe/<subject>.csv` | raw samples, one row per attempted push sample |
+| `recording.yaml` | how the recordings were made |
+| `truth.csv`, `truth_curves.csv` | true theta and noiseless curves; no stage of the inference reads them |
+
+Regenerate all of it, byte for byte, with
+
+```
+python -m swesbi.virtual_cohort data/virtual_volunteers
+```
+
+The acquisition seed is {seed}; it was fixed before any inference was run on the recordings.
+
+## Where they come from
+
+Each volunteer is one periodic beat of the spherical ventricle in a closed circulation, under a physiology
+that is *richer* than the inference model, so that inference meets model error as it would in life: valve
+inertance, wall inertia, a slower activation ramp (30 ms instead of 20), and the parameters below, each
+volunteer's own. The total stiffness is `a exp(b (lambda^2 - 1)) + k_c` along the volunteer's own beat; the
+scale `a` is set so that the late-diastolic mean is the designed one.
+
+{truth}
+
+`wall` multiplies the passive C_0 and C_2 of the PhysioBlocks 2.0.1 human heart. What each volunteer is for:
+
+{designs}
+
+Whether a volunteer passes the prior-support test is an outcome, not part of the design.
+
+What the true beats do, beside the volumes in `subjects.csv`:
+
+{haemodynamics}
+
+Three things are not as in life, and are left so: ejection is short in A to D (published left ventricular
+ejection time: {ejection_mean:.0f} +- {ejection_sd:.0f} ms); end-systolic volumes, save D's, lie below the
+listed ones, which inference uses only as conditioning variables; peak ventricular pressure is high, above
+all where contraction is fast (E, F).
+
+## Acquisition noise
+
+20 gated phases, 3 repeats of 12 spatial samples. Each speed carries an error of 8 % of its own and shares
+one of 4 % with its repeat, independent for each phase and repeat: 2.7 % on a phase mean. RR varies by 1 %
+from beat to beat; the push comes at a fixed delay, so the phase varies with it. About 8 % of the samples
+fail, 2 to 4 % report a wrong wave. Phase 13 of B and phase 4 of E failed altogether; one repeat of C fell
+into a premature beat.
+
+{samples}
+
+## Speeds beside published ones
+
+From the median of the successful samples at each phase; *closure* is when forward flow through the aortic
+valve ends.
+
+{speeds}
+{seeds}
+## Sources
+
+- Diastolic septal speed: Song et al., J Ultrasound Med 35:1419 (2016), and paediatric series.
+- Systolic and valve-closure speed: Couade et al., IEEE Trans Med Imaging 30:295 (2011); Santos et al., IEEE
+  Trans Ultrason Ferroelectr Freq Control 66:442 (2019); Keijzer et al., ibid. 67:1590 (2020).
+- Repeatability of 4 to 8 %: Vos et al., Ultrasound Med Biol 43:753 (2017, online 2016).
+- Volumes, wall thickness, ejection fraction: Lang et al., J Am Soc Echocardiogr 28:1 (2015).
+- Mechanics: Chapelle et al., Int J Multiscale Comput Eng 10:163 (2012); Caruel et al., Biomech Model
+  Mechanobiol 13:897 (2014).
+"""
+
+SEEDS: Final = """
+## Other acquisition seeds
+
+The same volunteers, recorded again with other noise and taken through the whole study; medians over the
+seeds:
+
+{table}
+"""
+
+
+def readme(
+    truths: Sequence[Truth], recordings: Sequence[Samples], seed: int, seed_medians: pd.DataFrame | None
+) -> str:
+    """Return the text of the README.
+
+    Args:
+        truths: The volunteers' true beats.
+        recordings: Their recordings, in the same order.
+        seed: The acquisition seed.
+        seed_medians: Results over other acquisition seeds, shown as they are; None if there are none yet.
+    """
+    designs = "\n".join(f"- {t.volunteer.context.subject}: {t.volunteer.design}" for t in truths)
+    return TEXT.format(
+        seed=seed,
+        truth=markdown(_truth_rows(truths)),
+        designs=designs,
+        haemodynamics=markdown(_haemodynamic_rows(truths)),
+        ejection_mean=EJECTION_MS[0],
+        ejection_sd=EJECTION_MS[1],
+        samples=markdown(_sample_rows(truths, recordings)),
+        speeds=markdown(_speed_rows(truths, recordings)),
+        seeds="" if seed_medians is None else SEEDS.format(table=markdown(seed_medians.astype(str))),
+    )
+
+
+def markdown(table: pd.DataFrame) -> str:
+    """Return a table of texts as Markdown."""
+    head = [" | ".join(map(str, table.columns)), "|".join(["---"] * len(table.columns))]
+    rows = [" | ".join(map(str, row)) for row in table.itertuples(index=False)]
+    return "\n".join(f"| {line} |" if "---" not in line else f"|{line}|" for line in (*head, *rows))
+
+
+def _truth_rows(truths: Sequence[Truth]) -> pd.DataFrame:
+    rows = []
+    for truth in truths:
+        own = truth.volunteer
+        k_0, k_atp, k_sr = own.theta
+        rows.append(
+            {
+                "": own.context.subject,
+                "k_0 (kPa)": f"{k_0:g}",
+                "k_ATP (1/s)": f"{k_atp:g}",
+                "k_SR (1/s)": f"{k_sr:g}",
+                "late diastole (kPa)": f"{own.late_diastolic_kpa:g}",
+                "a (kPa)": f"{truth.passive_scale_kpa:.2f}",
+                "b": f"{own.passive_exponent_b:g}",
+                "sigma_0 (kPa)": f"{own.sigma_0_kpa:g}",
+                "alpha": f"{own.destruction_alpha:g}",
+                "wall": f"{own.wall_stiffness:g}",
+                "R_d (1e8 Pa s/m3)": f"{own.distal_resistance_pa_s_m3 / 1e8:.2f}",
+                "C_s (1e-8 m3/Pa)": f"{own.systemic_capacitance_m3_pa / 1e-8:.2f}",
+                "onset (ms)": f"{1e3 * own.activation_onset_s:.0f}",
+                "duration (ms)": f"{1e3 * own.activation_duration_s:.0f}",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _haemodynamic_rows(truths: Sequence[Truth]) -> pd.DataFrame:
+    rows = []
+    for truth in truths:
+        context, beat = truth.volunteer.context, haemodynamics(truth)
+        pressure = [beat[f"{when}_arterial_pressure_mmhg"] for when in ("systolic", "diastolic")]
+        rows.append(
+            {
+                "": context.subject,
+                "EDV / LVEDV (mL)": f"{beat['end_diastolic_volume_ml']:.0f} / {context.lvedv_ml:.0f}",
+                "ESV / LVESV (mL)": f"{beat['end_systolic_volume_ml']:.0f} / {context.lvesv_ml:.0f}",
+                "EF": f"{beat['ejection_fraction']:.2f}",
+                "arterial pressure (mmHg)": "/".join(f"{value:.0f}" for value in pressure),
+                "peak ventricular pressure (mmHg)": f"{beat['peak_ventricular_pressure_mmhg']:.0f}",
+                "ejection (ms)": f"{beat['ejection_ms']:.0f}",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _sample_rows(truths: Sequence[Truth], recordings: Sequence[Samples]) -> pd.DataFrame:
+    rows = []
+    for truth, samples in zip(truths, recordings, strict=True):
+        row: dict[str, str] = {"": truth.volunteer.context.subject, "attempted": str(len(samples.status))}
+        for status in (STATUS_OK, "no_wave", "motion", "low_r2", "bound_hit"):
+            row[status] = str(int((samples.status == status).sum()))
+        rows.append(row | {"wrong waves": f"{truth.volunteer.acquisition.outlier_fraction:.0%}"})
+    return pd.DataFrame(rows)
+
+
+def _speed_rows(truths: Sequence[Truth], recordings: Sequence[Samples]) -> pd.DataFrame:
+    rows = []
+    for truth, samples in zip(truths, recordings, strict=True):
+        found = summarise_speeds(samples, truth)
+        values = (found.late_diastolic_m_s, found.peak_m_s, found.closure_m_s, found.stiffness_ratio)
+        rows.append((truth.volunteer.context.subject, *(f"{value:.2f}" for value in values)))
+    ranges = (LATE_DIASTOLIC_SPEED_M_S, PEAK_SPEED_M_S, CLOSURE_SPEED_M_S, STIFFNESS_RATIO)
+    rows.append(("published", *(f"{low:g} to {high:g}" for low, high in ranges)))
+    heads = ("late diastole (m/s)", "peak (m/s)", "aortic valve closure (m/s)", "E peak / E late diastole")
+    return pd.DataFrame(rows, columns=["", *heads])

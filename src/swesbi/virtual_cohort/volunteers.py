@@ -1,0 +1,215 @@
+"""The six virtual volunteers: contexts, true theta, and the physiology in which each differs.
+
+Their mechanics are richer than the inference model's: valve inertance, wall inertia, a slower ramp of
+activation, and a circulation, wall, activation and passive exponent of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from swesbi.context import Context
+from swesbi.forward_model import ForwardModelSettings
+from swesbi.virtual_cohort.settings import ACQUISITION, AcquisitionSettings, EctopicBeat
+
+LATE_DIASTOLE: Final = (0.80, 0.97)
+PASSIVE_C0_PA: Final = 444.0  # C_0 and C_2 of the PhysioBlocks 2.0.1 human heart, of which a volunteer
+PASSIVE_C2_PA: Final = 69.0  # has a multiple
+
+COMMON: Final[Mapping[str, str | bool | float]] = {
+    "geometry": "midwall",
+    "passive_law": "exponential",
+    "active_law": "bcs",
+    "stress_measure": "first_piola",
+    "length_dependence": "none",
+    "valves": "inertance",
+    "wall_inertia": True,
+    "circulation": "closed",
+    "passive_c0_pa": 3.0 * PASSIVE_C0_PA,
+    "passive_c1": 2.9,
+    "passive_c2_pa": 3.0 * PASSIVE_C2_PA,
+    "passive_c3": 6.5,
+    "wall_viscosity_pa_s": 70.0,
+    "fibre_viscosity_pa_s": 70.0,
+    "sigma_0_pa": 90e3,
+    "destruction_alpha": 1.5,
+    "wall_density_kg_m3": 1000.0,
+    "activation_onset_s": 0.04,
+    "activation_duration_s": 0.32,
+    "activation_reference_period_s": 0.8,
+    "activation_ramp_s": 0.03,
+    "mitral_resistance_pa_s_m3": 1.11e5,
+    "aortic_resistance_pa_s_m3": 7.69e4,
+    "mitral_inertance_pa_s2_m3": 1e3,
+    "aortic_inertance_pa_s2_m3": 3e4,
+    "proximal_resistance_pa_s_m3": 7e6,
+    "distal_resistance_pa_s_m3": 1.5e8,
+    "systemic_capacitance_m3_pa": 1.0e-8,
+    "pulmonary_resistance_pa_s_m3": 1e7,
+    "pulmonary_capacitance_m3_pa": 1.2e-7,
+    "initial_displacement_ratio": 0.05,
+    "initial_arterial_pressure_pa": 11e3,
+    "initial_pulmonary_pressure_pa": 1.1e3,
+    "steps_per_beat": 2000,
+    "samples_per_beat": 400,
+    "periodicity_tolerance": 1e-5,
+    "maximum_beats": 100,
+    "extrapolation_memory": 0,
+    "maximum_step_s": 1e-3,
+}
+"""What the volunteers share; kept here since it does not change with the study's configuration."""
+
+
+@dataclass(frozen=True)
+class Volunteer:
+    """One virtual volunteer: the measured context, and the truth that inference does not see.
+
+    Attributes:
+        context: What is measured besides elastography.
+        theta: True k_0 (kPa), k_ATP (1/s), k_SR (1/s).
+        late_diastolic_kpa: Designed mean stiffness in late diastole; sets the passive scale.
+        passive_exponent_b: Exponent of the passive stiffness.
+        sigma_0_kpa: Active stress of the fully activated fibre.
+        destruction_alpha: Bonds destroyed per unit of strain.
+        wall_stiffness: Multiple of C_0 and C_2.
+        distal_resistance_pa_s_m3: Systemic resistance R_d.
+        systemic_capacitance_m3_pa: Arterial compliance C_s.
+        activation_onset_s: Delay of activation after the R peak.
+        activation_duration_s: Duration of activation at a period of 0.8 s.
+        acquisition: Protocol and noise of the recording.
+        design: What the volunteer is for.
+    """
+
+    context: Context
+    theta: tuple[float, float, float]
+    late_diastolic_kpa: float
+    passive_exponent_b: float
+    sigma_0_kpa: float
+    destruction_alpha: float
+    wall_stiffness: float
+    distal_resistance_pa_s_m3: float
+    systemic_capacitance_m3_pa: float
+    activation_onset_s: float
+    activation_duration_s: float
+    acquisition: AcquisitionSettings
+    design: str
+
+
+def forward_model_of(volunteer: Volunteer) -> ForwardModelSettings:
+    """Return the forward-model settings of one volunteer."""
+    own = {
+        "sigma_0_pa": 1e3 * volunteer.sigma_0_kpa,
+        "destruction_alpha": volunteer.destruction_alpha,
+        "passive_c0_pa": PASSIVE_C0_PA * volunteer.wall_stiffness,
+        "passive_c2_pa": PASSIVE_C2_PA * volunteer.wall_stiffness,
+        "distal_resistance_pa_s_m3": volunteer.distal_resistance_pa_s_m3,
+        "systemic_capacitance_m3_pa": volunteer.systemic_capacitance_m3_pa,
+        "activation_onset_s": volunteer.activation_onset_s,
+        "activation_duration_s": volunteer.activation_duration_s,
+    }
+    return ForwardModelSettings.from_plain({**COMMON, **own})
+
+
+def _acquisition(
+    outliers: float, missing: tuple[int, ...] = (), ectopic: tuple[EctopicBeat, ...] = ()
+) -> AcquisitionSettings:
+    own = {"outlier_fraction": outliers, "missing_phases": missing, "ectopic_beats": ectopic}
+    return ACQUISITION.model_copy(update=own)
+
+
+_PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
+
+VOLUNTEERS: Final = (
+    Volunteer(
+        Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88),
+        theta=(55.0, 6.0, 28.0),
+        late_diastolic_kpa=4.5,
+        passive_exponent_b=3.0,
+        sigma_0_kpa=85.0,
+        destruction_alpha=1.4,
+        wall_stiffness=3.0,
+        distal_resistance_pa_s_m3=1.50e8,
+        systemic_capacitance_m3_pa=1.05e-8,
+        activation_onset_s=0.038,
+        activation_duration_s=0.318,
+        acquisition=_acquisition(0.03),
+        design="within the prior; low peak",
+    ),
+    Volunteer(
+        Context("B", "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74),
+        theta=(80.0, 6.5, 30.0),
+        late_diastolic_kpa=4.8,
+        passive_exponent_b=3.4,
+        sigma_0_kpa=90.0,
+        destruction_alpha=1.6,
+        wall_stiffness=2.8,
+        distal_resistance_pa_s_m3=1.55e8,
+        systemic_capacitance_m3_pa=0.95e-8,
+        activation_onset_s=0.040,
+        activation_duration_s=0.320,
+        acquisition=_acquisition(0.02, missing=(13,)),
+        design="within the prior",
+    ),
+    Volunteer(
+        Context("C", "M", 21.0, 1.94, 69.0, 112.0, 42.0, 0.90),
+        theta=(79.0, 7.0, 33.0),
+        late_diastolic_kpa=4.3,
+        passive_exponent_b=2.5,
+        sigma_0_kpa=86.0,
+        destruction_alpha=1.3,
+        wall_stiffness=3.2,
+        distal_resistance_pa_s_m3=1.45e8,
+        systemic_capacitance_m3_pa=1.10e-8,
+        activation_onset_s=0.037,
+        activation_duration_s=0.315,
+        acquisition=_acquisition(0.03, ectopic=(_PREMATURE,)),
+        design="within the prior",
+    ),
+    Volunteer(
+        Context("D", "F", 19.0, 1.62, 78.0, 78.0, 28.0, 0.70),
+        theta=(86.0, 5.5, 25.0),
+        late_diastolic_kpa=4.1,
+        passive_exponent_b=2.2,
+        sigma_0_kpa=95.0,
+        destruction_alpha=1.8,
+        wall_stiffness=2.6,
+        distal_resistance_pa_s_m3=1.60e8,
+        systemic_capacitance_m3_pa=0.90e-8,
+        activation_onset_s=0.045,
+        activation_duration_s=0.330,
+        acquisition=_acquisition(0.04),
+        design="within the prior; late, long activation and slow relaxation",
+    ),
+    Volunteer(
+        Context("E", "M", 22.0, 1.80, 72.0, 99.0, 37.0, 0.78),
+        theta=(58.0, 38.0, 30.0),
+        late_diastolic_kpa=3.9,
+        passive_exponent_b=2.8,
+        sigma_0_kpa=85.0,
+        destruction_alpha=1.5,
+        wall_stiffness=3.4,
+        distal_resistance_pa_s_m3=1.45e8,
+        systemic_capacitance_m3_pa=1.00e-8,
+        activation_onset_s=0.040,
+        activation_duration_s=0.320,
+        acquisition=_acquisition(0.02, missing=(4,)),
+        design="k_ATP above the prior's bound of 30 /s",
+    ),
+    Volunteer(
+        Context("F", "F", 20.0, 1.55, 84.0, 68.0, 24.0, 0.64),
+        theta=(60.0, 80.0, 30.0),
+        late_diastolic_kpa=3.8,
+        passive_exponent_b=3.6,
+        sigma_0_kpa=85.0,
+        destruction_alpha=1.7,
+        wall_stiffness=3.5,
+        distal_resistance_pa_s_m3=1.50e8,
+        systemic_capacitance_m3_pa=0.90e-8,
+        activation_onset_s=0.042,
+        activation_duration_s=0.325,
+        acquisition=_acquisition(0.03),
+        design="k_ATP far above the prior's bound",
+    ),
+)

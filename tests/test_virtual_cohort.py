@@ -1,0 +1,199 @@
+from __future__ import annotations
+
+import shutil
+from functools import cache
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+import yaml
+from numpy.typing import NDArray
+from recordings import CONTEXT, RECORDING
+
+from swesbi.recording import Samples, ingest, read_samples, read_subjects
+from swesbi.recording.samples import FAILED_STATUSES
+from swesbi.seeds import generator
+from swesbi.virtual_cohort import (
+    ACQUISITION,
+    ACQUISITION_SEED,
+    VOLUNTEERS,
+    AcquisitionSettings,
+    EctopicBeat,
+    Truth,
+    TruthCurve,
+    Volunteer,
+    acquire,
+    read_true_theta,
+    record,
+    simulate_truth,
+)
+from swesbi.virtual_cohort.files import write_cohort
+from swesbi.virtual_cohort.tables import (
+    CLOSURE_SPEED_M_S,
+    LATE_DIASTOLIC_SPEED_M_S,
+    PEAK_SPEED_M_S,
+    STIFFNESS_RATIO,
+    haemodynamics,
+    summarise_speeds,
+)
+
+SHIPPED = Path(__file__).parents[1] / "data" / "virtual_volunteers"
+DESIGNED_PEAK_KPA = {"A": 40, "B": 60, "C": 60, "D": 58, "E": 60, "F": 64}
+BY_NAME = {volunteer.context.subject: volunteer for volunteer in VOLUNTEERS}
+
+
+@cache
+def truth_of(name: str) -> Truth:
+    return simulate_truth(BY_NAME[name])
+
+
+def shipped(name: str) -> Samples:
+    return read_samples(SHIPPED / "swe" / f"{name}.csv", 20)
+
+
+def flat_curve(stiffness_kpa: float = 12.0) -> TruthCurve:
+    return TruthCurve(np.arange(100) / 100, np.full(100, stiffness_kpa))
+
+
+def many(settings: AcquisitionSettings, recordings: int = 40) -> list[Samples]:
+    return [acquire(flat_curve(), CONTEXT, settings, generator(seed, "test")) for seed in range(recordings)]
+
+
+def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None:
+    medians = SHIPPED / "acquisition_seeds.csv"  # made by the study, shown by the README
+    if medians.is_file():
+        shutil.copy(medians, tmp_path)
+    write_cohort(tmp_path, ACQUISITION_SEED)
+    made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file())
+    kept = sorted(path.relative_to(SHIPPED) for path in SHIPPED.rglob("*") if path.is_file())
+    assert kept == made
+    for path in made:
+        if path.suffix == ".png":
+            picture, kept_picture = (matplotlib.image.imread(folder / path) for folder in (tmp_path, SHIPPED))
+            np.testing.assert_allclose(picture, kept_picture, atol=0.02)
+        else:
+            assert (tmp_path / path).read_bytes() == (SHIPPED / path).read_bytes(), path
+
+
+def test_the_readme_shows_the_results_over_acquisition_seeds(tmp_path: Path) -> None:
+    (tmp_path / "acquisition_seeds.csv").write_text("subject,rmse (kPa)\nA,0.81\n")
+    write_cohort(tmp_path, ACQUISITION_SEED)
+    text = (tmp_path / "README.md").read_text()
+    assert "| subject | rmse (kPa) |" in text
+    assert "| A | 0.81 |" in text
+
+
+def test_the_readme_says_what_they_are_and_how_they_are_made() -> None:
+    text = (SHIPPED / "README.md").read_text()
+    assert "These are not people" in text
+    assert "python -m swesbi.virtual_cohort data/virtual_volunteers" in text
+    assert "recordings.png" in text
+    assert all(
+        f"| {volunteer.context.subject} | {volunteer.theta[0]:g} |" in text for volunteer in VOLUNTEERS
+    )
+
+
+def test_contexts_and_truth_are_those_of_the_volunteers() -> None:
+    assert read_subjects(SHIPPED / "subjects.csv") == tuple(volunteer.context for volunteer in VOLUNTEERS)
+    theta = read_true_theta(SHIPPED / "truth.csv")
+    for name, volunteer in BY_NAME.items():
+        np.testing.assert_array_equal(theta[name], volunteer.theta)
+    assert "virtual" in yaml.safe_load((SHIPPED / "recording.yaml").read_text())["origin"]
+
+
+@pytest.mark.parametrize("name", BY_NAME)
+def test_recorded_speeds_lie_within_published_ranges(name: str) -> None:
+    found = summarise_speeds(shipped(name), truth_of(name))
+    assert LATE_DIASTOLIC_SPEED_M_S[0] <= found.late_diastolic_m_s <= LATE_DIASTOLIC_SPEED_M_S[1]
+    assert PEAK_SPEED_M_S[0] <= found.peak_m_s <= PEAK_SPEED_M_S[1]
+    assert CLOSURE_SPEED_M_S[0] <= found.closure_m_s <= CLOSURE_SPEED_M_S[1]
+    assert STIFFNESS_RATIO[0] <= found.stiffness_ratio <= STIFFNESS_RATIO[1]
+
+
+@pytest.mark.parametrize("name", BY_NAME)
+def test_true_curves_and_beats_are_as_designed(name: str) -> None:
+    truth, context = truth_of(name), BY_NAME[name].context
+    curve, beat = truth.curve, haemodynamics(truth)
+    late = (curve.cycle_phase >= 0.80) & (curve.cycle_phase <= 0.97)
+    np.testing.assert_allclose(curve.stiffness_kpa[late].mean(), BY_NAME[name].late_diastolic_kpa)
+    np.testing.assert_allclose(curve.stiffness_kpa.max(), DESIGNED_PEAK_KPA[name], rtol=0.07)
+    np.testing.assert_allclose(beat["end_diastolic_volume_ml"], context.lvedv_ml, rtol=0.10)
+    np.testing.assert_allclose(beat["end_systolic_volume_ml"], context.lvesv_ml, rtol=0.32)
+    assert 0.55 < beat["ejection_fraction"] < 0.76
+    assert 100 < beat["systolic_arterial_pressure_mmhg"] < 140
+    assert 60 < beat["diastolic_arterial_pressure_mmhg"] < 90
+
+
+@pytest.mark.parametrize("name", BY_NAME)
+def test_shipped_recordings_pass_ingestion_near_the_truth(name: str) -> None:
+    observed = ingest(shipped(name), BY_NAME[name].context, RECORDING, 100)
+    missing = BY_NAME[name].acquisition.missing_phases
+    assert tuple(observed.phase_index[~observed.measured]) == missing
+    assert observed.rejected["ectopic_rr"] == (12 if name == "C" else 0)
+    assert 5 < observed.rejected["outlier"] < 40
+    truth = truth_of(name).curve
+    true_speed = np.sqrt(np.interp(observed.phase, truth.cycle_phase, truth.stiffness_kpa) / 3.0)
+    z = ((observed.speed_m_s - true_speed) / observed.speed_se_m_s)[observed.measured]
+    assert np.abs(z).max() < 4.5
+    assert 0.5 < np.sqrt(np.mean(z**2)) < 1.6
+
+
+def test_another_seed_gives_another_recording_of_the_same_volunteer() -> None:
+    truth = truth_of("A")
+    first, again, other = (record(truth, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first.speed_m_s, again.speed_m_s)
+    np.testing.assert_array_equal(first.speed_m_s, shipped("A").speed_m_s)
+    assert np.nanmean(first.speed_m_s != other.speed_m_s) > 0.9
+
+
+def test_acquisition_noise_has_the_size_it_should() -> None:
+    clean = ACQUISITION.model_copy(update={"failed_fraction": 0.0, "outlier_fraction": 0.0})
+    speed = np.stack([samples.speed_m_s.reshape(20, 3, 12) for samples in many(clean)]) / 2.0
+    np.testing.assert_allclose(speed.mean(), 1.0, atol=0.002)
+    np.testing.assert_allclose(speed.std(axis=-1, ddof=1).mean(), 0.08, rtol=0.05)
+    repeat_variance = speed.mean(axis=-1).var(axis=-1, ddof=1).mean() - 0.08**2 / 12
+    np.testing.assert_allclose(np.sqrt(repeat_variance), 0.04, rtol=0.08)
+    np.testing.assert_allclose(speed.mean(axis=(-1, -2)).std(), 0.0267, rtol=0.08)
+
+
+def test_failures_and_outliers_come_as_often_as_they_should() -> None:
+    samples = many(ACQUISITION)
+    failed = np.concatenate([one.status != "ok" for one in samples])
+    speed = np.concatenate([one.speed_m_s for one in samples])
+    np.testing.assert_allclose(failed.mean(), 0.08, atol=0.006)
+    np.testing.assert_array_equal(np.isnan(speed), failed)
+    assert {str(status) for one in samples for status in np.unique(one.status)} == {"ok", *FAILED_STATUSES}
+    far = np.abs(np.log(speed[~failed] / 2.0)) > 0.42
+    np.testing.assert_allclose(far.sum() / len(speed), 0.03, atol=0.004)
+
+
+def test_missing_phases_and_premature_beats_appear_where_they_are_asked_for() -> None:
+    beat = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.6)
+    settings = ACQUISITION.model_copy(update={"missing_phases": (3,), "ectopic_beats": (beat,)})
+    samples = many(settings, 1)[0]
+    assert np.isnan(samples.speed_m_s[samples.phase_index == 3]).all()
+    premature = samples.rr_ms < 700
+    assert premature.sum() == 12
+    assert set(samples.phase_index[premature]) == {6}
+    assert set(samples.repeat[premature]) == {1}
+
+
+def test_a_push_meets_the_stiffness_of_its_own_beat() -> None:
+    ramp = TruthCurve(np.arange(400) / 400, 20.0 + 10.0 * np.sin(2 * np.pi * np.arange(400) / 400))
+    quiet = dict.fromkeys(
+        ("sample_sd_fraction", "repeat_sd_fraction", "failed_fraction", "outlier_fraction"), 0.0
+    )
+    settings = ACQUISITION.model_copy(update={**quiet, "rr_sd_fraction": 0.05})
+    samples = acquire(ramp, CONTEXT, settings, generator(1, "test"))
+    expected: NDArray[np.float64] = np.sqrt((20.0 + 10.0 * np.sin(2 * np.pi * samples.beat_phase)) / 3.0)
+    np.testing.assert_allclose(samples.speed_m_s, expected, atol=6e-4)
+
+
+def test_the_cohort_differs_from_the_inference_model() -> None:
+    differing = [volunteer.passive_exponent_b for volunteer in VOLUNTEERS]
+    assert len(set(differing)) == len(VOLUNTEERS)
+    assert all(isinstance(volunteer, Volunteer) for volunteer in VOLUNTEERS)
+    assert sum(bool(volunteer.acquisition.missing_phases) for volunteer in VOLUNTEERS) == 2
+    assert sum(bool(volunteer.acquisition.ectopic_beats) for volunteer in VOLUNTEERS) == 1
+    assert all(0.02 <= volunteer.acquisition.outlier_fraction <= 0.04 for volunteer in VOLUNTEERS)
