@@ -178,7 +178,7 @@ def viscosity(stretch: float, p: Parameters) -> float:
 
 @equation
 def available_bonds(strain: float, o: Options) -> float:
-    """Return n_0(e), the fraction of bonds that the filaments' overlap allows; 1 without length dependence."""
+    """Return n_0(e), the fraction of bonds that the filaments' overlap allows (1: no length dependence)."""
     if not o.frank_starling:
         return 1.0
     value = 0.0
@@ -260,8 +260,8 @@ def chamber(
     """Return y' (m/s), pressure and flows, and the rates of the flows (m3/s2) where they are states.
 
     Wall: P_v V_y = 4 pi R_0^2 (rho d_0 y'' + (d_0 / R_0) (W' + (2 eta (C + 2 C^-5) + mu) e' + tau_c)), and
-    V_y y' = Q_mi - Q_ao. A stress measure ``second_piola`` lets tau_c enter as lambda tau_c. Wall inertia with
-    resistive valves takes y'' by a backward difference over the stage's time ``stage_s`` since the step began.
+    V_y y' = Q_mi - Q_ao. The stress measure ``second_piola`` lets tau_c enter as lambda tau_c. Wall inertia
+    with resistive valves takes y'' by a backward difference over the time ``stage_s`` since the step began.
     """
     stretch = 1.0 + x.displacement / p.radius
     _, v_y, v_yy = cavity(stretch, p, o)
@@ -299,9 +299,9 @@ def circulation_rates(
 ) -> tuple[float, float, float]:
     """Return P_s', P_pul' and the proximal P_p' of the systemic RCR and the pulmonary RC.
 
-    C_s P_s' = Q_in - Q_s, Q_s = (P_s - P_pul) / (R_d + R_pul), C_pul P_pul' = Q_s - Q_mi. In an open circulation the
-    venous pressure is prescribed and Q_s = (P_s - P_ven) / R_d. Q_in is Q_ao, or (P_p - P_s) / R_p behind a
-    proximal capacitance C_p P_p' = Q_ao - Q_in.
+    C_s P_s' = Q_in - Q_s, Q_s = (P_s - P_pul) / (R_d + R_pul), C_pul P_pul' = Q_s - Q_mi. In an open
+    circulation the venous pressure is prescribed and Q_s = (P_s - P_ven) / R_d. Q_in is Q_ao, or
+    (P_p - P_s) / R_p behind a proximal capacitance C_p P_p' = Q_ao - Q_in.
     """
     entering = flow.aortic
     proximal_rate = 0.0

@@ -24,9 +24,9 @@ from swesbi.forward_model.equations import (
 Array = NDArray[np.float64]
 LANES: Final = 16
 STATES: Final = 8
-RECORDS: Final = (
-    6  # displacement, active stiffness, arterial and ventricular pressure, mitral and aortic flow
-)
+# Recorded: displacement, active stiffness, arterial and ventricular pressure, mitral and aortic flow,
+# active stress.
+RECORDS: Final = 7
 
 
 @equation
@@ -125,7 +125,7 @@ def drive_at(drives: Array, row: int) -> Drive:
 
 @lru_cache(maxsize=64)
 def beat_kernel(options: Options) -> Callable[[Array, Array, Parameters, Array, float, int, Array], None]:
-    """Return the compiled loop that advances blocks of ``LANES`` simulations by one beat under these options."""
+    """Return the compiled loop that advances blocks of ``LANES`` simulations by one beat."""
     o = options
     n_lanes = LANES if source_key() >= 0 else 0
 
@@ -135,7 +135,8 @@ def beat_kernel(options: Options) -> Callable[[Array, Array, Parameters, Array, 
     ) -> None:
         """Advance ``x`` (blocks, STATES * LANES) in place by a beat of steps ``h`` under ``theta``.
 
-        ``record`` (blocks, samples + 1, RECORDS * LANES) takes the start of every ``stride``-th step; its last row is scratch.
+        ``record`` (blocks, samples + 1, RECORDS * LANES) takes the start of every ``stride``-th step; its
+        last row is scratch.
         """
         scratch = record.shape[1] - 1
         for block in range(x.shape[0]):
@@ -165,6 +166,7 @@ def beat_kernel(options: Options) -> Callable[[Array, Array, Parameters, Array, 
                     row[3 * LANES + lane] = flow.pressure
                     row[4 * LANES + lane] = flow.mitral
                     row[5 * LANES + lane] = flow.aortic
+                    row[6 * LANES + lane] = before.active_stress
                     state[lane] = after.displacement
                     state[LANES + lane] = after.active_stiffness
                     state[2 * LANES + lane] = after.active_stress

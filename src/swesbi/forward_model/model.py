@@ -103,7 +103,7 @@ def parameters_of(context: Context, settings: ForwardModelSettings) -> Parameter
 
 
 def steps_of(context: Context, settings: ForwardModelSettings) -> int:
-    """Return the integration steps of a beat: the smallest multiple of the setting that keeps the step short."""
+    """Return the steps of a beat: the smallest multiple of the setting with steps short enough."""
     longest_s = settings.steps_per_beat * settings.maximum_step_s
     return settings.steps_per_beat * max(1, int(np.ceil(context.period_s / longest_s)))
 

@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 PA_PER_MMHG: Final = 133.322387415
 ML_PER_M3: Final = 1e6
 
-# Declared ranges of the inputs: an order of magnitude beyond published myocardial parameters (Marchesseau et al.
-# 2013; Banus et al. 2021), so that any prior of a study fits inside, yet a wrong unit does not.
+# Declared ranges of the inputs: an order of magnitude beyond published myocardial parameters (Marchesseau et
+# al. 2013; Banus et al. 2021), so that any prior of a study fits inside, yet a wrong unit does not.
 THETA_RANGES: Final = ((1.0, 500.0), (0.1, 500.0), (0.1, 300.0))
 # From a newborn to the most dilated heart, from sinus bradycardia to the fastest exercise (Lang et al. 2015).
 CONTEXT_RANGES: Final = {"hr_bpm": (30.0, 220.0), "lvedv_ml": (10.0, 500.0), "ivsd_cm": (0.2, 3.0)}
@@ -30,8 +30,8 @@ RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 # How many times more steps a simulation gets that fails at the shipped step.
 REFINEMENT: Final = 4
 
-# Outside these a periodic beat means nothing: the wall stretched or compressed beyond twofold, no cavity left,
-# a ventricular pressure that no heart survives.
+# Outside these a periodic beat means nothing: the wall stretched or compressed beyond twofold, no cavity
+# left, a ventricular pressure that no heart survives.
 STRETCH_RANGE: Final = (0.5, 2.0)
 PRESSURE_RANGE_PA: Final = (-1.0e4, 1.0e5)
 
@@ -130,13 +130,13 @@ def _check_context(context: Context) -> None:
     low, high = RELATIVE_THICKNESS_RANGE
     if not low <= relative <= high:
         raise ValueError(
-            f"subject {context.subject}: ivsd_cm = {context.ivsd_cm:g} is {relative:.2f} of the radius of a sphere "
-            f"of lvedv_ml = {context.lvedv_ml:g}; expected {low:g} to {high:g}; check both units"
+            f"subject {context.subject}: ivsd_cm = {context.ivsd_cm:g} is {relative:.2f} of the radius of a "
+            f"sphere of lvedv_ml = {context.lvedv_ml:g}; expected {low:g} to {high:g}; check both units"
         )
 
 
 def _beats(records: Records, model: Model) -> Beats:
-    y, stiffness, arterial, pressure, mitral, aortic = np.moveaxis(records.values, 2, 0)
+    y, stiffness, arterial, pressure, mitral, aortic, _ = np.moveaxis(records.values, 2, 0)
     stretch = 1.0 + y / model.parameters.radius
     volume = cavity_volume(stretch, model)
     low, high = PRESSURE_RANGE_PA
