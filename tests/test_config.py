@@ -1,0 +1,147 @@
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swesbi.config import ConfigError, load_study, overlay, parse_config, read_yaml
+from swesbi.config.slices import STAGES, stage_settings
+
+ROOT = Path(__file__).parents[1]
+SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "shard": "0"}
+
+
+def changed(**changes: object) -> dict[str, Any]:
+    """Return the shipped configuration with values set at dotted keys; None removes the key."""
+    raw = copy.deepcopy(SHIPPED)
+    for dotted, value in changes.items():
+        *path, last = dotted.split("__")
+        section = raw
+        for key in path:
+            section = section[key]
+        if value is None:
+            del section[last]
+        else:
+            section[last] = value
+    return raw
+
+
+def test_the_shipped_and_the_smoke_configuration_are_valid() -> None:
+    assert load_study(SHIPPED).subjects == ("A", "B", "C", "D", "E", "F")
+    smoke = overlay(SHIPPED, read_yaml(ROOT / "tests" / "smoke.yaml"))
+    assert load_study(smoke | {"cohort": SHIPPED["cohort"]}).subjects == ("A", "B", "F")
+
+
+def test_the_paper_experiment_is_the_paper_s() -> None:
+    paper = parse_config(SHIPPED).experiments["paper"]
+    assert paper.simulations_per_subject == 1000
+    assert paper.observation_model.augmentations == 20
+    assert list(paper.observation_model.feature_noise_sd.values()) == [1.0, 0.5, 0.5, 5.0, 0.03]
+    estimator = paper.estimator
+    assert (estimator.transforms, estimator.hidden_features, estimator.blocks) == (5, 50, 2)
+    assert (estimator.batch_size, estimator.max_num_epochs) == (128, 100)
+    assert (paper.support.max_abs_z, paper.support.min_in_prior_draws) == (3.0, 1000)
+    assert paper.support.candidate_draws == 500_000
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"forward_model__steps_per_beet": 3}, r"steps_per_beet = 3: .*did you mean 'steps_per_beat'"),
+        ({"nonsense": 1}, r"nonsense = 1: .*remove this key"),
+        ({"seed": None}, r"seed: .*add this key"),
+        ({"seed": "1e-3"}, r"seed = '1e-3': .*write 1.0e-3 or 0.001"),
+        (
+            {"priors__paper__k0_kpa__low": "1e-3"},
+            r"priors\.paper\.k0_kpa\.low = '1e-3'.*YAML reads 1e-3 as text",
+        ),
+        ({"priors__paper__k0_kpa__low": 50.0}, r"priors\.paper\.k0_kpa: need low < centre < high, found 50"),
+        ({"priors__paper__k0_kpa__log_sd": -0.5}, r"log_sd = -0\.5: .*greater than 0"),
+        (
+            {"experiments__paper__prior": "wide"},
+            r"experiments\.paper\.prior names the prior 'wide'; known .*paper",
+        ),
+        (
+            {"experiments__tables": SHIPPED["experiments"]["paper"]},
+            r"'tables' is the name of a results folder",
+        ),
+        ({"experiments__paper__predictive__draws": 10**6}, r"predictive\.draws is 1000000, but only 10000"),
+        (
+            {"experiments__paper__support__min_in_prior_draws": 10**6},
+            r"cannot be met by candidate_draws = 500000",
+        ),
+        ({"experiments__paper__estimator__model": "mfa"}, r"estimator\.model = 'mfa'"),
+        ({"main_experiment": "pepper"}, r"main_experiment = 'pepper'"),
+        ({"subjects": ["A", "Z"]}, r"subjects: 'Z' has no row in .*subjects\.csv; it knows A, B, C, D, E, F"),
+        ({"subjects": ["A", "A"]}, r"each once"),
+        ({"subjects": ["../A"]}, r"subjects"),
+        ({"cohort": "data/nowhere"}, r"cohort = 'data/nowhere': .*subjects\.csv"),
+    ],
+)
+def test_a_wrong_value_is_refused_with_key_value_and_remedy(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        load_study(changed(**changes))
+
+
+def test_every_problem_is_listed_at_once() -> None:
+    with pytest.raises(ConfigError, match="2 problem") as caught:
+        parse_config(changed(seed=None, nonsense=1))
+    assert len(str(caught.value).splitlines()) == 3
+
+
+def test_a_subject_without_a_recording_is_refused(tmp_path: Path) -> None:
+    cohort = tmp_path / "cohort"
+    (cohort / "swe").mkdir(parents=True)
+    source = Path(SHIPPED["cohort"])
+    for name in ("subjects.csv", "recording.yaml", "swe/A.csv"):
+        (cohort / name).write_bytes((source / name).read_bytes())
+    assert load_study(changed(cohort=str(cohort), subjects=["A"])).subjects == ("A",)
+    with pytest.raises(ConfigError, match=r"no file .*B\.csv"):
+        load_study(changed(cohort=str(cohort), subjects=["A", "B"]))
+
+
+@pytest.mark.parametrize("content", ["- a\n- b\n", "a: [1, 2\n", ""])
+def test_a_file_that_is_no_mapping_is_refused(tmp_path: Path, content: str) -> None:
+    (tmp_path / "config.yaml").write_text(content)
+    with pytest.raises(ConfigError, match=r"config\.yaml"):
+        read_yaml(tmp_path / "config.yaml")
+
+
+AFFECTED = {
+    "experiments__paper__predictive__draws": {"predictive"},
+    "experiments__paper__estimator__learning_rate": {"train"},
+    "experiments__paper__observation_model__augmentations": {"pool", "predictive", "recovery"},
+    "experiments__paper__support__candidate_draws": {"posterior"},
+    "experiments__paper__recovery__recordings": {"recovery"},
+    "passive__exponent_b": {"passive"},
+    "recording__min_samples_per_phase": {"ingest"},
+    "cmaes__search__generations": {"cmaes"},
+    "forward_model__steps_per_beat": {"simulate", "passive", "predictive", "cmaes", "recovery"},
+    "resources__device": set(),
+}
+
+
+@pytest.mark.parametrize("key", AFFECTED)
+def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
+    value: Any = SHIPPED
+    for part in key.split("__"):
+        value = value[part]
+    other = {"auto": "cpu"}.get(value) if isinstance(value, str) else value * 2 if value > 1 else value / 2
+    before, after = load_study(SHIPPED), load_study(changed(**{key: other}))
+    differing = {
+        stage
+        for stage in STAGES
+        if stage_settings(before, stage, **WILDCARDS) != stage_settings(after, stage, **WILDCARDS)
+    }
+    assert differing == AFFECTED[key]
+
+
+def test_an_unknown_subject_or_a_missing_wildcard_is_refused() -> None:
+    study = load_study(SHIPPED)
+    with pytest.raises(ConfigError, match="subject = 'Z': unknown; the study has A, B"):
+        stage_settings(study, "ingest", subject="Z")
+    with pytest.raises(ConfigError, match="--experiment NAME"):
+        stage_settings(study, "pool")

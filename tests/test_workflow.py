@@ -1,0 +1,201 @@
+"""What reruns when, and that neither cores nor the order of jobs matter."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import torch
+from study_copy import StudyCopy, copy_study, rules_of
+
+SHOWN = {"cohort_figures", "tables"}
+PREDICTIVE = {"predictive", "ppc_figure"} | SHOWN
+SAMPLED = {"posterior", "posterior_figure"} | PREDICTIVE
+TRAINED = {"train", "recovery", "training_figure"} | SAMPLED
+
+
+@contextmanager
+def edited(study: StudyCopy, path: str, old: str, new: str) -> Iterator[None]:
+    """Edit a file and put it back, its modification time included."""
+    file = study.folder / path
+    before, times = file.read_bytes(), file.stat()
+    try:
+        study.edit(path, old, new)
+        yield
+    finally:
+        file.write_bytes(before)
+        os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
+
+
+def test_a_finished_study_has_nothing_to_do(finished: StudyCopy) -> None:
+    assert finished.planned() == set()
+
+
+@pytest.mark.parametrize(
+    ("path", "old", "new", "rules"),
+    [
+        ("smoke.yaml", "predictive:\n      draws: 50", "predictive:\n      draws: 40", PREDICTIVE),
+        ("smoke.yaml", "learning_rate: 0.002", "learning_rate: 0.001", TRAINED),
+        ("smoke.yaml", "augmentations: 4", "augmentations: 3", {"pool"} | TRAINED),
+        ("config.yaml", "maximum_kpa: 1.0", "maximum_kpa: 2.0", {"pool"} | TRAINED),
+        (
+            "smoke.yaml",
+            "generations: 5",
+            "generations: 4",
+            {"cmaes", "ppc_figure", "posterior_figure"} | SHOWN,
+        ),
+        ("config.yaml", "shards_per_subject: 2", "shards_per_subject: 2 # as before", set()),
+        ("config.yaml", "device: auto", "device: cpu", set()),
+        (
+            "src/swesbi/stages/predictive.py",
+            'LOGGER = logging.getLogger("swesbi")',
+            'LOGGER = logging.getLogger("swesbi")\nNEW = 1',
+            PREDICTIVE,
+        ),
+        (
+            "src/swesbi/inference/training.py",
+            "from swesbi.progress import Progress",
+            "from swesbi.progress import Progress\n\nNEW = 1",
+            TRAINED,
+        ),
+        ("src/swesbi/stages/train.py", '"""Stage: training', '"""Stage: the training', set()),
+        ("src/swesbi/forward_model/simulate.py", '"""', '"""A word. ', set()),
+    ],
+    ids=[
+        "ppc setting",
+        "training setting",
+        "augmentations",
+        "noise",
+        "cma-es",
+        "comment",
+        "device",
+        "stage code",
+        "imported code",
+        "docstring of a stage",
+        "docstring of the model",
+    ],
+)
+def test_an_edit_reruns_what_it_affects(
+    finished: StudyCopy, path: str, old: str, new: str, rules: set[str]
+) -> None:
+    if new == '"""A word. ':
+        old = (finished.folder / path).read_text(encoding="utf-8").splitlines()[0]
+        new = old.replace('"""', '"""In other words: ', 1)
+    with edited(finished, path, old, new):
+        assert rules_of(finished.planned()) == rules
+
+
+def test_editing_the_model_reruns_the_simulations(finished: StudyCopy) -> None:
+    with edited(finished, "config.yaml", "destruction_alpha: 1.5", "destruction_alpha: 1.6"):
+        assert {"simulate", "passive", "pool", "cmaes"} <= rules_of(finished.planned())
+
+
+def test_saving_a_recording_again_reruns_nothing(finished: StudyCopy) -> None:
+    for name in ("swe/A.csv", "subjects.csv"):
+        file = finished.folder / "data" / "virtual_volunteers" / name
+        file.write_bytes(file.read_bytes())
+    assert finished.planned() == set()
+
+
+def test_a_subject_more_is_the_only_one_simulated(finished: StudyCopy) -> None:
+    with edited(finished, "smoke.yaml", "subjects: [A, B, F]", "subjects: [A, B, F, C]"):
+        jobs = finished.planned()
+    for rule in ("ingest", "passive", "simulate", "cmaes"):
+        wildcards = {job for job in jobs if job.startswith(f"{rule} ")}
+        assert wildcards
+        assert all("subject=C" in job for job in wildcards)
+    assert "pool" in rules_of(jobs)
+
+
+def test_a_row_of_the_table_reruns_its_subject_alone(finished: StudyCopy) -> None:
+    path = finished.folder / "data" / "virtual_volunteers" / "subjects.csv"
+    with path.open(newline="") as file:
+        row = next(row for row in csv.DictReader(file) if row["subject"] == "B")
+    line = next(line for line in path.read_text().splitlines() if line.startswith("B,"))
+    other = line.replace(f",{row['hr_bpm']},", f",{float(row['hr_bpm']) + 1:g},", 1)
+    with edited(finished, "data/virtual_volunteers/subjects.csv", line, other):
+        jobs = finished.planned()
+    for rule in ("ingest", "passive", "simulate"):
+        assert {job for job in jobs if job.startswith(f"{rule} ")}
+        assert all("subject=B" in job for job in jobs if job.startswith(f"{rule} "))
+
+
+def test_one_subject_from_empty_needs_nothing_of_the_others_after_pooling(tmp_path: Path) -> None:
+    study = copy_study(tmp_path)
+    jobs = study.planned("results-smoke/paper/subjects/A/ppc.png")
+    for rule in ("posterior", "predictive", "ppc_figure", "cmaes"):
+        wildcards = {job for job in jobs if job.startswith(f"{rule} ")}
+        assert len(wildcards) == 1, jobs
+        assert all("subject=A" in job for job in wildcards)
+
+
+def test_a_wrong_configuration_stops_before_any_job(finished: StudyCopy) -> None:
+    with edited(finished, "config.yaml", "low: 10.0", "low: 1e-3"):
+        done = finished.snakemake("--dry-run")
+    assert done.returncode != 0
+    assert "priors.paper.k0_kpa.low = '1e-3'" in done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_a_failing_stage_names_the_fault_and_keeps_the_traceback(tmp_path: Path) -> None:
+    study = copy_study(tmp_path)
+    recording = study.folder / "data" / "virtual_volunteers" / "swe" / "A.csv"
+    recording.write_text(recording.read_text().replace(",ok", ",fine", 1))
+    done = study.snakemake("results-smoke/cohort/A/observation.h5")
+    assert done.returncode != 0
+    assert "A.csv" in done.stderr
+    assert "'fine'" in done.stderr
+    assert "Traceback" in (study.results / "logs" / "ingest" / "A.log").read_text()
+    assert not (study.results / "cohort" / "A" / "observation.h5").exists()
+
+
+def arrays(file: Path) -> dict[str, np.ndarray]:
+    """Return every array of an artefact, as text or numbers."""
+    if file.suffix == ".h5":
+        with h5py.File(file) as content:
+            found: dict[str, np.ndarray] = {}
+            content.visititems(
+                lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
+            )
+            return found
+    if file.suffix == ".pt":
+        state = torch.load(file, weights_only=True)["state_dict"]
+        return {name: tensor.numpy() for name, tensor in state.items()}
+    return {"bytes": np.frombuffer(file.read_bytes(), dtype=np.uint8)}
+
+
+def artefacts(results: Path) -> list[Path]:
+    """Return every result but logs and timings, relative to the results folder."""
+    return sorted(
+        path.relative_to(results)
+        for path in results.rglob("*")
+        if path.is_file() and path.relative_to(results).parts[0] not in {"logs", "benchmarks"}
+    )
+
+
+def test_one_core_and_two_give_equal_arrays_in_every_artefact(finished: StudyCopy, tmp_path: Path) -> None:
+    study = copy_study(tmp_path / "one-core")
+    study.run(cores=1)
+    names = artefacts(study.results)
+    assert names == artefacts(finished.results)
+    assert len(names) > 30
+    for name in names:
+        one, two = arrays(study.results / name), arrays(finished.results / name)
+        assert one.keys() == two.keys()
+        for key in one:
+            np.testing.assert_array_equal(one[key], two[key], err_msg=f"{name}: {key}")
+
+
+def test_every_log_and_verdict_is_there(finished: StudyCopy) -> None:
+    for subject in "ABF":
+        support = json.loads((finished.results / "paper" / "subjects" / subject / "support.json").read_text())
+        assert support["candidate_draws"] == 4000
+        assert support["verdict"]
+    assert "epoch 9/9" in (finished.results / "logs" / "train" / "paper.log").read_text()
