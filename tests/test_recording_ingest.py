@@ -14,8 +14,10 @@ from swesbi.recording import REASONS, ContextRow, RecordingError, Samples, inges
 from swesbi.recording.dataset import read_observation
 from swesbi.recording.quality import rejection
 from swesbi.recording.speed import estimate_noise, repeat_means
+from swesbi.seeds import generator
 from swesbi.stages import ingest as stage
 from swesbi.stages.origin import Origin
+from swesbi.virtual_cohort import ACQUISITION, TruthCurve, acquire
 
 
 def without_phases(samples: Samples, *indices: int) -> Samples:
@@ -118,6 +120,20 @@ def test_variance_components_are_told_apart() -> None:
     np.testing.assert_allclose(noise.sample_fraction, 0.05, rtol=0.03)
 
 
+def test_beats_of_different_length_are_not_mistaken_for_noise() -> None:
+    cycle = np.arange(400) / 400
+    steep = TruthCurve(cycle, 4.0 + 50.0 * np.exp(-0.5 * ((cycle - 0.4) / 0.08) ** 2))
+    settings = ACQUISITION.model_copy(
+        update={"rr_sd_fraction": 0.015, "failed_fraction": 0.0, "outlier_fraction": 0.0}
+    )
+    variances = []
+    for seed in range(30):
+        samples = acquire(steep, CONTEXT, settings, generator(seed, "test"))
+        observed = ingest(samples, CONTEXT, RECORDING, 100)
+        variances.append(observed.noise.repeat_fraction**2)
+    np.testing.assert_allclose(np.sqrt(np.mean(variances)), 0.04, rtol=0.1)
+
+
 def test_stiffness_error_follows_from_the_speed_error() -> None:
     observed = ingest(make_samples(repeat_sd=0.02, sample_sd=0.04), CONTEXT, RECORDING, 100)
     step = 1e-6
@@ -165,6 +181,11 @@ def test_a_phase_with_too_few_samples_counts_as_missing() -> None:
 def test_incomplete_recordings_are_refused(missing: tuple[int, ...], message: str) -> None:
     with pytest.raises(RecordingError, match=message):
         ingest(without_phases(make_samples(), *missing), CONTEXT, RECORDING, 100)
+
+
+def test_a_recording_without_any_good_sample_is_refused_with_the_counts() -> None:
+    with pytest.raises(RecordingError, match="no sample is acceptable .no_wave 720, motion 0"):
+        ingest(without_phases(make_samples(), *range(PHASES)), CONTEXT, RECORDING, 100)
 
 
 def test_limits_themselves_are_allowed() -> None:

@@ -9,8 +9,8 @@ from swesbi.context import Context
 from swesbi.observation.interpolation import analysis_grid, to_grid
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import check_completeness, locate_phases
-from swesbi.recording.quality import ACCEPTED, count_by_phase, ectopic, rejection
-from swesbi.recording.samples import Samples
+from swesbi.recording.quality import ACCEPTED, REASONS, count_by_phase, ectopic, rejection
+from swesbi.recording.samples import RecordingError, Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import average_speeds
 
@@ -41,6 +41,9 @@ def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid
     """
     verdict = rejection(samples, settings)
     accepted, rejected = count_by_phase(samples, verdict, settings.phases)
+    if not accepted.any():
+        counts = ", ".join(f"{reason} {n}" for reason, n in zip(REASONS, rejected.sum(axis=1), strict=True))
+        raise RecordingError(f"{samples.source}: no sample is acceptable ({counts}); record again")
     speeds = average_speeds(samples, verdict == ACCEPTED, settings.phases)
     regular = ~ectopic(samples, settings.max_rr_deviation_fraction)
     located = locate_phases(samples, speeds.beat_phase, regular)

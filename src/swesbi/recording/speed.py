@@ -94,6 +94,9 @@ def estimate_noise(repeats: pd.DataFrame) -> NoiseComponents:
     s_sam^2 / n_r, the expected sum of squares of R repeat means about their mean is
     (1 - 1/R) sum_r v_r (Searle, Casella and McCulloch, Variance Components, 1992).
 
+    Beats differ in RR, so repeats at one delay lie at slightly different phases; what they differ by on
+    the slope of the curve is no error, since the phase is averaged like the speed, and is taken out first.
+
     Args:
         repeats: As returned by :func:`repeat_means`.
     """
@@ -102,7 +105,23 @@ def estimate_noise(repeats: pd.DataFrame) -> NoiseComponents:
     freedom_within = repeats["size"] - 1
     within = (repeats["variance"].fillna(0.0) * freedom_within / mean**2).sum()
     sample_variance = within / max(int(freedom_within.sum()), 1)
-    excess = ((repeats["speed"] / mean - 1.0) ** 2).sum()
+    excess = ((repeats["speed"] / mean - 1.0 - phase_trend(repeats)) ** 2).sum()
     excess -= ((1.0 - 1.0 / count) * sample_variance / repeats["size"]).sum()
     repeat_variance = max(excess / max((1.0 - 1.0 / count).sum(), 1.0), 0.0)
     return NoiseComponents(float(np.sqrt(repeat_variance)), float(np.sqrt(sample_variance)))
+
+
+def phase_trend(repeats: pd.DataFrame) -> pd.Series[float]:
+    """Return by what fraction each repeat's speed should differ from the phase mean for its beat's phase.
+
+    The slope at a phase is the central difference over its neighbours around the cycle.
+    """
+    by_phase = repeats.groupby("phase_index")
+    mean = by_phase[["beat_phase", "speed"]].mean().sort_values("beat_phase")
+    phase = np.pad(mean["beat_phase"].to_numpy(np.float64), 1, mode="wrap")
+    phase[0] -= 1.0
+    phase[-1] += 1.0
+    speed = np.pad(mean["speed"].to_numpy(np.float64), 1, mode="wrap")
+    relative = pd.Series((speed[2:] - speed[:-2]) / (phase[2:] - phase[:-2]) / speed[1:-1], mean.index)
+    shift = repeats["beat_phase"] - by_phase["beat_phase"].transform("mean")
+    return shift * repeats["phase_index"].map(relative)
