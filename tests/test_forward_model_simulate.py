@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from forward_model_cases import COHORT, SETTINGS
+from forward_model_cases import COHORT, SETTINGS, prior_draws
 from pydantic import ValidationError
 
 from swesbi.forward_model import ForwardModelSettings, Status, simulate
@@ -14,14 +14,8 @@ from swesbi.forward_model import ForwardModelSettings, Status, simulate
 CENTRE = np.array([[45.0, 5.0, 30.0]])
 
 
-def draws(n: int) -> np.ndarray:
-    rng = np.random.default_rng(7)
-    theta = np.exp(np.log([45.0, 5.0, 30.0]) + np.array([0.5, 0.6, 0.45]) * rng.standard_normal((n, 3)))
-    return np.clip(theta, [10.0, 2.0, 2.0], [200.0, 30.0, 60.0])
-
-
 def test_shapes_and_units() -> None:
-    beats = simulate(draws(20), COHORT["A"], SETTINGS)
+    beats = simulate(prior_draws(20, seed=7), COHORT["A"], SETTINGS)
     assert beats.cycle_phase.shape == (SETTINGS.samples_per_beat,)
     assert beats.active_stiffness_kpa.shape == beats.volume_ml.shape == (20, SETTINGS.samples_per_beat)
     assert (beats.status == Status.PERIODIC).all()
@@ -29,7 +23,7 @@ def test_shapes_and_units() -> None:
 
 
 def test_result_depends_on_own_theta_only() -> None:
-    theta = draws(75)
+    theta = prior_draws(75, seed=7)
     together = simulate(theta, COHORT["B"], SETTINGS).active_stiffness_kpa
     alone = np.concatenate([simulate(row[None], COHORT["B"], SETTINGS).active_stiffness_kpa for row in theta])
     backwards = simulate(theta[::-1], COHORT["B"], SETTINGS).active_stiffness_kpa[::-1]

@@ -112,9 +112,10 @@ FRANK_STARLING = (
 
 @equation
 def exponential(x: float) -> float:
-    """Return exp(x) for 0 <= x < 100 to 1e-12: Taylor series of exp(x / 64), squared six times.
+    """Return exp(x), x >= 0: Taylor series of exp(x / 64) to the eleventh power, squared six times.
 
-    Unlike the library's exp it is plain arithmetic, which vectorises on every processor.
+    Relative error 1e-13 up to x = 10, 1e-9 up to 40 (stresses beyond any heart's). Unlike the library's exp
+    it is plain arithmetic, which vectorises on every processor.
     """
     r = x * 0.015625
     p = 1.0 + r * (1.0 / 10.0) * (1.0 + r * (1.0 / 11.0))
