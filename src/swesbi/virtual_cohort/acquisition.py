@@ -10,9 +10,9 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from swesbi.context import Context
-from swesbi.observation.interpolation import sample_cycle
 from swesbi.recording.samples import FAILED_STATUSES, STATUS_OK, Samples
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.truth import TruthCurve
@@ -119,8 +119,9 @@ def _rr_ms(context: Context, settings: AcquisitionSettings, draws: _Draws) -> Fl
 
 
 def _clean_speed(truth: TruthCurve, beat_phase: FloatArray, density_kg_m3: float) -> FloatArray:
-    wrapped = beat_phase.ravel() % 1.0
-    stiffness = sample_cycle(truth.cycle_phase, truth.stiffness_kpa, wrapped).reshape(beat_phase.shape)
+    phase = np.append(truth.cycle_phase, truth.cycle_phase[0] + 1.0)
+    curve = CubicSpline(phase, np.append(truth.stiffness_kpa, truth.stiffness_kpa[0]), bc_type="periodic")
+    stiffness = curve(beat_phase)
     return np.sqrt(PA_PER_KPA * stiffness / (3.0 * density_kg_m3))
 
 
