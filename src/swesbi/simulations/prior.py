@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from scipy.stats import truncnorm
-from scipy.stats.distributions import rv_frozen
 
 from swesbi.settings import Settings
 
@@ -63,9 +62,10 @@ def bounds(prior: PriorSettings) -> tuple[FloatArray, FloatArray]:
 def quantile(u: FloatArray, prior: PriorSettings) -> FloatArray:
     """Map uniforms of shape (n, 3) to theta of shape (n, 3) by the inverse distribution function."""
     columns = [
-        np.exp(_log_distribution(parameter).ppf(u[:, j])) for j, parameter in enumerate(prior.parameters)
+        np.exp(truncnorm.ppf(u[:, j], *_log_shape(parameter))) for j, parameter in enumerate(prior.parameters)
     ]
-    return np.clip(np.stack(columns, axis=1), *bounds(prior))
+    theta: FloatArray = np.clip(np.stack(columns, axis=1), *bounds(prior))
+    return theta
 
 
 def log_density(theta: FloatArray, prior: PriorSettings) -> FloatArray:
@@ -76,7 +76,7 @@ def log_density(theta: FloatArray, prior: PriorSettings) -> FloatArray:
     inside = in_bounds(theta, prior)
     log_theta = np.log(np.where(inside[:, None], theta, log_centre(prior)))
     terms = [
-        _log_distribution(parameter).logpdf(log_theta[:, j]) - log_theta[:, j]
+        truncnorm.logpdf(log_theta[:, j], *_log_shape(parameter)) - log_theta[:, j]
         for j, parameter in enumerate(prior.parameters)
     ]
     return np.where(inside, np.sum(terms, axis=0), -np.inf)
@@ -89,8 +89,8 @@ def in_bounds(theta: FloatArray, prior: PriorSettings) -> NDArray[np.bool_]:
     return inside
 
 
-def _log_distribution(parameter: ParameterPrior) -> rv_frozen:
-    """The frozen truncated normal of log theta."""
-    mean, sd = np.log(parameter.centre), parameter.log_sd
+def _log_shape(parameter: ParameterPrior) -> tuple[float, float, float, float]:
+    """Return log theta's bounds in standard deviations, its mean and its standard deviation."""
+    mean, sd = float(np.log(parameter.centre)), parameter.log_sd
     lower, upper = (np.log([parameter.low, parameter.high]) - mean) / sd
-    return truncnorm(lower, upper, loc=mean, scale=sd)
+    return float(lower), float(upper), mean, sd
