@@ -4,121 +4,33 @@ import json
 import subprocess
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from forward_model_cases import SETTINGS as FORWARD_MODEL
-from inference_case import CONTEXTS, PAPER_PRIOR, estimator_settings
-from recordings import PHASES, RECORDING, make_samples, nominal_phase
+from inference_case import CONTEXTS
+from inference_study import DRAWS, NOISE, POOL, POSTERIOR, RECOVERY, SUMMARY, TRAIN, Inputs, write_inputs
 
-from swesbi.artefacts import ArtefactError, read_provenance, save
-from swesbi.context import Context
-from swesbi.forward_model import simulate
+from swesbi.artefacts import ArtefactError, read_provenance
 from swesbi.inference.dataset import read_pool, read_posterior
 from swesbi.inference.estimator import load_estimator
-from swesbi.inference.settings import (
-    ObservationModelSettings,
-    PosteriorSettings,
-    RecoverySettings,
-    SupportSettings,
-)
+from swesbi.inference.recovery import fresh_simulations
+from swesbi.inference.sampling import draw_candidates
+from swesbi.inference.subjects import read_measured_subjects
 from swesbi.inference.support import read_support
-from swesbi.observation import (
-    MeasurementSettings,
-    PassiveSettings,
-    SummarySettings,
-    calibrate_passive,
-    passive_shape,
-    sample_cycle,
-    summary_names,
-)
-from swesbi.observation.dataset import to_dataset as passive_to_dataset
-from swesbi.recording import ingest
-from swesbi.recording.dataset import to_datasets as observation_to_datasets
-from swesbi.simulations.dataset import to_dataset as simulations_to_dataset
+from swesbi.observation import summary_names
+from swesbi.observation.dataset import read_passive
+from swesbi.seeds import integer_seed
 from swesbi.simulations.draw import draw_simulations
-from swesbi.simulations.prior import log_centre
 from swesbi.stages import pool, posterior, recovery, train
 from swesbi.stages.origin import Origin
-
-DRAWS = 60
-TRUTH = np.array([[58.0, 6.0, 28.0]])
-MEASUREMENT = MeasurementSettings(grid_points=100, active_stiffness_map="identity")
-SUMMARY = SummarySettings(baseline_window=(0.8, 0.97), trajectory_points=30, use_trajectory=True)
-NOISE = ObservationModelSettings(
-    feature_noise_sd={
-        "maximum_kpa": 1.0,
-        "auc_kpa": 0.5,
-        "post_peak_auc_kpa": 0.5,
-        "decay_slope_kpa_per_cycle": 5.0,
-        "time_to_peak_cycle": 0.03,
-    },
-    augmentations=3,
-)
-ESTIMATOR = estimator_settings(max_num_epochs=6, learning_rate=2e-3)
-POOL = pool.PoolStageSettings(
-    simulations_per_subject=DRAWS, measurement=MEASUREMENT, summary=SUMMARY, observation_model=NOISE
-)
-TRAIN = train.TrainStageSettings(prior=PAPER_PRIOR, estimator=ESTIMATOR)
-POSTERIOR = posterior.PosteriorStageSettings(
-    prior=PAPER_PRIOR,
-    support=SupportSettings(max_abs_z=3.0, min_in_prior_draws=50, candidate_draws=2000),
-    posterior=PosteriorSettings(draws=300, unfiltered_draws=100, interval=0.9),
-)
-RECOVERY = recovery.RecoveryStageSettings(
-    prior=PAPER_PRIOR,
-    forward_model=FORWARD_MODEL,
-    measurement=MEASUREMENT,
-    summary=SUMMARY,
-    observation_model=NOISE,
-    recovery=RecoverySettings(
-        recordings=9, candidate_draws=200, min_in_prior_draws=5, nominal_levels=(0.5, 0.9), confidence=0.95
-    ),
-)
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """Files of two subjects; shards in pieces, or each subject's in one."""
-
-    observations: tuple[Path, ...]
-    passives: tuple[Path, ...]
-    shards: tuple[Path, ...]
-    whole_shards: tuple[Path, ...]
-
-
-def write_subject(folder: Path, context: Context) -> Inputs:
-    origin = Origin(1, context.subject)
-    beats = simulate(TRUTH, context, FORWARD_MODEL)
-    reference = simulate(log_centre(PAPER_PRIOR)[None], context, FORWARD_MODEL)
-    total = beats.active_stiffness_kpa + 4.0 * passive_shape(beats.stretch, 3.0)
-    speed = np.sqrt(sample_cycle(beats.cycle_phase, total, nominal_phase())[0] / 3.0)
-    observed = ingest(make_samples(speed, 0.04, 0.08, seed=3), context, RECORDING, 100)
-    measured = np.ones(PHASES, dtype=bool)
-    measured[11] = False
-    observed = replace(observed, measured=measured) if context.subject == "B" else observed
-    window = PassiveSettings(exponent_b=3.0, late_diastolic_window=(0.8, 0.97))
-    baseline = calibrate_passive(observed, reference, window, MEASUREMENT)
-    observation, passive = folder / "observation.h5", folder / "passive.h5"
-    save(observation, observation_to_datasets(observed), origin.provenance("observation", MEASUREMENT))
-    save(passive, passive_to_dataset(baseline), origin.provenance("passive", MEASUREMENT))
-    parts = {"shard-1": range(35, DRAWS), "shard-0": range(35), "whole": range(DRAWS)}
-    files = {name: folder / f"{name}.h5" for name in parts}
-    for name, draws in parts.items():
-        made = draw_simulations(draws, context, PAPER_PRIOR, FORWARD_MODEL, 1)
-        save(files[name], simulations_to_dataset(made), origin.provenance("simulations", PAPER_PRIOR))
-    return Inputs((observation,), (passive,), (files["shard-1"], files["shard-0"]), (files["whole"],))
 
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Inputs:
-    folder = tmp_path_factory.mktemp("cohort")
-    parts = [write_subject(folder / context.subject, context) for context in CONTEXTS]
-    names = ("observations", "passives", "shards", "whole_shards")
-    return Inputs(*(sum((getattr(part, name) for part in parts), ()) for name in names))
+    return write_inputs(tmp_path_factory.mktemp("cohort"))
 
 
 @pytest.fixture(scope="module")
@@ -212,6 +124,30 @@ def test_recovery_has_a_row_for_each_parameter_and_level(results: Path) -> None:
     assert len(frame) == 6
     assert frame["n"].between(5, 9).all()
     assert ((frame["ci_low"] <= frame["coverage"]) & (frame["coverage"] <= frame["ci_high"])).all()
+
+
+def test_recovery_uses_theta_that_training_has_not_seen(results: Path) -> None:
+    data = read_pool(results / "pool.h5")
+    arguments = (RECOVERY.prior, RECOVERY.forward_model)
+    fresh = [fresh_simulations(4, context, *arguments, 1).theta for context in CONTEXTS]
+    seen = [draw_simulations(range(4), context, *arguments, 1).theta for context in CONTEXTS]
+    for theta in seen:
+        assert np.isin(theta.astype(np.float32), data.theta).all()
+    assert not np.isin(np.concatenate(fresh).astype(np.float32), data.theta).any()
+
+
+def test_recordings_are_inferred_with_the_statistics_of_the_pool(results: Path) -> None:
+    data, (estimator, _) = read_pool(results / "pool.h5"), load_estimator(results / "estimator.pt")
+    drawn = recovery.infer(results / "pool.h5", results / "estimator.pt", data.observed, 50, 9)
+    seed = integer_seed(9, "recovery", "posterior")
+    np.testing.assert_array_equal(drawn, draw_candidates(estimator, data.z_obs, 50, seed))
+
+
+def test_each_recording_meets_its_own_passive_baseline(inputs: Inputs) -> None:
+    both = [read_measured_subjects(inputs.observations, inputs.passives[::step]) for step in (1, -1)]
+    scales = [[subject.passive.scale_kpa for subject in subjects] for subjects in both]
+    assert scales[0] == scales[1] == [read_passive(path).scale_kpa for path in inputs.passives]
+    assert scales[0][0] != scales[0][1]
 
 
 def test_other_shards_and_another_run_give_the_same_bytes(

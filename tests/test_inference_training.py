@@ -114,11 +114,13 @@ def test_nothing_is_left_behind(
     monkeypatch.chdir(tmp_path)
     torch.manual_seed(0)
     before, threads = torch.random.get_rng_state(), torch.get_num_threads()
+    torch.set_num_threads(2)
     fit(pool, FAST)
+    assert torch.get_num_threads() == 2
+    torch.set_num_threads(threads)
     assert list(tmp_path.iterdir()) == []
     assert capsys.readouterr().out == ""
     assert torch.equal(before, torch.random.get_rng_state())
-    assert torch.get_num_threads() == threads
 
 
 def test_every_epoch_is_reported(pool: Pool, caplog: pytest.LogCaptureFixture) -> None:

@@ -93,6 +93,12 @@ def components_of(feature_names: Sequence[str], feature_units: Sequence[str]) ->
     return Components((*feature_names, *CONTEXT_NAMES), (*feature_units, *CONTEXT_UNITS))
 
 
+def with_context(features: FloatArray, context: Context) -> FloatArray:
+    """Put the context behind features of shape (n, F): raw conditioning vectors of shape (n, F + 7)."""
+    repeated = np.broadcast_to(context.as_array(), (len(features), len(CONTEXT_NAMES)))
+    return np.concatenate([features, repeated], axis=1)
+
+
 def build_pool(
     subjects: Sequence[SubjectFeatures],
     components: Components,
@@ -130,8 +136,7 @@ def _raw_rows(subject: SubjectFeatures, sd: FloatArray, copies: int, seed: int) 
     """Return one subject's noisy features and context, shape (n * copies, C), in raw units."""
     rng = generator(seed, "feature noise", subject.context.subject)
     noisy = augment(subject.features, sd, copies, rng).reshape(-1, len(sd))
-    context = np.broadcast_to(subject.context.as_array(), (len(noisy), len(CONTEXT_NAMES)))
-    return np.concatenate([noisy, context], axis=1)
+    return with_context(noisy, subject.context)
 
 
 def _check_finite(subject: SubjectFeatures, names: tuple[str, ...]) -> None:

@@ -8,8 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binomtest
 
+from swesbi.context import Context
+from swesbi.forward_model import ForwardModelSettings
 from swesbi.inference.posterior import interval_levels
 from swesbi.inference.settings import RecoverySettings
+from swesbi.seeds import integer_seed
+from swesbi.simulations.draw import PriorSimulations, draw_simulations
 from swesbi.simulations.prior import PriorSettings, in_bounds, quantile
 from swesbi.theta import THETA_NAMES
 
@@ -53,6 +57,16 @@ class Recovered:
     mean: FloatArray
     variance: FloatArray
     level_of_truth: FloatArray
+
+
+def fresh_simulations(
+    count: int, context: Context, prior: PriorSettings, forward_model: ForwardModelSettings, seed: int
+) -> PriorSimulations:
+    """Simulate theta that no training has seen: the prior's draws under another root of the streams.
+
+    Every kind of recovery uses the same theta, so their scores can be compared.
+    """
+    return draw_simulations(range(count), context, prior, forward_model, integer_seed(seed, "recovery"))
 
 
 def recover(

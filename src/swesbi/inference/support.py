@@ -16,6 +16,7 @@ from swesbi.simulations.prior import PriorSettings, bounds, in_bounds
 from swesbi.theta import THETA_NAMES
 
 FloatArray = NDArray[np.float64]
+NAMED_COMPONENTS = 3
 
 
 @dataclass(frozen=True)
@@ -112,12 +113,15 @@ def read_support(path: Path) -> Support:
 
 
 def _far_components(z_obs: FloatArray, names: tuple[str, ...], limit: float) -> list[str]:
-    """Name every component beyond the limit, the farthest first."""
+    """Count the components beyond the limit and name the farthest."""
     order = np.argsort(-np.abs(z_obs))
+    far = [f"{names[j]} (z = {z_obs[j]:.2f})" for j in order if not abs(z_obs[j]) <= limit]
+    if not far:
+        return []
+    more = ", ..." if len(far) > NAMED_COMPONENTS else ""
     return [
-        f"{names[j]} lies outside what the prior predicts (z = {z_obs[j]:.2f}, |z| <= {limit:g} required)"
-        for j in order
-        if not abs(z_obs[j]) <= limit
+        f"{len(far)} of {len(names)} components outside what the prior predicts, |z| <= {limit:g} required: "
+        f"{', '.join(far[:NAMED_COMPONENTS])}{more}"
     ]
 
 

@@ -16,14 +16,14 @@ from swesbi.forward_model import ForwardModelSettings
 from swesbi.inference.dataset import read_pool
 from swesbi.inference.estimator import load_estimator
 from swesbi.inference.observation_model import augment, noise_sd
-from swesbi.inference.recovery import RecoveryRow, recover, score_recovery, shares
+from swesbi.inference.pool import with_context
+from swesbi.inference.recovery import fresh_simulations, recover, score_recovery, shares
 from swesbi.inference.sampling import draw_candidates
 from swesbi.inference.settings import ObservationModelSettings, RecoverySettings
 from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
 from swesbi.observation import MeasurementSettings, SummarySettings, summary_names
 from swesbi.seeds import generator, integer_seed
 from swesbi.settings import Settings
-from swesbi.simulations.draw import draw_simulations
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.posterior import check_components
@@ -61,24 +61,37 @@ def run(
     Raises:
         ArtefactError: An input does not fit the others.
     """
-    data, (trained, _) = read_pool(pool), load_estimator(estimator)
-    check_components(data, trained, estimator)
     subjects = read_measured_subjects(observations, passives)
     counts = shares(settings.recovery.recordings, len(subjects))
     made = [_recordings(s, n, settings, origin.seed) for s, n in zip(subjects, counts, strict=True) if n]
     truth, raw = (np.concatenate(parts) for parts in zip(*made, strict=True))
-    seed = integer_seed(origin.seed, "recovery", "posterior")
+    posteriors = infer(pool, estimator, raw, settings.recovery.candidate_draws, origin.seed)
+    write_scores(recovery, truth, posteriors, settings.prior, settings.recovery)
+
+
+def infer(pool: Path, estimator: Path, raw: FloatArray, draws: int, seed: int) -> FloatArray:
+    """Draw candidates (N, draws, 3) for recordings given as raw features and context, shape (N, C).
+
+    Raises:
+        ArtefactError: The estimator was trained on other components than the pool's.
+    """
+    data, (trained, _) = read_pool(pool), load_estimator(estimator)
+    check_components(data, trained, estimator)
     z = data.standardisation.apply(raw)
-    candidates = draw_candidates(trained, z, settings.recovery.candidate_draws, seed)
-    recovered = recover(truth, candidates, settings.prior, settings.recovery)
-    LOGGER.info("recovery: %d of %d recordings scored", len(recovered.truth), len(truth))
-    write_rows(recovery, score_recovery(recovered, settings.prior, settings.recovery))
+    return draw_candidates(trained, z, draws, integer_seed(seed, "recovery", "posterior"))
 
 
-def write_rows(path: Path, rows: Sequence[RecoveryRow]) -> None:
-    """Write recovery rows as CSV."""
+def write_scores(
+    path: Path, truth: FloatArray, candidates: FloatArray, prior: PriorSettings, settings: RecoverySettings
+) -> None:
+    """Score the posteriors of N recordings against their truth (N, 3) and write one row a score."""
+    recovered = recover(truth, candidates, prior, settings)
+    rows = score_recovery(recovered, prior, settings)
     with atomic_path(path) as temporary:
         pd.DataFrame([asdict(row) for row in rows]).to_csv(temporary, index=False, lineterminator="\n")
+    LOGGER.info("%s: %d of %d recordings scored", path.stem, len(recovered.truth), len(truth))
+    for row in rows:
+        LOGGER.info("  %s, nominal %.2f: coverage %.3f", row.parameter, row.nominal, row.coverage)
 
 
 def _recordings(
@@ -86,12 +99,10 @@ def _recordings(
 ) -> tuple[FloatArray, FloatArray]:
     """Return theta (n, 3) and raw conditioning vectors (n, C) of synthetic recordings of one subject."""
     context = subject.observation.context
-    simulations = draw_simulations(
-        range(count), context, settings.prior, settings.forward_model, integer_seed(seed, "recovery")
-    )
+    simulations = fresh_simulations(count, context, settings.prior, settings.forward_model, seed)
     clean = subject.simulated_features(
         simulations.cycle_phase, simulations.active_stiffness_kpa, settings.measurement, settings.summary
     )
     sd = noise_sd(summary_names(settings.summary), settings.observation_model.feature_noise_sd)
     noisy = augment(clean, sd, 1, generator(seed, "recovery", "feature noise", context.subject))[:, 0]
-    return simulations.theta, np.concatenate([noisy, np.tile(context.as_array(), (count, 1))], axis=1)
+    return simulations.theta, with_context(noisy, context)

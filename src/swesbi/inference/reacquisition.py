@@ -1,0 +1,77 @@
+"""A simulated subject measured anew: acquisition noise, quality control, passive calibration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.forward_model import Beats
+from swesbi.inference.subjects import MeasuredSubject
+from swesbi.observation import (
+    MeasurementSettings,
+    PassiveSettings,
+    SummarySettings,
+    calibrate_passive,
+    sample_cycle,
+    summarise,
+    to_grid,
+    total_cycle,
+)
+from swesbi.recording import RecordingSettings, ingest
+from swesbi.virtual_cohort import AcquisitionSettings, TruthCurve, acquire
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Reacquisition:
+    """What one subject's recordings are made and read with.
+
+    Attributes:
+        subject: Gives context, measured phases and the true passive baseline.
+        reference: One beat in the subject's context, on which the passive baseline is calibrated.
+        acquisition: Protocol and noise.
+        recording: Quality control.
+        passive: Passive calibration.
+        measurement: Measurement operator.
+        summary: Summary operator S(.).
+    """
+
+    subject: MeasuredSubject
+    reference: Beats
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    passive: PassiveSettings
+    measurement: MeasurementSettings
+    summary: SummarySettings
+
+    def features(
+        self, cycle_phase: FloatArray, active_stiffness_kpa: FloatArray, rng: np.random.Generator
+    ) -> FloatArray:
+        """Record the curve of one active stiffness (M,) and return its features, shape (F,).
+
+        The recording takes its passive baseline from itself, as every recording of the study does. The
+        estimator knows the subject's first baseline instead; so the recorded curve is moved from the
+        one to the other at its phases, which is what training under the new baseline would amount to:
+        E_obs - E_pass,new is compared with E_act in both.
+
+        Raises:
+            RecordingError: Too few samples or phases passed quality control.
+            PassiveCalibrationError: The recording's late diastole admits no positive passive scale.
+        """
+        true_passive, observed_at = self.subject.passive, self.subject.observation
+        truth = total_cycle((cycle_phase, active_stiffness_kpa[None]), true_passive, self.measurement)[0]
+        missing = tuple(int(index) for index in observed_at.phase_index[~observed_at.measured])
+        protocol = self.acquisition.model_copy(update={"missing_phases": missing})
+        samples = acquire(TruthCurve(cycle_phase, truth), observed_at.context, protocol, rng)
+        recorded = ingest(samples, observed_at.context, self.recording, self.measurement.grid_points)
+        calibrated = calibrate_passive(recorded, self.reference, self.passive, self.measurement)
+        move = true_passive.stiffness_kpa - calibrated.stiffness_kpa
+        phase = recorded.measured_phase
+        moved = recorded.stiffness_kpa[recorded.measured] + sample_cycle(cycle_phase, move[None], phase)[0]
+        features: FloatArray = summarise(
+            to_grid(phase, moved[None], self.measurement.grid_points), self.summary
+        )[0]
+        return features
