@@ -49,7 +49,7 @@ def test_valves_let_nothing_back(settings: ForwardModelSettings, subject: str) -
 
 def state_at_r_peak(model: Model, record: np.ndarray) -> np.ndarray:
     """Rebuild the state from the first recorded point; the loop's volume gives the pulmonary pressure."""
-    y, stiffness, arterial, _, _, _, stress = record[:, 0].T
+    y, stiffness, arterial, _, _, _, stress = record[:, :, 0]
     p = model.parameters
     rest = total_volume(model.start[None], model) - cavity_volume(1.0 + y / p.radius, model)
     pulmonary = (rest - p.c_systemic * arterial) / p.c_pulmonary
@@ -66,8 +66,8 @@ def test_two_further_beats_change_nothing(subject: str) -> None:
     x = state_at_r_peak(model, records.values)
     for _ in range(3):
         x, later = advance(x, theta, model)
-    scale = state_scale(model)[[0, 1, 3]]
-    change = np.abs(later[:, :, :3] - records.values[:, :, :3]).max(axis=1) / scale
+    scale = state_scale(model)[[0, 1, 3], None]
+    change = np.abs(later[:3] - records.values[:3]).max(axis=2) / scale
     print(f"largest relative change over two further beats: {change.max():.1e}")
     assert change.max() <= 5.0 * tolerance
 

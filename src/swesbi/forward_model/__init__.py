@@ -1,7 +1,8 @@
 """The forward model: a spherical left ventricle in a circulation, from theta to one periodic beat."""
 
+from swesbi.forward_model.beats import Beats
 from swesbi.forward_model.periodic import Status
 from swesbi.forward_model.settings import ForwardModelSettings
-from swesbi.forward_model.simulate import Beats, simulate
+from swesbi.forward_model.simulate import simulate
 
 __all__ = ["Beats", "ForwardModelSettings", "Status", "simulate"]

@@ -118,11 +118,12 @@ def exponential(x: float) -> float:
     it is plain arithmetic, which vectorises on every processor.
     """
     r = x * 0.015625
-    p = 1.0 + r * (1.0 / 10.0) * (1.0 + r * (1.0 / 11.0))
-    p = 1.0 + r * (1.0 / 8.0) * (1.0 + r * (1.0 / 9.0) * p)
-    p = 1.0 + r * (1.0 / 6.0) * (1.0 + r * (1.0 / 7.0) * p)
-    p = 1.0 + r * (1.0 / 4.0) * (1.0 + r * (1.0 / 5.0) * p)
-    p = 1.0 + r * (1.0 + r * 0.5 * (1.0 + r * (1.0 / 3.0) * p))
+    r2 = r * r
+    r4 = r2 * r2
+    low = (1.0 + r) + r2 * (1.0 / 2.0 + r * (1.0 / 6.0))
+    middle = (1.0 / 24.0 + r * (1.0 / 120.0)) + r2 * (1.0 / 720.0 + r * (1.0 / 5040.0))
+    high = (1.0 / 40320.0 + r * (1.0 / 362880.0)) + r2 * (1.0 / 3628800.0 + r * (1.0 / 39916800.0))
+    p = low + r4 * (middle + r4 * high)
     p = p * p
     p = p * p
     p = p * p
@@ -157,12 +158,13 @@ def passive_stress(stretch: float, p: Parameters, o: Options) -> float:
     Exponential (Caruel et al. 2014): W = C_0 exp(C_1 J^2) + C_2 exp(C_3 (C - 1)^2), J = 2 C + C^-2 - 3.
     Mooney-Rivlin: W' = 4 (lambda - lambda^-5) (W_1 + C W_2), with W_1, W_2 in the places of C_0, C_2.
     """
+    inverse = 1.0 / stretch
     c = stretch * stretch
-    inverse = 1.0 / c
-    shear = stretch * (1.0 - inverse * inverse * inverse)
+    c_inverse = inverse * inverse
+    shear = stretch * (1.0 - c_inverse * c_inverse * c_inverse)
     if o.mooney_rivlin:
         return 4.0 * shear * (p.c0 + c * p.c2)
-    j = 2.0 * c + inverse * inverse - 3.0
+    j = 2.0 * c + c_inverse * c_inverse - 3.0
     isotropic = 8.0 * p.c0 * p.c1 * j * shear * exponential(p.c1 * j * j)
     fibre = 4.0 * p.c2 * p.c3 * (c - 1.0) * stretch * exponential(p.c3 * (c - 1.0) * (c - 1.0))
     return isotropic + fibre
@@ -171,10 +173,11 @@ def passive_stress(stretch: float, p: Parameters, o: Options) -> float:
 @equation
 def viscosity(stretch: float, p: Parameters) -> float:
     """Return the wall's viscous coefficient (Pa s): 2 eta (C + 2 C^-5) + mu (Caruel et al. 2014)."""
+    inverse = 1.0 / stretch
     c = stretch * stretch
-    inverse = 1.0 / c
-    square = inverse * inverse
-    return 2.0 * p.wall_viscosity * (c + 2.0 * square * square * inverse) + p.fibre_viscosity
+    c_inverse = inverse * inverse
+    fourth = c_inverse * c_inverse * c_inverse * c_inverse
+    return 2.0 * p.wall_viscosity * (c + 2.0 * fourth * c_inverse) + p.fibre_viscosity
 
 
 @equation

@@ -15,9 +15,6 @@ from swesbi.forward_model.model import Model, total_volume
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-# Simulations advanced together; their records stay in the processor's cache. No effect on the result.
-CHUNK: Final = 256
-
 # A simulation that is not periodic after as many extrapolated beats runs again, beat after beat.
 EXTRAPOLATED_BEATS: Final = 15
 
@@ -36,7 +33,7 @@ class Status(IntEnum):
 
 @dataclass(frozen=True)
 class Records:
-    """Recorded beats: ``values`` (n, M, RECORDS) in SI units, with ``status`` (n,) and ``beats`` (n,) run."""
+    """Recorded beats: ``values`` (RECORDS, n, M) in SI units, with ``status`` (n,) and ``beats`` (n,) run."""
 
     values: Array
     status: NDArray[np.int8]
@@ -44,7 +41,7 @@ class Records:
 
 
 def advance(x: Array, theta: Array, model: Model) -> tuple[Array, Array]:
-    """Return the states (n, STATES) one beat after ``x`` and the beat's records (n, M, RECORDS)."""
+    """Return the states (n, STATES) one beat after ``x`` and the beat's records (RECORDS, n, M)."""
     n = x.shape[0]
     blocks = -(-n // LANES)
     padded = np.concatenate([x, np.repeat(x[-1:], blocks * LANES - n, axis=0)])
@@ -54,8 +51,8 @@ def advance(x: Array, theta: Array, model: Model) -> tuple[Array, Array]:
     run = beat_kernel(model.options)
     run(lanes_x, _to_lanes(own, blocks), model.parameters, model.drives, model.step_s, model.stride, record)
     after = lanes_x.reshape(blocks, STATES, LANES).transpose(0, 2, 1).reshape(-1, STATES)[:n]
-    by_lane = record[:, :-1].reshape(blocks, model.samples, RECORDS, LANES).transpose(0, 3, 1, 2)
-    return after, by_lane.reshape(blocks * LANES, model.samples, RECORDS)[:n]
+    by_lane = record[:, :-1].reshape(blocks, model.samples, RECORDS, LANES).transpose(2, 0, 3, 1)
+    return after, by_lane.reshape(RECORDS, blocks * LANES, model.samples)[:, :n]
 
 
 def _to_lanes(values: Array, blocks: int) -> Array:
@@ -135,15 +132,14 @@ def run_to_periodic(theta: Array, model: Model, tolerance: float, maximum_beats:
         memory: Earlier beats from which the periodic state is extrapolated; 0 runs beat after beat.
     """
     n = theta.shape[0]
-    values = np.full((n, model.samples, RECORDS), np.nan)
+    values = np.full((RECORDS, n, model.samples), np.nan)
     out = Records(values, np.full(n, Status.NOT_PERIODIC, dtype=np.int8), np.zeros(n, dtype=np.int64))
-    for first in range(0, n, CHUNK):
-        rows = np.arange(first, min(first + CHUNK, n))
-        if memory > 0:
-            _run(rows, theta, model, tolerance, min(maximum_beats, EXTRAPOLATED_BEATS), memory, out)
-            rows = rows[out.status[rows] != Status.PERIODIC]
-        if rows.size:
-            _run(rows, theta, model, tolerance, maximum_beats, 0, out)
+    rows = np.arange(n)
+    if memory > 0:
+        _run(rows, theta, model, tolerance, min(maximum_beats, EXTRAPOLATED_BEATS), memory, out)
+        rows = np.flatnonzero(out.status != Status.PERIODIC)
+    if rows.size:
+        _run(rows, theta, model, tolerance, maximum_beats, 0, out)
     return out
 
 
@@ -164,7 +160,7 @@ def _run(
         done = finite & (change <= tolerance)
         out.status[rows[~finite]] = Status.NON_FINITE
         out.status[rows[done]] = Status.PERIODIC
-        out.values[rows[done]] = record[done]
+        out.values[:, rows[done]] = record[:, done]
         going = finite & ~done
         if not going.any():
             return

@@ -151,7 +151,7 @@ def compare_with_physioblocks(table: pd.DataFrame) -> Comparison:
     """Run beats 9 and 10 from the program's state at 8 s and compare beat 10."""
     model = physioblocks_model(table)
     _, record = advance(model.start[None], np.array([PHYSIOBLOCKS_THETA]), model)
-    y, stiffness, _, pressure, mitral, aortic, _ = record[0].T
+    y, stiffness, _, pressure, mitral, aortic, _ = record[:, 0]
     beat = slice(model.samples // 2, model.samples)
     time_s = table["time_s"].to_numpy()[:-1]
     half_step_s = 0.5 * (time_s[1] - time_s[0])
@@ -196,9 +196,9 @@ def compare_with_svzerod(table: pd.DataFrame) -> Comparison:
     model = svzerod_model(table)
     _, record = advance(model.start[None], np.array([SVZEROD_THETA]), model)
     ours = {
-        "radial_displacement_mm": 1e3 * record[0, :, 0],
-        "ventricular_pressure_mmhg": record[0, :, 3] / PA_PER_MMHG,
-        "active_stress_kpa": 1e-3 * record[0, :, 6],
+        "radial_displacement_mm": 1e3 * record[0, 0],
+        "ventricular_pressure_mmhg": record[3, 0] / PA_PER_MMHG,
+        "active_stress_kpa": 1e-3 * record[6, 0],
     }
     theirs = {
         "radial_displacement_mm": 1e3 * table["radial_displacement_m"].to_numpy()[:-1],

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.forward_model.model import Model, build_model, cavity_volume
+from swesbi.forward_model.beats import Beats, beats_of, joined
+from swesbi.forward_model.model import Model, build_model
 from swesbi.forward_model.periodic import Records, Status, run_to_periodic
 from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.theta import THETA_NAMES
 
 Array = NDArray[np.float64]
-
-PA_PER_MMHG: Final = 133.322387415
-ML_PER_M3: Final = 1e6
 
 # Declared ranges of the inputs: an order of magnitude beyond published myocardial parameters (Marchesseau et
 # al. 2013; Banus et al. 2021), so that any prior of a study fits inside, yet a wrong unit does not.
@@ -30,46 +27,8 @@ RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 # How many times more steps a simulation gets that fails at the shipped step.
 REFINEMENT: Final = 4
 
-# Outside these a periodic beat means nothing: the wall stretched or compressed beyond twofold, no cavity
-# left, a ventricular pressure that no heart survives.
-STRETCH_RANGE: Final = (0.5, 2.0)
-PRESSURE_RANGE_PA: Final = (-1.0e4, 1.0e5)
-
-
-@dataclass(frozen=True)
-class Beats:
-    """The last, periodic beat of n simulations on M uniform phases from the R peak.
-
-    Rows whose ``status`` is not ``Status.PERIODIC`` hold NaN.
-    """
-
-    cycle_phase: Array
-    active_stiffness_kpa: Array
-    stretch: Array
-    volume_ml: Array
-    ventricular_pressure_mmhg: Array
-    arterial_pressure_mmhg: Array
-    aortic_flow_ml_s: Array
-    mitral_flow_ml_s: Array
-    status: NDArray[np.int8]
-    beats: NDArray[np.int64]
-
-    @property
-    def end_diastolic_volume_ml(self) -> Array:
-        """Largest volume of the beat (n,)."""
-        volume: Array = self.volume_ml.max(axis=1)
-        return volume
-
-    @property
-    def end_systolic_volume_ml(self) -> Array:
-        """Smallest volume of the beat (n,)."""
-        volume: Array = self.volume_ml.min(axis=1)
-        return volume
-
-    @property
-    def ejection_fraction(self) -> Array:
-        """(EDV - ESV) / EDV (n,)."""
-        return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
+# Simulations advanced together; their records stay in the processor's cache. No effect on the result.
+CHUNK: Final = 256
 
 
 def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> Beats:
@@ -88,17 +47,19 @@ def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> 
     theta = _checked_theta(theta)
     _check_context(context)
     si = theta * np.array([1e3, 1.0, 1.0])
-    return _beats(_converged(si, context, settings), build_model(context, settings))
+    model, finer = build_model(context, settings), build_model(context, settings, REFINEMENT)
+    chunks = (si[first : first + CHUNK] for first in range(0, si.shape[0], CHUNK))
+    return joined([beats_of(_converged(chunk, model, finer, settings), model) for chunk in chunks])
 
 
-def _converged(theta: Array, context: Context, settings: ForwardModelSettings) -> Records:
-    """Return the records at the shipped step; what fails there, where the wall is stiff, at a shorter one."""
+def _converged(theta: Array, model: Model, finer: Model, settings: ForwardModelSettings) -> Records:
+    """Return the records at the shipped step; what fails there, where the wall is stiff, at a finer one."""
     limits = (settings.periodicity_tolerance, settings.maximum_beats, settings.extrapolation_memory)
-    records = run_to_periodic(theta, build_model(context, settings), *limits)
+    records = run_to_periodic(theta, model, *limits)
     failed = np.flatnonzero(records.status != Status.PERIODIC)
     if failed.size:
-        refined = run_to_periodic(theta[failed], build_model(context, settings, REFINEMENT), *limits)
-        records.values[failed] = refined.values
+        refined = run_to_periodic(theta[failed], finer, *limits)
+        records.values[:, failed] = refined.values
         records.status[failed] = refined.status
         records.beats[failed] += refined.beats
     return records
@@ -133,26 +94,3 @@ def _check_context(context: Context) -> None:
             f"subject {context.subject}: ivsd_cm = {context.ivsd_cm:g} is {relative:.2f} of the radius of a "
             f"sphere of lvedv_ml = {context.lvedv_ml:g}; expected {low:g} to {high:g}; check both units"
         )
-
-
-def _beats(records: Records, model: Model) -> Beats:
-    y, stiffness, arterial, pressure, mitral, aortic, _ = np.moveaxis(records.values, 2, 0)
-    stretch = 1.0 + y / model.parameters.radius
-    volume = cavity_volume(stretch, model)
-    low, high = PRESSURE_RANGE_PA
-    inside = (stretch > STRETCH_RANGE[0]) & (stretch < STRETCH_RANGE[1]) & (volume > 0.0)
-    inside &= (pressure > low) & (pressure < high)
-    outside = (records.status == Status.PERIODIC) & ~inside.all(axis=1)
-    hide = np.where(outside, np.nan, 1.0)[:, None]
-    return Beats(
-        cycle_phase=np.arange(model.samples) / model.samples,
-        active_stiffness_kpa=1e-3 * stiffness * hide,
-        stretch=stretch * hide,
-        volume_ml=ML_PER_M3 * volume * hide,
-        ventricular_pressure_mmhg=pressure / PA_PER_MMHG * hide,
-        arterial_pressure_mmhg=arterial / PA_PER_MMHG * hide,
-        aortic_flow_ml_s=ML_PER_M3 * aortic * hide,
-        mitral_flow_ml_s=ML_PER_M3 * mitral * hide,
-        status=np.where(outside, np.int8(Status.OUT_OF_RANGE), records.status).astype(np.int8),
-        beats=records.beats,
-    )

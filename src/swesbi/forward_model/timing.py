@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model.simulate import Beats
+from swesbi.forward_model.beats import Beats
 
 Array = NDArray[np.float64]
 

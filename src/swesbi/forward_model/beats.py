@@ -1,0 +1,108 @@
+"""One periodic beat of many simulations, in the units of the laboratory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.forward_model.model import Model, cavity_volume
+from swesbi.forward_model.periodic import Records, Status
+
+Array = NDArray[np.float64]
+
+PA_PER_MMHG: Final = 133.322387415
+ML_PER_M3: Final = 1e6
+
+# Outside these a periodic beat means nothing: the wall stretched or compressed beyond twofold, no cavity
+# left, a ventricular pressure that no heart survives.
+STRETCH_RANGE: Final = (0.5, 2.0)
+PRESSURE_RANGE_PA: Final = (-1.0e4, 1.0e5)
+
+
+@dataclass(frozen=True)
+class Beats:
+    """The last, periodic beat of n simulations on M uniform phases from the R peak.
+
+    Rows whose ``status`` is not ``Status.PERIODIC`` hold NaN.
+    """
+
+    cycle_phase: Array
+    active_stiffness_kpa: Array
+    stretch: Array
+    volume_ml: Array
+    ventricular_pressure_mmhg: Array
+    arterial_pressure_mmhg: Array
+    aortic_flow_ml_s: Array
+    mitral_flow_ml_s: Array
+    status: NDArray[np.int8]
+    beats: NDArray[np.int64]
+
+    @property
+    def end_diastolic_volume_ml(self) -> Array:
+        """Largest volume of the beat (n,)."""
+        volume: Array = self.volume_ml.max(axis=1)
+        return volume
+
+    @property
+    def end_systolic_volume_ml(self) -> Array:
+        """Smallest volume of the beat (n,)."""
+        volume: Array = self.volume_ml.min(axis=1)
+        return volume
+
+    @property
+    def ejection_fraction(self) -> Array:
+        """(EDV - ESV) / EDV (n,)."""
+        return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
+
+
+def beats_of(records: Records, model: Model) -> Beats:
+    """Convert recorded beats to laboratory units; what left the range of the equations gets its status."""
+    y, stiffness, arterial, pressure, mitral, aortic, _ = records.values
+    stretch = 1.0 + y / model.parameters.radius
+    volume = cavity_volume(stretch, model)
+    inside = (
+        _within(stretch, STRETCH_RANGE) & _within(pressure, PRESSURE_RANGE_PA) & (volume.min(axis=1) > 0.0)
+    )
+    outside = (records.status == Status.PERIODIC) & ~inside
+    beats = Beats(
+        cycle_phase=np.arange(model.samples) / model.samples,
+        active_stiffness_kpa=1e-3 * stiffness,
+        stretch=stretch,
+        volume_ml=ML_PER_M3 * volume,
+        ventricular_pressure_mmhg=pressure / PA_PER_MMHG,
+        arterial_pressure_mmhg=arterial / PA_PER_MMHG,
+        aortic_flow_ml_s=ML_PER_M3 * aortic,
+        mitral_flow_ml_s=ML_PER_M3 * mitral,
+        status=np.where(outside, np.int8(Status.OUT_OF_RANGE), records.status).astype(np.int8),
+        beats=records.beats,
+    )
+    if outside.any():
+        for curves in _curves(beats).values():
+            curves[outside] = np.nan
+    return beats
+
+
+def joined(parts: Sequence[Beats]) -> Beats:
+    """Return the simulations of all parts, in their order."""
+    if len(parts) == 1:
+        return parts[0]
+    return Beats(
+        parts[0].cycle_phase,
+        **{name: np.concatenate([_curves(part)[name] for part in parts]) for name in _curves(parts[0])},
+        status=np.concatenate([part.status for part in parts]),
+        beats=np.concatenate([part.beats for part in parts]),
+    )
+
+
+def _curves(beats: Beats) -> dict[str, Array]:
+    names = (field.name for field in fields(beats))
+    return {name: getattr(beats, name) for name in names if getattr(beats, name).ndim == 2}
+
+
+def _within(curves: Array, limits: tuple[float, float]) -> NDArray[np.bool_]:
+    inside: NDArray[np.bool_] = (curves.min(axis=1) > limits[0]) & (curves.max(axis=1) < limits[1])
+    return inside
