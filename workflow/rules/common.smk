@@ -16,14 +16,14 @@ except ConfigError as error:
 CONFIG = STUDY.config
 RESULTS = CONFIG.results
 SUBJECTS = list(STUDY.subjects)
-EXPERIMENTS = list(CONFIG.experiments)
+EXPERIMENTS = list(CONFIG.experiments_run)
 SHARDS = range(CONFIG.resources.shards_per_subject)
 MAIN = CONFIG.main_experiment
 
 
 wildcard_constraints:
     subject="|".join(SUBJECTS),
-    experiment="|".join(EXPERIMENTS),
+    experiment="|".join(CONFIG.experiments),
     prior="|".join(CONFIG.priors),
     shard=r"\d+",
 

@@ -67,6 +67,7 @@ class Config(Settings):
     passive_reference_prior: Name = Field(description="prior on whose log-centre the reference beat runs")
     priors: dict[Name, PriorSettings] = Field(min_length=1)
     experiments: dict[Name, ExperimentSettings] = Field(min_length=1)
+    run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments")
     main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
     cmaes: CmaesStudySettings
     resources: ResourceSettings
@@ -78,8 +79,10 @@ class Config(Settings):
         for key, prior in users.items():
             if prior not in self.priors:
                 raise ValueError(f"{key} names the prior {prior!r}; known priors: {', '.join(self.priors)}")
-        if self.main_experiment not in self.experiments:
-            raise ValueError(f"main_experiment = {self.main_experiment!r}: not one of the experiments")
+        if unknown := [name for name in self.experiments_run if name not in self.experiments]:
+            raise ValueError(f"run: {unknown[0]!r} is not one of {', '.join(self.experiments)}")
+        if self.main_experiment not in self.experiments_run:
+            raise ValueError(f"main_experiment = {self.main_experiment!r}: not one of the experiments run")
         if reserved := RESERVED_NAMES & set(self.experiments):
             raise ValueError(
                 f"experiments: {sorted(reserved)[0]!r} is the name of a results folder; choose another"
@@ -96,6 +99,11 @@ class Config(Settings):
                     f"draws are kept (experiments.{name}.posterior.draws)"
                 )
         return self
+
+    @property
+    def experiments_run(self) -> tuple[str, ...]:
+        """The experiments that the study runs, each once, in the order given."""
+        return tuple(self.experiments) if self.run == "all" else tuple(dict.fromkeys(self.run))
 
     def simulations_per_subject(self, prior: str) -> int:
         """Return how many simulations the experiments that use this prior need, the most of any."""
