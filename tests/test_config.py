@@ -61,8 +61,8 @@ def test_the_paper_experiment_is_the_paper_s() -> None:
         ({"priors__paper__k0_kpa__low": 50.0}, r"priors\.paper\.k0_kpa: need low < centre < high, found 50"),
         ({"priors__paper__k0_kpa__log_sd": -0.5}, r"log_sd = -0\.5: .*greater than 0"),
         (
-            {"experiments__paper__prior": "wide"},
-            r"experiments\.paper\.prior names the prior 'wide'; known .*paper",
+            {"experiments__paper__prior": "wider"},
+            r"experiments\.paper\.prior names the prior 'wider'; known .*paper",
         ),
         (
             {"experiments__tables": SHIPPED["experiments"]["paper"]},
