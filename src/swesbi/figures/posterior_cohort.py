@@ -1,4 +1,8 @@
-"""Figure 3: the marginal posteriors of the whole cohort, one row a parameter."""
+"""Figure 3: the marginal posteriors of the whole cohort, one row a parameter.
+
+At the left on the scale of the prior; at the right each posterior about its own median, which shows its
+shape where it is much narrower than the prior.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
 from swesbi.figures.density import log_density_of_draws, log_density_of_prior
@@ -30,10 +34,13 @@ FloatArray = NDArray[np.float64]
 
 ROW_HEIGHT_IN = 1.15
 FRAME_HEIGHT_IN = 0.85
-SUBJECT_WIDTH_IN = 0.55
+FRAME_WIDTH_IN = 1.3
+SLOT_WIDTH_IN = 0.3
 HALF_WIDTH = 0.38
-FIT_OFFSET = 0.2
-LONGEST_LEVEL_NAME = 8
+FIT_OFFSET = 0.22
+LONGEST_LEVEL_NAME = 3
+FEWEST_SLOTS = 3
+SHOWN_QUANTILES = (0.005, 0.995)
 
 
 def draw(
@@ -52,33 +59,39 @@ def draw(
     """
     if not panels:
         raise ValueError("no subject to draw: the cohort is empty")
+    supported = [panel for panel in panels if panel.support.supported]
+    slots = [len(panels) + 1] + ([max(len(supported), FEWEST_SLOTS)] if supported else [])
     with style():
-        width = max(TEXT_WIDTH_IN, SUBJECT_WIDTH_IN * (len(panels) + 1) + 0.6)
+        width = max(TEXT_WIDTH_IN, FRAME_WIDTH_IN + SLOT_WIDTH_IN * sum(slots))
         figure = new_figure(width, FRAME_HEIGHT_IN + ROW_HEIGHT_IN * len(THETA_NAMES))
-        rows = list(figure.subplots(len(THETA_NAMES), 1, sharex=True))
-        for j, axes in enumerate(rows):
-            _draw_row(axes, panels, j, prior.parameters[j], interval)
-            axes.set_ylabel(THETA_LABELS[j])
-        rows[-1].set_xticks(
-            range(len(panels) + 1), ["prior", *map(_tick, panels)], rotation=_rotation(panels)
-        )
-        rows[0].set_xlim(-0.6, len(panels) + 0.6)
-        figure.align_ylabels(rows)
+        grid = figure.subplots(len(THETA_NAMES), len(slots), sharex="col", squeeze=False, width_ratios=slots)
+        for j in range(len(THETA_NAMES)):
+            _draw_on_prior_scale(grid[j, 0], panels, j, prior.parameters[j], interval)
+            if supported:
+                _draw_about_medians(grid[j, 1], supported, j, interval)
+        _label_columns(grid, panels, supported)
         figure.suptitle(titled("Marginal posteriors", cohort_title), fontsize=7.5)
-        shared_legend(figure, rows, entries_a_row=3)
+        shared_legend(figure, list(grid[:, 0]), entries_a_row=3)
     return figure
 
 
-def _tick(panel: PosteriorPanel) -> str:
-    return panel.subject if panel.support.supported else f"{panel.subject}\n(excluded)"
+def _label_columns(
+    grid: NDArray[np.object_], panels: Sequence[PosteriorPanel], supported: Sequence[PosteriorPanel]
+) -> None:
+    """Name the subjects below each column; long names stand upright, so that neighbours do not touch."""
+    rotation = 90.0 if max(len(panel.subject) for panel in panels) > LONGEST_LEVEL_NAME else 0.0
+    names = ["prior", *(panel.subject for panel in panels)]
+    grid[-1, 0].set_xticks(range(len(names)), names, rotation=rotation)
+    grid[0, 0].set_xlim(-0.6, len(panels) + 0.6)
+    grid[0, 0].set_title("on the scale of the prior", loc="center", fontsize=6.5)
+    if supported:
+        shown = range(1, len(supported) + 1)
+        grid[-1, 1].set_xticks(shown, [panel.subject for panel in supported], rotation=rotation)
+        grid[0, 1].set_xlim(0.4, len(supported) + 0.6)
+        grid[0, 1].set_title("about the median (%)", loc="right", fontsize=6.5)
 
 
-def _rotation(panels: Sequence[PosteriorPanel]) -> float:
-    """Long names stand upright, so that neighbours do not touch."""
-    return 90.0 if max(len(panel.subject) for panel in panels) > LONGEST_LEVEL_NAME else 0.0
-
-
-def _draw_row(
+def _draw_on_prior_scale(
     axes: Axes, panels: Sequence[PosteriorPanel], j: int, prior: ParameterPrior, interval: float
 ) -> None:
     axes.set_yscale("log")
@@ -86,6 +99,7 @@ def _draw_row(
     axes.yaxis.set_major_formatter(ScalarFormatter())
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(axis="x", length=0)
+    axes.set_ylabel(THETA_LABELS[j])
     _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density")
     for bound in (prior.low, prior.high):
         axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")
@@ -94,13 +108,34 @@ def _draw_row(
             _draw_posterior(axes, position, panel.theta[:, j], interval)
         else:
             _draw_excluded(axes, position, panel.support.unfiltered_median[THETA_NAMES[j]])
-        axes.plot(
-            position, panel.fit_theta[j], "x", color=CMAES, ms=4.5, mew=1.2, zorder=5, label="CMA-ES best fit"
-        )
+        _draw_fit(axes, position, panel.fit_theta[j])
+
+
+def _draw_about_medians(axes: Axes, supported: Sequence[PosteriorPanel], j: int, interval: float) -> None:
+    """Draw each posterior in percent of its median; CMA-ES fits only where they lie within the axis."""
+    reach = 0.0
+    for position, panel in enumerate(supported, start=1):
+        draws, median = panel.theta[:, j], np.median(panel.theta[:, j])
+        relative = 100.0 * (draws / median - 1.0)
+        theta, density = log_density_of_draws(draws)
+        _violin(axes, position, 100.0 * (theta / median - 1.0), density, POSTERIOR, "posterior density")
+        _interval(axes, position, relative, interval)
+        reach = max(reach, *np.abs(np.quantile(relative, SHOWN_QUANTILES)))
+    axes.set_ylim(-1.1 * reach or -1.0, 1.1 * reach or 1.0)
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.tick_params(axis="x", length=0)
+    for position, panel in enumerate(supported, start=1):
+        deviation = 100.0 * (panel.fit_theta[j] / np.median(panel.theta[:, j]) - 1.0)
+        if abs(deviation) <= reach:
+            _draw_fit(axes, position, deviation)
 
 
 def _draw_posterior(axes: Axes, position: int, draws: FloatArray, interval: float) -> None:
     _violin(axes, position, *log_density_of_draws(draws), POSTERIOR, "posterior density")
+    _interval(axes, position, draws, interval)
+
+
+def _interval(axes: Axes, position: int, draws: FloatArray, interval: float) -> None:
     tail = (1.0 - interval) / 2.0
     low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail])
     axes.errorbar(
@@ -119,6 +154,12 @@ def _draw_posterior(axes: Axes, position: int, draws: FloatArray, interval: floa
     )
 
 
+def _draw_fit(axes: Axes, position: int, value: float) -> None:
+    axes.plot(
+        position + FIT_OFFSET, value, "x", color=CMAES, ms=4.0, mew=1.1, zorder=5, label="CMA-ES best fit"
+    )
+
+
 def _draw_excluded(axes: Axes, position: int, unfiltered_median: float) -> None:
     """Grey the subject's column; the median of all candidates shows where the estimator went."""
     axes.axvspan(position - 0.5, position + 0.5, color=EXCLUDED_BACKGROUND, lw=0, zorder=0)
@@ -130,14 +171,14 @@ def _draw_excluded(axes: Axes, position: int, unfiltered_median: float) -> None:
         mfc="none",
         ms=3.0,
         mew=0.7,
-        label="excluded: unfiltered median",
+        label="excluded (grey): unfiltered median",
     )
 
 
 def _violin(
-    axes: Axes, position: int, theta: FloatArray, density: FloatArray, color: str, label: str
+    axes: Axes, position: int, values: FloatArray, density: FloatArray, color: str, label: str
 ) -> None:
     width = HALF_WIDTH * density / density.max()
     axes.fill_betweenx(
-        theta, position - width, position + width, color=color, alpha=0.35, lw=0.5, label=label
+        values, position - width, position + width, color=color, alpha=0.35, lw=0.5, label=label
     )

@@ -25,6 +25,7 @@ SHOWN_DRAWS = 2000
 RANGE_QUANTILES = (0.002, 0.998)
 DENSITY_QUANTILES = (0.0005, 0.9995)
 MARGIN = 0.06
+FARTHEST_FIT = 1.0
 GRID_POINTS = 60
 EXCLUDED_COLOR = "#6E6E6E"
 SYMBOLS = ("$k_0$", r"$k_\mathrm{ATP}$", r"$k_\mathrm{SR}$")
@@ -41,19 +42,22 @@ def draw(panel: PosteriorPanel, prior: PriorSettings, interval: float, cohort_ti
     """
     draws = panel.theta if panel.support.supported else _finite(panel.unfiltered)
     color = POSTERIOR if panel.support.supported else EXCLUDED_COLOR
-    limits = [_limits(draws[:, j], panel.fit_theta[j]) for j in range(3)]
+    fit = tuple(map(float, panel.fit_theta))
+    limits = [_limits(draws[:, j], fit[j]) for j in range(3)]
     with style():
         figure = new_figure(SIDE_IN, SIDE_IN)
         grid = figure.subplots(3, 3)
         for j in range(3):
-            _draw_marginal(grid[j, j], draws[:, j], panel.fit_theta[j], prior.parameters[j], color, interval)
+            _draw_marginal(grid[j, j], draws[:, j], prior.parameters[j], color, interval)
             for i in range(j):
-                _draw_pair(grid[j, i], draws[:, i], draws[:, j], panel.fit_theta[[i, j]], color, interval)
+                _draw_pair(grid[j, i], draws[:, i], draws[:, j], color, interval)
                 grid[j, i].set_ylim(limits[j])
                 _write_correlation(grid[i, j], draws[:, i], draws[:, j], (i, j))
         for (j, i), axes in np.ndenumerate(grid):
             _finish(axes, j, i, limits[i])
-            _draw_bounds(axes, prior.parameters[i], limits[i])
+            if i <= j:
+                _draw_bounds(axes, prior.parameters[i], limits[i])
+                _draw_fit(axes, (fit[i], fit[j] if i < j else 0.0))
         if not panel.support.supported:
             _mark_excluded(grid)
         figure.suptitle(_title(panel, cohort_title), fontsize=8.0)
@@ -74,10 +78,25 @@ def _finite(draws: FloatArray) -> FloatArray:
 
 
 def _limits(draws: FloatArray, fit: float) -> tuple[float, float]:
-    low, high = np.quantile(draws, RANGE_QUANTILES)
-    low, high = min(low, fit), max(high, fit)
+    """Return the range of nearly all draws, widened to the reference fit unless that would dwarf them."""
+    low, high = map(float, np.quantile(draws, RANGE_QUANTILES))
+    reach = FARTHEST_FIT * (high - low)
+    if low - reach <= fit <= high + reach:
+        low, high = min(low, fit), max(high, fit)
     margin = MARGIN * (high - low) or MARGIN * abs(high)
-    return float(low - margin), float(high + margin)
+    return low - margin, high + margin
+
+
+def _draw_fit(axes: Axes, fit: tuple[float, float]) -> None:
+    """Draw the reference fit as a cross; beyond the axes as a triangle on their edge, pointing to it."""
+    edges = (axes.get_xlim(), axes.get_ylim())
+    inside = tuple(min(max(value, edge[0]), edge[1]) for value, edge in zip(fit, edges, strict=True))
+    marker = "x"
+    if inside[0] != fit[0]:
+        marker = ">" if fit[0] > inside[0] else "<"
+    elif inside[1] != fit[1]:
+        marker = "^" if fit[1] > inside[1] else "v"
+    axes.plot(*inside, marker, color=CMAES, ms=5.0, mew=1.3, clip_on=False, zorder=5)
 
 
 def _span(draws: FloatArray, points: int) -> FloatArray:
@@ -86,9 +105,7 @@ def _span(draws: FloatArray, points: int) -> FloatArray:
     return np.linspace(float(low), float(high), points)
 
 
-def _draw_marginal(
-    axes: Axes, draws: FloatArray, fit: float, prior: ParameterPrior, color: str, interval: float
-) -> None:
+def _draw_marginal(axes: Axes, draws: FloatArray, prior: ParameterPrior, color: str, interval: float) -> None:
     theta, per_log = log_density_of_prior(prior)
     density = per_log / theta
     axes.fill_between(theta, density / density.max(), color=PRIOR, alpha=0.3, lw=0)
@@ -101,18 +118,14 @@ def _draw_marginal(
     axes.axvline(median, color="black", lw=0.8)
     for end in (low, high):
         axes.axvline(end, color="black", lw=0.7, ls=(0, (3, 2)))
-    axes.plot(fit, 0.0, "x", color=CMAES, ms=5.0, mew=1.3, clip_on=False, zorder=5)
     axes.set_ylim(0.0, 1.08)
     axes.set_title(f"{digits(median)} [{digits(low)}, {digits(high)}]", fontsize=6.5, loc="center")
 
 
-def _draw_pair(
-    axes: Axes, x: FloatArray, y: FloatArray, fit: FloatArray, color: str, interval: float
-) -> None:
+def _draw_pair(axes: Axes, x: FloatArray, y: FloatArray, color: str, interval: float) -> None:
     axes.plot(x[:SHOWN_DRAWS], y[:SHOWN_DRAWS], ".", color=color, ms=1.5, alpha=0.25, mew=0, rasterized=True)
     if len(x) > 10 and abs(np.corrcoef(x, y)[0, 1]) < 1.0:
         _draw_contours(axes, x[:SHOWN_DRAWS], y[:SHOWN_DRAWS], interval)
-    axes.plot(*fit, "x", color=CMAES, ms=5.0, mew=1.3, zorder=5)
 
 
 def _draw_contours(axes: Axes, x: FloatArray, y: FloatArray, interval: float) -> None:
@@ -171,8 +184,8 @@ def _legend(figure: Figure, panel: PosteriorPanel, color: str, interval: float) 
     handles = [
         Line2D([], [], color=color, label=what),
         Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
-        Line2D([], [], color="black", lw=0.8, label=f"median; 50, {mass} regions"),
+        Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
         Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
-        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES"),
+        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=5, columnspacing=0.9, handlelength=1.4)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)

@@ -16,7 +16,7 @@ from swesbi.figures.text import titled
 
 PANEL_HEIGHT_IN = 1.35
 FRAME_HEIGHT_IN = 0.95
-HEAD_ROOM = 1.1
+HEAD_ROOM = 1.15
 
 
 def draw(panels: Sequence[PredictivePanel], cohort_title: str) -> Figure:
@@ -32,7 +32,7 @@ def draw(panels: Sequence[PredictivePanel], cohort_title: str) -> Figure:
     if not panels:
         raise ValueError("no subject to draw: the cohort is empty")
     with style():
-        width = TEXT_WIDTH_IN * max(1.0, columns(len(panels)) / 4)
+        width = TEXT_WIDTH_IN * max(1.0, columns(len(panels)) / 3)
         figure = new_figure(width, FRAME_HEIGHT_IN + PANEL_HEIGHT_IN * rows(len(panels)))
         axes = panel_grid(figure, len(panels))
         for one, panel in zip(axes, panels, strict=True):
@@ -56,8 +56,7 @@ def _draw_panel(axes: Axes, panel: PredictivePanel) -> None:
     draw_predictions(axes, panel)
     draw_observation(axes, panel)
     draw_fit(axes, panel)
-    name = panel.subject if panel.check.supported else f"{panel.subject} (excluded)"
-    axes.set_title(name, fontweight="bold", pad=3.0)
+    axes.set_title(panel.subject, fontweight="bold", pad=3.0)
     axes.text(
         0.99,
         0.98,
@@ -76,4 +75,4 @@ def _note(panel: PredictivePanel) -> str:
     prior, posterior = panel.check.prior.scores, panel.check.posterior.scores
     if panel.check.supported:
         return f"RMSE {prior.rmse_kpa:.1f} → {posterior.rmse_kpa:.1f} kPa"
-    return "\n".join([f"prior RMSE {prior.rmse_kpa:.1f} kPa", *support_numbers(panel.support)])
+    return "\n".join(["excluded", *support_numbers(panel.support)])

@@ -89,6 +89,7 @@ def _write_scores(axes: Axes, panel: PredictivePanel) -> None:
     top = _write_table(axes, top - LINE_HEIGHT, features, (0.0, 0.60, 0.66, 1.0))
     words = "within prior support" if panel.check.supported else "excluded: outside prior support"
     lines: list[Row] = [(words,), *((number,) for number in support_numbers(panel.support))]
+    lines.append((f"  in {feature_label(panel.support.worst_component)}",))
     _write_table(axes, top - LINE_HEIGHT, lines, (0.0,))
 
 

@@ -1,0 +1,180 @@
+"""A small study of two recordings made with the real simulator, up to the posterior, for the stages after it.
+
+Subject A's recording has only acquisition noise on a known theta; E's theta lies beyond the prior.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from forward_model_cases import COHORT, CONFIG
+from numpy.typing import NDArray
+
+from swesbi.artefacts import save, write_json
+from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
+from swesbi.evaluation.subject_model import SubjectModel
+from swesbi.forward_model import ForwardModelSettings, simulate
+from swesbi.inference.dataset import posterior_to_groups
+from swesbi.inference.posterior import summarise_posterior
+from swesbi.inference.settings import ObservationModelSettings, PosteriorSettings, SupportSettings
+from swesbi.inference.support import diagnose
+from swesbi.observation import (
+    MeasurementSettings,
+    PassiveSettings,
+    SummarySettings,
+    analysis_grid,
+    calibrate_passive,
+    sample_cycle,
+    to_grid,
+)
+from swesbi.observation import dataset as passive_dataset
+from swesbi.recording import REASONS, NoiseComponents, Observation
+from swesbi.recording import dataset as observation_dataset
+from swesbi.simulations import dataset as simulations_dataset
+from swesbi.simulations.draw import draw_simulations
+from swesbi.simulations.prior import PriorSettings, log_centre
+from swesbi.stages.cmaes import CmaesStageSettings
+from swesbi.stages.origin import Origin
+from swesbi.stages.predictive import PredictiveStageSettings
+
+FloatArray = NDArray[np.float64]
+PLAIN: dict[str, Any] = yaml.safe_load(CONFIG.read_text())
+PAPER = PLAIN["experiments"]["paper"]
+FORWARD_MODEL = ForwardModelSettings.from_plain(PLAIN["forward_model"])
+MEASUREMENT = MeasurementSettings.from_plain(PLAIN["measurement"])
+PASSIVE = PassiveSettings.from_plain(PLAIN["passive"])
+PRIOR = PriorSettings.from_plain(PLAIN["priors"]["paper"])
+TRUE_THETA = {"A": (58.0, 6.0, 28.0), "E": (58.0, 38.0, 30.0)}
+SEED = 7
+PRIOR_DRAWS = 40
+EXPERIMENT = "paper"
+PREDICTIVE = PredictiveStageSettings(
+    predictive=PredictiveSettings.from_plain(PAPER["predictive"] | {"draws": PRIOR_DRAWS}),
+    forward_model=FORWARD_MODEL,
+    measurement=MEASUREMENT,
+    summary=SummarySettings.from_plain(PAPER["summary"]),
+    observation_model=ObservationModelSettings.from_plain(PAPER["observation_model"]),
+)
+CMAES = CmaesStageSettings(
+    search=CmaesSettings.from_plain(
+        PLAIN["cmaes"]["search"] | {"seeds": [200, 201], "population_size": 8, "generations": 25}
+    ),
+    prior=PRIOR,
+    forward_model=FORWARD_MODEL,
+    measurement=MEASUREMENT,
+)
+
+
+@dataclass(frozen=True)
+class Files:
+    """Where the results of one subject lie under a study's results."""
+
+    results: Path
+    subject: str
+
+    @property
+    def folder(self) -> Path:
+        return self.results / EXPERIMENT / "subjects" / self.subject
+
+    @property
+    def observation(self) -> Path:
+        return self.results / "cohort" / self.subject / "observation.h5"
+
+    @property
+    def passive(self) -> Path:
+        return self.results / "cohort" / self.subject / "passive.h5"
+
+    @property
+    def shard(self) -> Path:
+        return self.results / "simulations" / "paper" / self.subject / "shard-0.h5"
+
+    @property
+    def cmaes(self) -> Path:
+        return self.results / "cmaes" / f"{self.subject}.h5"
+
+
+def make_model(subject: str, noise_fraction: float = 0.027) -> SubjectModel:
+    """The subject's true curve, its 20 phases read with relative noise on the speed, one phase missing."""
+    context = COHORT[subject]
+    reference = simulate(log_centre(PRIOR)[None], context, FORWARD_MODEL)
+    truth = simulate(np.array([TRUE_THETA[subject]]), context, FORWARD_MODEL)
+    phase = (np.arange(20) + 0.4) / 20.0
+    rng = np.random.default_rng(3)
+    active = sample_cycle(truth.cycle_phase, truth.active_stiffness_kpa, phase)[0]
+    factor = 1.0 + noise_fraction * rng.standard_normal(phase.size)
+    stiffness = (4.5 + active) * factor**2
+    stiffness[12] = np.nan
+    observation = _observation(subject, phase, stiffness, noise_fraction)
+    return SubjectModel(
+        observation,
+        calibrate_passive(observation, reference, PASSIVE, MEASUREMENT),
+        FORWARD_MODEL,
+        MEASUREMENT,
+    )
+
+
+def _observation(
+    subject: str, phase: FloatArray, stiffness: FloatArray, noise_fraction: float
+) -> Observation:
+    measured = np.isfinite(stiffness)
+    speed = np.sqrt(stiffness / 3.0)
+    return Observation(
+        context=COHORT[subject],
+        phase=phase,
+        phase_index=np.arange(phase.size),
+        measured=measured,
+        speed_m_s=speed,
+        speed_se_m_s=noise_fraction * speed,
+        stiffness_kpa=stiffness,
+        stiffness_se_kpa=2.0 * noise_fraction * stiffness,
+        grid=analysis_grid(MEASUREMENT.grid_points),
+        curve_kpa=to_grid(phase[measured], stiffness[measured], MEASUREMENT.grid_points),
+        samples_accepted=np.where(measured, 36, 0),
+        samples_rejected=np.zeros((len(REASONS), phase.size), dtype=np.int64),
+        noise=NoiseComponents(0.04, 0.08),
+    )
+
+
+def write_study(results: Path) -> dict[str, Files]:
+    """Write everything before the predictive stage, and return where it lies."""
+    return {subject: _write_subject(Files(results, subject)) for subject in TRUE_THETA}
+
+
+def _write_subject(files: Files) -> Files:
+    origin, model = Origin(SEED, files.subject), make_model(files.subject)
+    save(
+        files.observation,
+        observation_dataset.to_datasets(model.observation),
+        origin.provenance("observation", FORWARD_MODEL),
+    )
+    save(files.passive, passive_dataset.to_dataset(model.passive), origin.provenance("passive", PASSIVE))
+    simulations = draw_simulations(range(PRIOR_DRAWS), model.observation.context, PRIOR, FORWARD_MODEL, SEED)
+    save(
+        files.shard,
+        simulations_dataset.to_dataset(simulations),
+        origin.provenance("simulations", FORWARD_MODEL),
+    )
+    _write_posterior(files, origin)
+    return files
+
+
+def _write_posterior(files: Files, origin: Origin) -> None:
+    """A posterior about the truth, k_0 against k_ATP at -0.85, judged by the real criteria."""
+    z = np.random.default_rng(5).multivariate_normal(
+        np.zeros(3), [[1.0, -0.85, 0.1], [-0.85, 1.0, 0.0], [0.1, 0.0, 1.0]], 3000
+    )
+    candidates = np.array(TRUE_THETA[files.subject]) * np.exp(z * [0.02, 0.03, 0.05])
+    z_obs, names = np.array([0.4, -1.9]), ("maximum_kpa", "hr_bpm")
+    support = SupportSettings(max_abs_z=3.0, min_in_prior_draws=1000, candidate_draws=3000)
+    settings = PosteriorSettings(draws=1000, unfiltered_draws=500, interval=0.9)
+    write_json(files.folder / "support.json", diagnose(z_obs, names, candidates, PRIOR, support).to_json())
+    posterior = summarise_posterior(candidates, z_obs, names, PRIOR, settings)
+    save(
+        files.folder / "posterior.h5",
+        posterior_to_groups(posterior),
+        origin.provenance("posterior", settings),
+    )

@@ -1,0 +1,188 @@
+"""Figures: no text on text, embedded fonts, same bytes twice, any number of subjects, the excluded marked."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from evaluation_cases import INTERVAL, PRIOR, TITLE, posterior_panels, predictive_panels
+from matplotlib.backend_bases import RendererBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+from PIL import Image
+
+from swesbi.artefacts import ArtefactError
+from swesbi.figures import posterior_cohort, posterior_subject, ppc_cohort, ppc_subject, training
+from swesbi.figures.density import log_density_of_draws, log_density_of_prior
+from swesbi.figures.style import EXCLUDED_BACKGROUND, save_figure
+from swesbi.figures.text import digits, feature_label
+
+MANY = [f"patient-{number:03d}" for number in range(14)]
+
+
+def history(epochs: int = 30) -> pd.DataFrame:
+    epoch = np.arange(1, epochs + 1)
+    loss = 3.0 * np.exp(-epoch / 8.0)
+    return pd.DataFrame({"epoch": epoch, "training_loss": loss, "validation_loss": loss + 0.002 * epoch})
+
+
+def figures() -> dict[str, Figure]:
+    checks, marginals = predictive_panels(), posterior_panels()
+    return {
+        "ppc": ppc_cohort.draw(checks, TITLE),
+        "posterior": posterior_cohort.draw(marginals, PRIOR, INTERVAL, TITLE),
+        "ppc-A": ppc_subject.draw(checks[0], TITLE),
+        "ppc-F": ppc_subject.draw(checks[5], TITLE),
+        "posterior-A": posterior_subject.draw(marginals[0], PRIOR, INTERVAL, TITLE),
+        "posterior-F": posterior_subject.draw(marginals[5], PRIOR, INTERVAL, TITLE),
+        "training": training.draw(history(), TITLE),
+        "ppc-many": ppc_cohort.draw(predictive_panels(MANY, MANY[3:5]), TITLE),
+        "posterior-many": posterior_cohort.draw(posterior_panels(MANY, MANY[3:5]), PRIOR, INTERVAL, TITLE),
+        "ppc-one": ppc_cohort.draw(predictive_panels("E", "E"), TITLE),
+        "posterior-one": posterior_cohort.draw(posterior_panels("A", ""), PRIOR, INTERVAL, TITLE),
+    }
+
+
+@pytest.fixture(scope="module")
+def drawn() -> dict[str, Figure]:
+    return figures()
+
+
+def text_boxes(figure: Figure) -> list[tuple[str, Bbox]]:
+    """The boxes, in pixels, of every text that a rendering really draws."""
+    drawn: list[Text] = []
+    draw = Text.draw
+
+    def record(self: Text, renderer: RendererBase, *arguments: object, **named: object) -> None:
+        if self.get_visible() and self.get_text().strip():
+            drawn.append(self)
+        draw(self, renderer, *arguments, **named)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Text, "draw", record)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+    unique = list(dict.fromkeys(drawn))
+    return [(text.get_text(), text.get_window_extent(canvas.get_renderer())) for text in unique]
+
+
+NAMES = ["ppc", "posterior", "ppc-A", "ppc-F", "posterior-A", "posterior-F", "training"]
+NAMES += ["ppc-many", "posterior-many", "ppc-one", "posterior-one"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_text_overlaps_another_or_leaves_the_figure(drawn: dict[str, Figure], name: str) -> None:
+    boxes = text_boxes(drawn[name])
+    assert len(boxes) > 5
+    for (one, box), (other, other_box) in combinations(boxes, 2):
+        shared = Bbox.intersection(box, other_box)
+        assert shared is None or min(shared.width, shared.height) < 0.5, f"{one!r} overlaps {other!r}"
+    whole = drawn[name].bbox
+    for text, box in boxes:
+        assert box.x0 >= whole.x0 - 1 and box.x1 <= whole.x1 + 1, f"{text!r} leaves the figure"
+        assert box.y0 >= whole.y0 - 1 and box.y1 <= whole.y1 + 1, f"{text!r} leaves the figure"
+
+
+def test_the_overlap_test_can_fail() -> None:
+    figure = Figure(figsize=(3.0, 2.0))
+    axes = figure.subplots()
+    axes.text(0.5, 0.5, "one text")
+    axes.text(0.52, 0.5, "another")
+    boxes = [box for text, box in text_boxes(figure) if text in ("one text", "another")]
+    assert Bbox.intersection(*boxes) is not None
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_figure_says_whose_data_it_shows(drawn: dict[str, Figure], name: str) -> None:
+    assert any(TITLE in text for text, _ in text_boxes(drawn[name]))
+
+
+def test_fits_the_text_width_and_is_readable(drawn: dict[str, Figure]) -> None:
+    for name in ("ppc", "posterior", "training"):
+        assert drawn[name].get_figwidth() == pytest.approx(12.2 / 2.54)
+        assert min(text.get_fontsize() for text in drawn[name].findobj(Text) if text.get_text()) >= 4.9
+
+
+def test_excluded_subjects_are_greyed_and_say_why(drawn: dict[str, Figure]) -> None:
+    panels = drawn["ppc"].axes
+    grey = tuple(int(EXCLUDED_BACKGROUND[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    greyed = [axes.get_facecolor()[:3] == pytest.approx(grey) for axes in panels]
+    assert greyed == [False] * 4 + [True] * 2
+    assert "0 in-prior draws" in panels[5].texts[0].get_text()
+    assert not any(line.get_label() == "posterior median" for line in panels[5].lines)
+    assert any(line.get_label() == "posterior median" for line in panels[0].lines)
+
+
+def test_files_are_the_same_twice_and_hold_no_time(tmp_path: Path) -> None:
+    for part in ("one", "other"):
+        save_figure(
+            ppc_cohort.draw(predictive_panels("AE", "E"), TITLE),
+            tmp_path / f"{part}.png",
+            tmp_path / f"{part}.pdf",
+        )
+        corner = posterior_subject.draw(posterior_panels("A", "")[0], PRIOR, INTERVAL, TITLE)
+        save_figure(corner, tmp_path / f"{part}-corner.pdf")
+    for name in ("{}.png", "{}.pdf", "{}-corner.pdf"):
+        one, other = ((tmp_path / name.format(part)).read_bytes() for part in ("one", "other"))
+        assert one == other
+        assert b"CreationDate" not in one and b"tIME" not in one
+
+
+def test_pdf_embeds_truetype_fonts(drawn: dict[str, Figure], tmp_path: Path) -> None:
+    save_figure(drawn["ppc"], tmp_path / "ppc.pdf")
+    content = (tmp_path / "ppc.pdf").read_bytes()
+    assert b"/FontFile2" in content and b"/Type3" not in content
+
+
+def test_png_has_print_resolution(drawn: dict[str, Figure], tmp_path: Path) -> None:
+    save_figure(drawn["ppc"], tmp_path / "ppc.png")
+    with Image.open(tmp_path / "ppc.png") as image:
+        assert image.width == int(12.2 / 2.54 * 300)
+
+
+def test_figures_do_not_depend_on_the_users_style(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import matplotlib as mpl
+
+    save_figure(training.draw(history(), TITLE), tmp_path / "plain.png")
+    with mpl.rc_context({"font.size": 20.0, "axes.facecolor": "pink", "savefig.bbox": "tight"}):
+        save_figure(training.draw(history(), TITLE), tmp_path / "styled.png")
+    assert (tmp_path / "plain.png").read_bytes() == (tmp_path / "styled.png").read_bytes()
+
+
+def test_other_formats_and_empty_cohorts_are_refused(drawn: dict[str, Figure], tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"\.pdf or \.png"):
+        save_figure(drawn["ppc"], tmp_path / "ppc.svg")
+    with pytest.raises(ValueError, match="cohort is empty"):
+        ppc_cohort.draw([], TITLE)
+    with pytest.raises(ValueError, match="cohort is empty"):
+        posterior_cohort.draw([], PRIOR, INTERVAL, TITLE)
+
+
+def test_training_history_is_checked(tmp_path: Path) -> None:
+    path = tmp_path / "training.csv"
+    history().drop(columns="validation_loss").to_csv(path, index=False)
+    with pytest.raises(ArtefactError, match="validation_loss"):
+        training.read_history(path)
+    history().iloc[:0].to_csv(path, index=False)
+    with pytest.raises(ArtefactError, match="holds no epoch"):
+        training.read_history(path)
+
+
+def test_densities_integrate_to_one_over_log_theta() -> None:
+    for prior in PRIOR.parameters:
+        theta, density = log_density_of_prior(prior)
+        assert np.trapezoid(density, np.log(theta)) == pytest.approx(1.0, abs=1e-3)
+    draws = np.exp(np.random.default_rng(0).normal(1.0, 0.3, 5000))
+    theta, density = log_density_of_draws(draws)
+    assert np.trapezoid(density, np.log(theta)) == pytest.approx(1.0, abs=0.01)
+
+
+def test_words_and_numbers() -> None:
+    assert [digits(value) for value in (28.0, -312.4, 0.3551)] == ["28.0", "−312", "0.355"]
+    assert feature_label("post_peak_auc_kpa") == "post-peak AUC (kPa)"
+    assert feature_label("decay_slope_kpa_per_cycle") == "decay slope (kPa/cycle)"

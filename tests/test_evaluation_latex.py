@@ -1,0 +1,75 @@
+"""Table 1 as LaTeX: braces balance, cells count, special characters are escaped, exclusions are said."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from swesbi.tables.latex import escape, ppc_latex
+from swesbi.tables.ppc import COLUMNS
+
+TITLE = "virtual volunteers"
+REASON = "0 in-prior draws, max |z| = 3.14"
+
+
+def table(*experiments: str) -> pd.DataFrame:
+    rows = []
+    for experiment in experiments:
+        for subject, supported in (("A", True), ("B_2", True), ("E", False)):
+            scores = [1.0, 80.0, 0.02, 0.99, 1.1, 0.97, 0.95] if supported else [np.nan] * 7
+            rows.append([experiment, subject, supported, 5.0, *scores, 1.4])
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def render(*experiments: str) -> str:
+    scores = table(*experiments)
+    keys = zip(scores["experiment"], scores["subject"], strict=True)
+    return ppc_latex(scores, dict.fromkeys(keys, REASON), TITLE)
+
+
+def test_braces_and_environments_balance() -> None:
+    text = re.sub(r"\\[{}]", "", render("paper", "wide_prior"))
+    depth = np.cumsum([{"{": 1, "}": -1}.get(character, 0) for character in text])
+    assert depth.min() >= 0 and depth[-1] == 0
+    assert re.findall(r"\\begin\{(\w+)\}", text) == ["table", "tabular"]
+    assert re.findall(r"\\end\{(\w+)\}", text) == ["tabular", "table"]
+    assert text.count("$") % 2 == 0
+
+
+def test_every_row_has_eight_cells() -> None:
+    body = render("paper", "wide_prior").split(r"\toprule")[1].split(r"\bottomrule")[0]
+    rows = [line for line in body.splitlines() if line.rstrip().endswith(r"\\")]
+    assert len(rows) == 1 + 2 * (1 + 4)
+    for row in rows:
+        spans = [int(width) for width in re.findall(r"\\multicolumn\{(\d)\}", row)]
+        cells = len(re.findall(r"(?<!\\)&", row)) + 1
+        assert cells + sum(spans) - len(spans) == 8, row
+
+
+def test_one_experiment_needs_no_heading_and_averages_the_supported() -> None:
+    text = render("paper")
+    assert r"\textit{paper}" not in text and TITLE in text
+    assert r"B\_2" in text and f"excluded: {escape(REASON)}" in text and "|" not in text
+    assert r"$80.0 \pm 0.0$" in text and "nan" not in text
+    assert r"\textit{wide\_prior}" in render("paper", "wide_prior")
+
+
+def test_special_characters_are_escaped() -> None:
+    assert escape(r"50%_a&b#c{d}\~^$") == (
+        r"50\%\_a\&b\#c\{d\}\textbackslash{}\textasciitilde{}\textasciicircum{}\$"
+    )
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs a TeX engine")
+def test_compiles(tmp_path: Path) -> None:
+    document = r"\documentclass{article}\usepackage{booktabs}\begin{document}" + render("paper", "wide_prior")
+    (tmp_path / "table.tex").write_text(document + r"\end{document}")
+    command = ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "table.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout

@@ -1,0 +1,244 @@
+"""The stages from the posterior to figures and tables, on recordings made with the real simulator."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from evaluation_study import (
+    CMAES,
+    EXPERIMENT,
+    PREDICTIVE,
+    PRIOR,
+    SEED,
+    TRUE_THETA,
+    Files,
+    make_model,
+    write_study,
+)
+
+from swesbi.code_hash import imported_modules
+from swesbi.evaluation.cmaes_dataset import read_cmaes
+from swesbi.evaluation.predictive_dataset import read_predictive
+from swesbi.stages import cmaes, cohort_figures, posterior_figure, ppc_figure, predictive, tables
+from swesbi.stages.cohort_figures import CohortFiguresSettings
+from swesbi.stages.origin import Origin
+from swesbi.stages.posterior_figure import PosteriorFigureSettings
+from swesbi.stages.ppc_figure import PpcFigureSettings
+from swesbi.stages.tables import TablesSettings
+from swesbi.tables.features import COLUMNS as FEATURE_COLUMNS
+from swesbi.tables.posterior import COLUMNS as POSTERIOR_COLUMNS
+from swesbi.tables.ppc import COLUMNS as PPC_COLUMNS
+
+TITLE = "virtual volunteers"
+
+
+def run_predictive(files: Files, output: Path) -> None:
+    predictive.run(
+        posterior=files.folder / "posterior.h5",
+        support=files.folder / "support.json",
+        observation=files.observation,
+        passive=files.passive,
+        shards=[files.shard],
+        predictive=output,
+        settings=PREDICTIVE,
+        origin=Origin(SEED, files.subject),
+    )
+
+
+def run_cmaes(files: Files, output: Path) -> None:
+    cmaes.run(
+        observation=files.observation,
+        passive=files.passive,
+        cmaes=output,
+        settings=CMAES,
+        origin=Origin(SEED, files.subject),
+    )
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Files]:
+    files = write_study(tmp_path_factory.mktemp("results"))
+    for subject in files.values():
+        run_predictive(subject, subject.folder / "predictive.h5")
+        run_cmaes(subject, subject.cmaes)
+    return files
+
+
+def cohort_inputs(study: dict[str, Files]) -> dict[str, list[Path]]:
+    return {
+        "predictives": [files.folder / "predictive.h5" for files in study.values()],
+        "posteriors": [files.folder / "posterior.h5" for files in study.values()],
+        "supports": [files.folder / "support.json" for files in study.values()],
+        "cmaes": [files.cmaes for files in study.values()],
+    }
+
+
+@pytest.fixture(scope="module")
+def table_files(study: dict[str, Files], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("tables")
+    names = {"ppc_csv": "ppc.csv", "features_csv": "features.csv", "posterior_csv": "posterior.csv"}
+    files = {key: folder / name for key, name in {**names, "ppc_tex": "ppc.tex"}.items()}
+    settings = TablesSettings(cohort_title=TITLE)
+    tables.run(**cohort_inputs(study), **files, settings=settings, origin=Origin(SEED))
+    return files
+
+
+def test_posterior_about_the_truth_predicts_the_recording_within_its_noise(study: dict[str, Files]) -> None:
+    check, provenance = read_predictive(study["A"].folder / "predictive.h5")
+    assert check.supported and provenance.subject == "A"
+    assert check.posterior.scores.rmse_kpa < 0.3 * check.prior.scores.rmse_kpa
+    assert check.posterior.scores.r2 > 0.97
+    assert check.posterior.coverage_recording_noise > max(0.6, check.posterior.phase_scores.coverage)
+    assert check.posterior.draws.curve_kpa.shape == (40, 100)
+    assert check.posterior.features.inside.sum() >= 2
+
+
+def test_unsupported_subject_keeps_its_prior_prediction_and_has_no_posterior(study: dict[str, Files]) -> None:
+    check, _ = read_predictive(study["E"].folder / "predictive.h5")
+    assert not check.supported
+    assert check.posterior.draws.curve_kpa.shape == (0, 100)
+    assert np.isnan(check.posterior.scores.rmse_kpa) and np.isnan(check.posterior.curve.median).all()
+    assert not check.posterior.features.inside.any()
+    assert check.prior.scores.rmse_kpa > 0.0
+
+
+def test_predictive_curves_pass_the_operator_of_the_observed_one(study: dict[str, Files]) -> None:
+    check, _ = read_predictive(study["A"].folder / "predictive.h5")
+    model = make_model("A")
+    theta = check.posterior.draws.theta[:3]
+    np.testing.assert_allclose(check.posterior.draws.curve_kpa[:3], model.curves(theta), rtol=1e-9)
+    assert check.target.features[0] == pytest.approx(model.observation.curve_kpa.max(), abs=0.2)
+
+
+def test_derived_quantities_are_physiological(study: dict[str, Files]) -> None:
+    draws = read_predictive(study["A"].folder / "predictive.h5")[0].posterior.draws
+    assert np.all((draws.ejection_fraction > 0.4) & (draws.ejection_fraction < 0.8))
+    duration_s = make_model("A").activation_duration_s
+    expected = draws.theta[:, 0] * (1.0 - np.exp(-draws.theta[:, 1] * duration_s))
+    np.testing.assert_allclose(draws.attained_stiffness_kpa, expected, rtol=1e-12)
+
+
+def test_artefacts_open_with_h5py_and_xarray_and_have_units(study: dict[str, Files]) -> None:
+    for path in (study["E"].folder / "predictive.h5", study["A"].cmaes):
+        assert set(_without_units(path)) <= {"parameter", "feature", "stop"}
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            assert dataset.attrs["kind"] in ("predictive", "cmaes")
+
+
+def _without_units(path: Path) -> list[str]:
+    """Names of the datasets without units, dimensions that have no values of their own left out."""
+    names: list[str] = []
+
+    def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
+        placeholder = b"not a netCDF variable" in bytes(item.attrs.get("NAME", b""))
+        if isinstance(item, h5py.Dataset) and not placeholder and "units" not in item.attrs:
+            names.append(name.split("/")[-1])
+
+    with h5py.File(path) as file:
+        file.visititems(visit)
+    return names
+
+
+def test_same_inputs_give_the_same_bytes(study: dict[str, Files], tmp_path: Path) -> None:
+    for subject in study.values():
+        run_predictive(subject, tmp_path / "predictive.h5")
+        run_cmaes(subject, tmp_path / "cmaes.h5")
+        assert (tmp_path / "predictive.h5").read_bytes() == (subject.folder / "predictive.h5").read_bytes()
+        assert (tmp_path / "cmaes.h5").read_bytes() == subject.cmaes.read_bytes()
+
+
+def test_cmaes_history_is_complete_and_within_the_bounds(study: dict[str, Files]) -> None:
+    fit, _ = read_cmaes(study["E"].cmaes)
+    assert fit.seed.tolist() == [200, 201]
+    assert fit.evaluations[:, -1].tolist() == (8 * fit.generations).tolist()
+    for run, length in enumerate(fit.generations):
+        assert np.all(np.diff(fit.best_loss[run, :length]) <= 0.0)
+        assert np.isfinite(fit.best_theta[run, :length]).all()
+    assert fit.loss == fit.run_loss.min() and fit.theta[1] <= PRIOR.k_atp_per_s.high
+
+
+def test_figures_of_one_subject(study: dict[str, Files], tmp_path: Path) -> None:
+    for files in study.values():
+        common = {"support": files.folder / "support.json", "cmaes": files.cmaes, "origin": Origin(SEED)}
+        figure = tmp_path / f"ppc-{files.subject}.png"
+        ppc_figure.run(
+            predictive=files.folder / "predictive.h5",
+            figure=figure,
+            settings=PpcFigureSettings(cohort_title=TITLE),
+            **common,
+        )
+        marginals = tmp_path / f"posterior-{files.subject}.png"
+        posterior_figure.run(
+            posterior=files.folder / "posterior.h5",
+            figure=marginals,
+            settings=PosteriorFigureSettings(cohort_title=TITLE, prior=PRIOR),
+            **common,
+        )
+        assert figure.read_bytes()[:4] == marginals.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_cohort_figures_in_both_formats(study: dict[str, Files], tmp_path: Path) -> None:
+    names = ("ppc_pdf", "ppc_png", "posterior_pdf", "posterior_png")
+    outputs = {name: tmp_path / name.replace("_", ".") for name in names}
+    settings = CohortFiguresSettings(cohort_title=TITLE, prior=PRIOR)
+    cohort_figures.run(**cohort_inputs(study), **outputs, settings=settings, origin=Origin(SEED))
+    assert all(path.stat().st_size > 10_000 for path in outputs.values())
+
+
+def test_ppc_table_has_the_agreed_columns_and_blanks(table_files: dict[str, Path]) -> None:
+    table = pd.read_csv(table_files["ppc_csv"])
+    assert tuple(table.columns) == PPC_COLUMNS == (
+        "experiment", "subject", "supported", "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse",
+        "r2", "post_peak_rmse_kpa", "coverage_grid", "coverage_phases", "rmse_cmaes_kpa",
+    )  # fmt: skip
+    assert table["subject"].tolist() == list(TRUE_THETA) and set(table["experiment"]) == {EXPERIMENT}
+    assert table["supported"].tolist() == [True, False]
+    supported, excluded = table.iloc[0], table.iloc[1]
+    reduction = 100.0 * (1.0 - supported["rmse_kpa"] / supported["rmse_prior_kpa"])
+    assert supported["rmse_reduction_percent"] == pytest.approx(reduction, rel=1e-6)
+    blanks = [name for name in PPC_COLUMNS if pd.isna(excluded[name])]
+    assert blanks == list(PPC_COLUMNS[4:11])
+
+
+def test_features_table(table_files: dict[str, Path]) -> None:
+    table = pd.read_csv(table_files["features_csv"])
+    assert tuple(table.columns) == FEATURE_COLUMNS
+    assert table.groupby("subject").size().tolist() == [5, 5]
+    supported = table[table["supported"]]
+    inside = (supported["observed"] >= supported["pi_low"]) & (supported["observed"] <= supported["pi_high"])
+    assert (supported["inside"].astype(str) == inside.astype(str)).all()
+    assert table[~table["supported"]]["inside"].isna().all()
+    assert supported["noise_sd"].tolist() == [1.0, 0.5, 0.5, 5.0, 0.03]
+
+
+def test_posterior_table(table_files: dict[str, Path]) -> None:
+    table = pd.read_csv(table_files["posterior_csv"]).set_index(["subject", "parameter"])
+    assert tuple(table.reset_index().columns[:1]) == ("subject",) and set(POSTERIOR_COLUMNS) > set(
+        table.columns
+    )
+    k0 = table.loc[("A", "k0_kpa")]
+    assert k0["ci_low"] < k0["median"] < k0["ci_high"] and k0["correlation_k_atp_per_s"] < -0.7
+    assert table.loc[("E", "k_atp_per_s"), "unfiltered_median"] == pytest.approx(38.0, rel=0.01)
+    assert table.loc["E"]["median"].isna().all() and table.loc["A"]["median"].notna().all()
+    assert "ejection_fraction" in table.loc["A"].index
+
+
+def test_readers_and_figures_leave_torch_and_pyplot_alone() -> None:
+    stages = ("predictive", "ppc_figure", "posterior_figure", "cohort_figures", "tables", "training_figure")
+    imports = "; ".join(f"import swesbi.stages.{name}" for name in stages)
+    code = f"{imports}; import sys; print([m for m in ('torch', 'matplotlib.pyplot') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_predictive_checks_and_cmaes_do_not_depend_on_each_others_code() -> None:
+    assert "swesbi.evaluation.cmaes" not in imported_modules("swesbi.stages.predictive")
+    assert "swesbi.evaluation.predictive" not in imported_modules("swesbi.stages.cmaes")
+    assert "swesbi.inference.training" not in imported_modules("swesbi.stages.cmaes")
