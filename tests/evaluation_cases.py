@@ -51,7 +51,8 @@ def curves(theta: FloatArray, phase: FloatArray = GRID) -> FloatArray:
 def draws(theta: FloatArray) -> Draws:
     curve = curves(theta)
     features = np.stack([curve.max(axis=1), curve.mean(axis=1), GRID[curve.argmax(axis=1)]], axis=1)
-    return Draws(theta, curve, curves(theta, _phases()), features, np.full(len(theta), 0.6), theta[:, 0], 0)
+    volumes = (np.full(len(theta), 100.0), np.full(len(theta), 40.0))
+    return Draws(theta, curve, curves(theta, _phases()), features, *volumes, theta[:, 0], 0)
 
 
 def target(subject: str = "A", noise: float = 0.05) -> Target:
@@ -63,9 +64,8 @@ def target(subject: str = "A", noise: float = 0.05) -> Target:
     stiffness[7] = np.nan
     curve = np.interp(GRID, phase[measured], stiffness[measured], period=1.0)
     observed = np.array([curve.max(), curve.mean(), GRID[curve.argmax()]])
-    return Target(
-        GRID, curve, phase, measured, stiffness, 0.05 * stiffness, observed, FEATURES, FEATURE_NOISE_SD
-    )
+    recorded = (GRID, curve, phase, measured, stiffness, 0.05 * stiffness)
+    return Target(*recorded, observed, FEATURES, FEATURE_NOISE_SD, lvedv_ml=105.0, lvesv_ml=40.0)
 
 
 def check(subject: str = "A", supported: bool = True, n: int = 200) -> PredictiveCheck:

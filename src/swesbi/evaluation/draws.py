@@ -44,6 +44,8 @@ def make_target(
         features=summarise(observation.curve_kpa[None], summary)[0, columns],
         feature_names=feature_names,
         feature_noise_sd=sd[columns],
+        lvedv_ml=observation.context.lvedv_ml,
+        lvesv_ml=observation.context.lvesv_ml,
     )
 
 
@@ -55,9 +57,9 @@ def from_prior(
     number: int,
 ) -> Draws:
     """Return the first ``number`` stored, successful prior simulations as predictive draws."""
-    ejection = (1.0 - simulations.end_systolic_volume_ml / simulations.end_diastolic_volume_ml)[:number]
+    volumes = (simulations.end_diastolic_volume_ml[:number], simulations.end_systolic_volume_ml[:number])
     cycles = (simulations.cycle_phase, simulations.active_stiffness_kpa[:number])
-    return _measure(simulations.theta[:number], cycles, ejection, 0, model, feature_names, summary)
+    return _measure(simulations.theta[:number], cycles, volumes, 0, model, feature_names, summary)
 
 
 def from_theta(
@@ -71,15 +73,15 @@ def from_theta(
     if not good.any():
         return _no_draws(model, len(feature_names), failed=len(theta))
     cycles = (beats.cycle_phase, beats.active_stiffness_kpa[good])
-    ejection = beats.ejection_fraction[good]
+    volumes = (beats.end_diastolic_volume_ml[good], beats.end_systolic_volume_ml[good])
     failed = int((~good).sum())
-    return _measure(theta[good], cycles, ejection, failed, model, feature_names, summary)
+    return _measure(theta[good], cycles, volumes, failed, model, feature_names, summary)
 
 
 def _measure(
     theta: FloatArray,
     cycles: tuple[FloatArray, FloatArray],
-    ejection_fraction: FloatArray,
+    volumes_ml: tuple[FloatArray, FloatArray],
     failed: int,
     model: SubjectModel,
     feature_names: tuple[str, ...],
@@ -91,7 +93,8 @@ def _measure(
         curve_kpa=curves,
         phase_kpa=model.at_phases(*cycles),
         features=summarise(curves, summary)[:, _columns(feature_names, summary)],
-        ejection_fraction=ejection_fraction,
+        end_diastolic_volume_ml=volumes_ml[0],
+        end_systolic_volume_ml=volumes_ml[1],
         attained_stiffness_kpa=attained_stiffness_kpa(theta, model.activation_duration_s),
         failed=failed,
     )
@@ -112,7 +115,8 @@ def _no_draws(model: SubjectModel, features: int, failed: int = 0) -> Draws:
         curve_kpa=np.empty((0, model.measurement.grid_points)),
         phase_kpa=np.empty((0, len(model.observation.phase))),
         features=np.empty((0, features)),
-        ejection_fraction=np.empty(0),
+        end_diastolic_volume_ml=np.empty(0),
+        end_systolic_volume_ml=np.empty(0),
         attained_stiffness_kpa=np.empty(0),
         failed=failed,
     )

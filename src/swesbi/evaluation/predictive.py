@@ -22,7 +22,8 @@ class Draws:
         curve_kpa: (n, grid) total stiffness through the measurement operator.
         phase_kpa: (n, phases) total stiffness at the phases of the recording.
         features: (n, features) checked features of ``curve_kpa``.
-        ejection_fraction: (n,) of the simulated beat.
+        end_diastolic_volume_ml: (n,) largest cavity volume of the simulated beat.
+        end_systolic_volume_ml: (n,) its smallest cavity volume.
         attained_stiffness_kpa: (n,) active stiffness k_0 (1 - exp(-k_ATP D_T)) reached by the activation D_T.
         failed: Draws left out because their simulation failed.
     """
@@ -31,9 +32,15 @@ class Draws:
     curve_kpa: FloatArray
     phase_kpa: FloatArray
     features: FloatArray
-    ejection_fraction: FloatArray
+    end_diastolic_volume_ml: FloatArray
+    end_systolic_volume_ml: FloatArray
     attained_stiffness_kpa: FloatArray
     failed: int
+
+    @property
+    def ejection_fraction(self) -> FloatArray:
+        """Ejection fraction of the simulated beat, shape (n,)."""
+        return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
 
 
 @dataclass(frozen=True)
@@ -50,6 +57,8 @@ class Target:
         features: (features,) checked features of the observed curve.
         feature_names: Their names.
         feature_noise_sd: (features,) observation noise of each, same units.
+        lvedv_ml: Measured end-diastolic volume, from the subject's context.
+        lvesv_ml: Measured end-systolic volume; it conditions the posterior, the simulator does not see it.
     """
 
     grid: FloatArray
@@ -61,6 +70,8 @@ class Target:
     features: FloatArray
     feature_names: tuple[str, ...]
     feature_noise_sd: FloatArray
+    lvedv_ml: float
+    lvesv_ml: float
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from swesbi.theta import THETA_NAMES
 KIND = "predictive"
 SCHEMA = SCHEMAS[KIND]
 ROOT_SCALARS = ("interval", "supported")
+VOLUMES = ("lvedv_ml", "lvesv_ml")
 SCORE_NAMES = tuple(field.name for field in fields(Scores))
 
 
@@ -47,6 +48,7 @@ def read_predictive(path: Path) -> tuple[PredictiveCheck, Provenance]:
     root, provenance = load(path, KIND)
     target = Target(
         **{name: root[name].to_numpy() for name in _target_arrays()},
+        **{name: root[name].item() for name in VOLUMES},
         measured=root["measured"].to_numpy().astype(bool),
         feature_names=tuple(map(str, root["feature"].to_numpy())),
     )
@@ -57,7 +59,8 @@ def read_predictive(path: Path) -> tuple[PredictiveCheck, Provenance]:
 
 
 def _target_arrays() -> list[str]:
-    return [field.name for field in fields(Target) if field.name not in ("measured", "feature_names")]
+    others = ("measured", "feature_names", *VOLUMES)
+    return [field.name for field in fields(Target) if field.name not in others]
 
 
 def _flat(prediction: Prediction) -> dict[str, Any]:
@@ -70,6 +73,7 @@ def _flat(prediction: Prediction) -> dict[str, Any]:
     for name in SCORE_NAMES:
         flat[name] = getattr(prediction.scores, name)
         flat[f"phases_{name}"] = getattr(prediction.phase_scores, name)
+    flat["ejection_fraction"] = prediction.draws.ejection_fraction
     return flat | {"coverage_recording_noise": prediction.coverage_recording_noise}
 
 

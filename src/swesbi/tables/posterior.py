@@ -25,6 +25,7 @@ COLUMNS: Final = (
     "median",
     "ci_low",
     "ci_high",
+    "measured",
     *CORRELATIONS,
     "unfiltered_median",
     "cmaes",
@@ -36,8 +37,9 @@ def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
 
     The three parameters come first, with their correlations, the median of all candidates (filtered by no
     bound) and the CMA-ES fit; then quantities derived from the posterior predictive simulations: ejection
-    fraction, peak stiffness and attained stiffness k_0 (1 - exp(-k_ATP D_T)). Posterior values are NaN
-    where the subject is outside the prior's support.
+    fraction, volumes, peak stiffness and attained stiffness k_0 (1 - exp(-k_ATP D_T)), beside what was
+    measured of them. LVEDV sets the simulator's size, but neither it nor LVESV is fitted. Posterior values
+    are NaN where the subject is outside the prior's support.
     """
     rows = [row for case in cases for row in (*_parameters(case), *_derived(case))]
     return pd.DataFrame(rows, columns=list(COLUMNS))
@@ -62,15 +64,20 @@ def _parameters(case: Case) -> Iterator[dict[str, Any]]:
 
 def _derived(case: Case) -> Iterator[dict[str, Any]]:
     draws = case.check.posterior.draws
+    target = case.check.target
+    measured_fraction = 1.0 - target.lvesv_ml / target.lvedv_ml
     quantities = {
-        ("ejection_fraction", "1"): draws.ejection_fraction,
-        ("peak_stiffness_kpa", "kPa"): draws.curve_kpa.max(axis=1),
-        ("attained_stiffness_kpa", "kPa"): draws.attained_stiffness_kpa,
+        ("ejection_fraction", "1"): (draws.ejection_fraction, measured_fraction),
+        ("end_diastolic_volume_ml", "mL"): (draws.end_diastolic_volume_ml, target.lvedv_ml),
+        ("end_systolic_volume_ml", "mL"): (draws.end_systolic_volume_ml, target.lvesv_ml),
+        ("peak_stiffness_kpa", "kPa"): (draws.curve_kpa.max(axis=1), target.curve_kpa.max()),
+        ("attained_stiffness_kpa", "kPa"): (draws.attained_stiffness_kpa, np.nan),
     }
-    for (name, unit), values in quantities.items():
+    for (name, unit), (values, measured) in quantities.items():
         summary = band(values[:, None], case.posterior.interval_mass)
         interval = {"ci_low": summary.low[0], "ci_high": summary.high[0]}
-        yield {**_identity(case, name, unit), "median": summary.median[0], **interval}
+        center = {"median": summary.median[0], "measured": measured}
+        yield {**_identity(case, name, unit), **center, **interval}
 
 
 def _identity(case: Case, name: str, unit: str) -> dict[str, Any]:
