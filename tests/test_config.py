@@ -115,11 +115,18 @@ AFFECTED = {
     "experiments__paper__estimator__learning_rate": {"train"},
     "experiments__paper__observation_model__augmentations": {"pool", "predictive", "recovery"},
     "experiments__paper__support__candidate_draws": {"posterior"},
-    "experiments__paper__recovery__recordings": {"recovery"},
-    "passive__exponent_b": {"passive"},
-    "recording__min_samples_per_phase": {"ingest"},
+    "experiments__paper__recovery__recordings": {"recovery", "recovery_acquisition"},
+    "passive__exponent_b": {"passive", "recovery_acquisition"},
+    "recording__min_samples_per_phase": {"ingest", "recovery_acquisition"},
     "cmaes__search__generations": {"cmaes"},
-    "forward_model__steps_per_beat": {"simulate", "passive", "predictive", "cmaes", "recovery"},
+    "forward_model__steps_per_beat": {
+        "simulate",
+        "passive",
+        "predictive",
+        "cmaes",
+        "recovery",
+        "recovery_acquisition",
+    },
     "resources__device": set(),
 }
 

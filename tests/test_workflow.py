@@ -18,7 +18,7 @@ from study_copy import StudyCopy, copy_study, rules_of
 SHOWN = {"cohort_figures", "tables"}
 PREDICTIVE = {"predictive", "ppc_figure"} | SHOWN
 SAMPLED = {"posterior", "posterior_figure"} | PREDICTIVE
-TRAINED = {"train", "recovery", "training_figure"} | SAMPLED
+TRAINED = {"train", "recovery", "recovery_acquisition", "training_figure"} | SAMPLED
 
 
 @contextmanager

@@ -91,6 +91,7 @@ def study_outputs():
             table=["ppc.csv", "ppc.tex", "features.csv", "posterior.csv"],
         ),
         *expand(f"{RESULTS}/{{experiment}}/recovery.csv", experiment=EXPERIMENTS),
+        *expand(f"{RESULTS}/{{experiment}}/recovery_acquisition.csv", experiment=EXPERIMENTS),
         *expand(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{figure}}.png",
             experiment=EXPERIMENTS,

@@ -79,3 +79,24 @@ rule recovery:
         "Synthetic recovery of the experiment '{wildcards.experiment}'"
     script:
         "../scripts/recovery.py"
+
+
+rule recovery_acquisition:
+    """The same theta, but recorded with acquisition noise and passed through the whole pipeline."""
+    input:
+        pool=rules.pool.output.pool,
+        estimator=rules.train.output.estimator,
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        passives=of_subjects("cohort/{subject}/passive.h5"),
+    output:
+        recovery_acquisition=f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
+    params:
+        stage=stage("recovery_acquisition"),
+    log:
+        f"{RESULTS}/logs/recovery_acquisition/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/recovery_acquisition/{{experiment}}.tsv"
+    message:
+        "Recovery from synthetic recordings, the experiment '{wildcards.experiment}'"
+    script:
+        "../scripts/recovery_acquisition.py"

@@ -19,6 +19,7 @@ from swesbi.observation.settings import MeasurementSettings, PassiveSettings, Su
 from swesbi.recording.settings import RecordingSettings
 from swesbi.settings import Settings
 from swesbi.simulations.prior import PriorSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=64)]
 RESERVED_NAMES = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "benchmarks"})
@@ -65,6 +66,7 @@ class Config(Settings):
     forward_model: ForwardModelSettings
     passive: PassiveSettings
     passive_reference_prior: Name = Field(description="prior on whose log-centre the reference beat runs")
+    acquisition: AcquisitionSettings
     priors: dict[Name, PriorSettings] = Field(min_length=1)
     experiments: dict[Name, ExperimentSettings] = Field(min_length=1)
     run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments")
@@ -87,6 +89,14 @@ class Config(Settings):
             raise ValueError(
                 f"experiments: {sorted(reserved)[0]!r} is the name of a results folder; choose another"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _check_protocol(self) -> Self:
+        for name in ("phases", "density_kg_m3"):
+            made, read = getattr(self.acquisition, name), getattr(self.recording, name)
+            if made != read:
+                raise ValueError(f"acquisition.{name} = {made} must equal recording.{name} = {read}")
         return self
 
     @model_validator(mode="after")

@@ -71,6 +71,13 @@ def _recovery(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return experiment | _common(study.config, "forward_model", "measurement")
 
 
+def _recovery_acquisition(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    common = _common(study.config, "acquisition", "forward_model", "measurement", "passive", "recording")
+    reference = study.config.priors[study.config.passive_reference_prior].to_plain()
+    own = _of_experiment(study, wildcards, "summary", "recovery", "prior")
+    return common | own | {"passive_reference_prior": reference}
+
+
 def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     config = study.config
     own = {"search": config.cmaes.search.to_plain(), "prior": config.priors[config.cmaes.prior].to_plain()}
@@ -130,6 +137,7 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "posterior": _posterior,
     "predictive": _predictive,
     "recovery": _recovery,
+    "recovery_acquisition": _recovery_acquisition,
     "cmaes": _cmaes,
     "ppc_figure": _figure,
     "posterior_figure": _figure_with_prior,
