@@ -164,6 +164,7 @@ def test_cmaes_history_is_complete_and_within_the_bounds(study: dict[str, Files]
     assert fit.loss == fit.run_loss.min() and fit.theta[1] <= PRIOR.k_atp_per_s.high
 
 
+@pytest.mark.slow
 def test_figures_of_one_subject(study: dict[str, Files], tmp_path: Path) -> None:
     for files in study.values():
         common = {"support": files.folder / "support.json", "cmaes": files.cmaes, "origin": Origin(SEED)}
@@ -184,6 +185,7 @@ def test_figures_of_one_subject(study: dict[str, Files], tmp_path: Path) -> None
         assert figure.read_bytes()[:4] == marginals.read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.mark.slow
 def test_cohort_figures_in_both_formats(study: dict[str, Files], tmp_path: Path) -> None:
     names = ("ppc_pdf", "ppc_png", "posterior_pdf", "posterior_png")
     outputs = {name: tmp_path / name.replace("_", ".") for name in names}

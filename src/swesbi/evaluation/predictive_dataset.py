@@ -46,9 +46,10 @@ def read_predictive(path: Path) -> tuple[PredictiveCheck, Provenance]:
         ArtefactError: The file is no predictive artefact of this schema version.
     """
     root, provenance = load(path, KIND)
+    values: dict[str, Any] = {name: root[name].to_numpy() for name in _target_arrays()}
+    values |= {name: root[name].item() for name in VOLUMES}
     target = Target(
-        **{name: root[name].to_numpy() for name in _target_arrays()},
-        **{name: root[name].item() for name in VOLUMES},
+        **values,
         measured=root["measured"].to_numpy().astype(bool),
         feature_names=tuple(map(str, root["feature"].to_numpy())),
     )

@@ -48,6 +48,8 @@ RC: Final[Any] = {
 }
 
 PNG_DPI: Final = 300
+MAX_PIXELS: Final = 30_000
+"""Longest side of an image: a cohort of hundreds keeps within what image libraries open."""
 NO_TIMESTAMP: Final = {
     ".pdf": {"CreationDate": None, "ModDate": None},
     ".png": {"Software": None},
@@ -80,4 +82,5 @@ def save_figure(figure: Figure, *paths: Path) -> None:
         if path.suffix not in NO_TIMESTAMP:
             raise ValueError(f"{path}: figures are written as .pdf or .png, not {path.suffix!r}")
         with style(), atomic_path(path) as temporary:
-            figure.savefig(temporary, dpi=PNG_DPI, metadata=NO_TIMESTAMP[path.suffix])
+            dpi = min(PNG_DPI, MAX_PIXELS / max(figure.get_size_inches()))
+            figure.savefig(temporary, dpi=dpi, metadata=NO_TIMESTAMP[path.suffix])
