@@ -54,7 +54,9 @@ POOL = pool.PoolStageSettings(
     simulations_per_subject=DRAWS, measurement=MEASUREMENT, summary=SUMMARY, observation_model=NOISE
 )
 TRAIN = train.TrainStageSettings(
-    prior=PAPER_PRIOR, estimator=estimator_settings(max_num_epochs=6, learning_rate=2e-3)
+    prior=PAPER_PRIOR,
+    estimator=estimator_settings(max_num_epochs=6, learning_rate=2e-3),
+    checkpoint_epochs=(1, 3),
 )
 POSTERIOR = posterior.PosteriorStageSettings(
     prior=PAPER_PRIOR,

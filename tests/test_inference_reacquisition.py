@@ -119,6 +119,7 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Inputs]:
         pool=folder / "pool.h5",
         estimator=folder / "estimator.pt",
         training=folder / "training.csv",
+        checkpoints=folder / "checkpoints.pt",
         settings=TRAIN,
         origin=Origin(9),
         device="cpu",

@@ -56,7 +56,13 @@ def run_all(folder: Path, inputs: Inputs, shards: Sequence[Path]) -> None:
     make_pool(pooled, inputs, shards, POOL)
     training = folder / "training.csv"
     train.run(
-        pool=pooled, estimator=estimator, training=training, settings=TRAIN, origin=Origin(9), device="cpu"
+        pool=pooled,
+        estimator=estimator,
+        training=training,
+        checkpoints=folder / "checkpoints.pt",
+        settings=TRAIN,
+        origin=Origin(9),
+        device="cpu",
     )
     for context in CONTEXTS:
         posterior.run(
@@ -156,7 +162,7 @@ def test_other_shards_and_another_run_give_the_same_bytes(
     run_all(tmp_path, inputs, inputs.whole_shards[::-1])
     written = sorted(path.name for path in results.iterdir())
     assert written == sorted(path.name for path in tmp_path.iterdir())
-    assert len(written) == 8
+    assert len(written) == 9
     for name in written:
         assert (tmp_path / name).read_bytes() == (results / name).read_bytes(), name
 

@@ -50,7 +50,8 @@ def pool() -> Pool:
 def fit(
     pool: Pool, settings: EstimatorSettings, seed: int = 11
 ) -> tuple[TrainedEstimator, tuple[Epoch, ...]]:
-    return train(pool.theta, pool.z, pool.components.names, WIDE_PRIOR, settings, seed)
+    result = train(pool.theta, pool.z, pool.components.names, WIDE_PRIOR, settings, seed)
+    return result.estimator, result.epochs
 
 
 def weights(estimator: TrainedEstimator) -> torch.Tensor:

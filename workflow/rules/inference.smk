@@ -27,6 +27,7 @@ rule train:
     output:
         estimator=f"{RESULTS}/{{experiment}}/estimator.pt",
         training=f"{RESULTS}/{{experiment}}/training.csv",
+        checkpoints=f"{RESULTS}/{{experiment}}/checkpoints.pt",
     log:
         f"{RESULTS}/logs/train/{{experiment}}.log",
     benchmark:

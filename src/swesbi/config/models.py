@@ -9,6 +9,7 @@ from pydantic import Field, StringConstraints, model_validator
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.forward_model import ForwardModelSettings
 from swesbi.inference.settings import (
+    EpochStudySettings,
     EstimatorSettings,
     ObservationModelSettings,
     PosteriorSettings,
@@ -37,6 +38,7 @@ class ExperimentSettings(Settings):
     posterior: PosteriorSettings
     predictive: PredictiveSettings
     recovery: RecoverySettings
+    epoch_study: EpochStudySettings
 
 
 class CmaesStudySettings(Settings):

@@ -54,7 +54,9 @@ def _pool(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 def _train(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    return _of_experiment(study, wildcards, "estimator", "prior")
+    epoch_study = _of_experiment(study, wildcards, "epoch_study")["epoch_study"]
+    own = _of_experiment(study, wildcards, "estimator", "prior")
+    return own | {"checkpoint_epochs": epoch_study["checkpoint_epochs"]}
 
 
 def _posterior(study: Study, wildcards: Wildcards) -> dict[str, Any]:

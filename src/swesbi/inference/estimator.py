@@ -6,9 +6,6 @@ the file is executed.
 
 from __future__ import annotations
 
-import io
-import pickle
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,9 +16,10 @@ from sbi.neural_nets import posterior_nn
 from sbi.neural_nets.estimators import ConditionalDensityEstimator
 from torch import Tensor
 
-from swesbi.artefacts import ArtefactError, Provenance, atomic_path, read_provenance
+from swesbi.artefacts import Provenance
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.settings import EstimatorSettings
+from swesbi.inference.torch_files import read_plain, write_plain
 from swesbi.theta import THETA_NAMES
 
 KIND: Final = "estimator"
@@ -63,23 +61,14 @@ def build_net(theta: Tensor, z: Tensor, settings: EstimatorSettings) -> Conditio
 
 def save_estimator(path: Path, estimator: TrainedEstimator, provenance: Provenance) -> None:
     """Write the estimator atomically; equal estimators give equal bytes."""
-    content = {
-        "metadata": {
-            **provenance.attributes(),
-            "estimator": estimator.settings.model_dump_json(),
-            "parameters": list(THETA_NAMES),
-            "components": list(estimator.components),
-            "best_epoch": estimator.best_epoch,
-            "epochs_run": estimator.epochs_run,
-            "best_validation_loss": estimator.best_validation_loss,
-        },
-        "state_dict": dict(estimator.net.state_dict()),
+    metadata = {
+        **provenance.attributes(),
+        **describe_net(estimator.settings, estimator.components),
+        "best_epoch": estimator.best_epoch,
+        "epochs_run": estimator.epochs_run,
+        "best_validation_loss": estimator.best_validation_loss,
     }
-    # Saved through memory: given a path, torch writes the file's name into the archive.
-    buffer = io.BytesIO()
-    torch.save(content, buffer)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(buffer.getvalue())
+    write_plain(path, {"metadata": metadata, "state_dict": dict(estimator.net.state_dict())})
 
 
 def load_estimator(path: Path) -> tuple[TrainedEstimator, Provenance]:
@@ -88,42 +77,34 @@ def load_estimator(path: Path) -> tuple[TrainedEstimator, Provenance]:
     Raises:
         ArtefactError: The file is not an estimator that this package can read.
     """
-    try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-        metadata, state = content["metadata"], content["state_dict"]
-        return _rebuild(metadata, state), _provenance(metadata)
-    except (
-        OSError,
-        KeyError,
-        TypeError,
-        ValueError,
-        RuntimeError,
-        EOFError,
-        pickle.UnpicklingError,
-        zipfile.BadZipFile,
-    ) as error:
-        raise ArtefactError(
-            f"{path}: cannot be read as an estimator ({error}); delete it and rerun"
-        ) from error
+    return read_plain(path, KIND, _rebuild)
 
 
-def _provenance(metadata: Mapping[str, Any]) -> Provenance:
-    provenance = read_provenance(metadata)
-    if provenance.kind != KIND:
-        raise ValueError(f"it holds a {provenance.kind!r}")
-    return provenance
+def describe_net(settings: EstimatorSettings, components: tuple[str, ...]) -> dict[str, Any]:
+    """Return the plain metadata from which ``rebuild_net`` knows a net's shapes."""
+    return {
+        "estimator": settings.model_dump_json(),
+        "parameters": list(THETA_NAMES),
+        "components": list(components),
+    }
 
 
-def _rebuild(metadata: Mapping[str, Any], state: Mapping[str, Tensor]) -> TrainedEstimator:
+def rebuild_net(metadata: Mapping[str, Any], state: Mapping[str, Tensor]) -> ConditionalDensityEstimator:
+    """Build the net that the metadata describes and give it these weights."""
     settings = EstimatorSettings.model_validate_json(metadata["estimator"])
-    components = tuple(metadata["components"])
-    net = build_net(*_placeholders(len(metadata["parameters"]), len(components)), settings)
+    shapes = len(metadata["parameters"]), len(metadata["components"])
+    net = build_net(*_placeholders(*shapes), settings)
     net.load_state_dict(dict(state))
     net.eval()
+    return net
+
+
+def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
+    metadata = content["metadata"]
     return TrainedEstimator(
-        net=net,
-        settings=settings,
-        components=components,
+        net=rebuild_net(metadata, content["state_dict"]),
+        settings=EstimatorSettings.model_validate_json(metadata["estimator"]),
+        components=tuple(metadata["components"]),
         best_epoch=metadata["best_epoch"],
         epochs_run=metadata["epochs_run"],
         best_validation_loss=metadata["best_validation_loss"],

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import logging
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
 from swesbi.inference.determinism import reproducible
-from swesbi.inference.estimator import TrainedEstimator
+
+if TYPE_CHECKING:
+    from sbi.neural_nets.estimators import ConditionalDensityEstimator
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
@@ -18,14 +21,26 @@ ROWS_PER_BATCH = 10_000
 """Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 
 
-def draw_candidates(estimator: TrainedEstimator, z: FloatArray, draws: int, seed: int) -> FloatArray:
+class Sampler(Protocol):
+    """A density estimator that can be sampled: the trained one, or a checkpoint of its training."""
+
+    @property
+    def net(self) -> ConditionalDensityEstimator:
+        """The density estimator."""
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """The names of its C inputs."""
+
+
+def draw_candidates(estimator: Sampler, z: FloatArray, draws: int, seed: int) -> FloatArray:
     """Draw theta ~ q(theta | z) for each conditioning vector, inside the prior's bounds or not.
 
     sbi's own sampler rejects draws outside the prior until it has enough, which need never happen;
     here time and memory are bounded by ``draws``.
 
     Args:
-        estimator: The trained estimator.
+        estimator: The density estimator.
         z: (B, C) standardised conditioning vectors.
         draws: Number of draws for each.
         seed: Seed of the draws.
@@ -44,7 +59,7 @@ def draw_candidates(estimator: TrainedEstimator, z: FloatArray, draws: int, seed
     return np.stack(sampled)
 
 
-def _draw(estimator: TrainedEstimator, row: torch.Tensor, draws: int) -> FloatArray:
+def _draw(estimator: Sampler, row: torch.Tensor, draws: int) -> FloatArray:
     sizes = [ROWS_PER_BATCH] * (draws // ROWS_PER_BATCH) + [draws % ROWS_PER_BATCH]
     batches = [estimator.net.sample((size,), condition=row)[:, 0] for size in sizes if size]
     theta: FloatArray = torch.cat(batches).numpy().astype(np.float64)

@@ -9,6 +9,10 @@ from pydantic import Field, model_validator
 from swesbi.settings import Settings
 
 Level = Annotated[float, Field(gt=0.0, lt=1.0)]
+Epoch = Annotated[int, Field(ge=1)]
+CheckpointEpochs = Annotated[
+    tuple[Epoch, ...], Field(description="epochs whose weights are kept; the best and the last always are")
+]
 Deviation = Annotated[float, Field(ge=0.0)]
 
 
@@ -83,3 +87,13 @@ class RecoverySettings(Settings):
                 f"candidate_draws = {self.candidate_draws}; lower the first or raise the second"
             )
         return self
+
+
+class EpochStudySettings(Settings):
+    """How inference changes while the network is trained: recovery and posteriors at checkpoints.
+
+    Recovery follows the settings of the experiment's recovery, predictions those of its predictive checks.
+    """
+
+    checkpoint_epochs: CheckpointEpochs
+    candidate_draws: int = Field(ge=1, description="draws from each checkpoint for a subject, at most")

@@ -7,7 +7,7 @@ import io
 import logging
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from sbi.inference import NPE_C
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset
 
+from swesbi.inference.checkpoints import Weights
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.estimator import TrainedEstimator, build_net
 from swesbi.inference.settings import EstimatorSettings
@@ -38,6 +39,21 @@ class Epoch:
     best_so_far: bool
 
 
+@dataclass(frozen=True)
+class Training:
+    """The outcome of one training.
+
+    Attributes:
+        estimator: The estimator of the best epoch.
+        epochs: Every epoch in order.
+        weights: The weights after the epochs asked for, the best and the last, in order.
+    """
+
+    estimator: TrainedEstimator
+    epochs: tuple[Epoch, ...]
+    weights: tuple[Weights, ...]
+
+
 def train(
     theta: NDArray[np.float32],
     z: NDArray[np.float32],
@@ -47,7 +63,8 @@ def train(
     seed: int,
     device: str = "cpu",
     label: str = "training",
-) -> tuple[TrainedEstimator, tuple[Epoch, ...]]:
+    keep: Collection[int] = (),
+) -> Training:
     """Fit q(theta | z) to the pool's rows by NPE-C's first round, that is by maximum likelihood.
 
     Training runs on one thread under ``seed``, so on the CPU it repeats to the bit. The weights of the
@@ -62,9 +79,7 @@ def train(
         seed: Seed of the initial weights, of the split into training and held-out rows, and of the batches.
         device: "auto", "cpu" or "cuda".
         label: Name of the training in progress lines.
-
-    Returns:
-        The estimator and its epochs in order.
+        keep: Epochs whose weights are kept, from 1; those that training does not reach are left out.
 
     Raises:
         ValueError: The device is not available, or there are too few rows for a split.
@@ -74,7 +89,7 @@ def train(
     _check_rows(len(theta), settings)
     with reproducible(seed), contextlib.redirect_stdout(io.StringIO()) as printed:
         record = _EpochRecord(label, settings.max_num_epochs + 1)
-        trainer = _Trainer(record, prior, settings, device)
+        trainer = _Trainer(record, prior, settings, device, keep)
         _append(trainer, torch.from_numpy(theta), torch.from_numpy(z))
         net = trainer.train(
             training_batch_size=settings.batch_size,
@@ -89,7 +104,16 @@ def train(
     net.to("cpu").eval()
     best = record.best
     LOGGER.info("%s: best epoch %d of %d run, validation loss %.4f", label, *best, record.best_loss)
-    return TrainedEstimator(net, settings, components, *best, record.best_loss), tuple(record.epochs)
+    estimator = TrainedEstimator(net, settings, components, *best, record.best_loss)
+    states = trainer.kept | {best[0]: _on_cpu(trainer.best_state)}
+    losses = [epoch.validation_loss for epoch in record.epochs]
+    weights = tuple(Weights(number, losses[number - 1], states[number]) for number in sorted(states))
+    return Training(estimator, tuple(record.epochs), weights)
+
+
+def _on_cpu(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """Return a copy of the weights that training on does not change."""
+    return {name: value.detach().to("cpu", copy=True) for name, value in state.items()}
 
 
 def _append(trainer: NPE_C, theta: Tensor, z: Tensor) -> None:
@@ -146,9 +170,17 @@ class _Trainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
     """
 
     def __init__(
-        self, record: _EpochRecord, prior: PriorSettings, settings: EstimatorSettings, device: str
+        self,
+        record: _EpochRecord,
+        prior: PriorSettings,
+        settings: EstimatorSettings,
+        device: str,
+        keep: Collection[int],
     ) -> None:
         self._record = record
+        self._keep = frozenset(keep)
+        self._kept: dict[int, dict[str, Tensor]] = {}
+        self._last: dict[str, Tensor] = {}
 
         def build(theta: Tensor, z: Tensor) -> object:
             return build_net(theta, z, settings)
@@ -167,6 +199,11 @@ class _Trainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
         state: dict[str, Tensor] = self._best_model_state_dict
         return state
 
+    @property
+    def kept(self) -> dict[int, dict[str, Tensor]]:
+        """The weights after the epochs asked for and after the last, by epoch."""
+        return self._kept | {len(self._record.epochs): self._last}
+
     def get_dataloaders(
         self, *args: object, **kwargs: object
     ) -> tuple[DataLoader[list[Tensor]], DataLoader[list[Tensor]]]:
@@ -176,6 +213,10 @@ class _Trainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
     def _summarize_epoch(self, train_loss: float, val_loss: float, start: float, *args: object) -> None:
         super()._summarize_epoch(train_loss, val_loss, start, *args)
         self._record.add(train_loss, val_loss, time.time() - start)
+        # Which epoch is the last, nobody knows before sbi puts the best weights in its place.
+        self._last = _on_cpu(self._neural_net.state_dict())
+        if (number := len(self._record.epochs)) in self._keep:
+            self._kept[number] = self._last
 
 
 class _NoTracker:

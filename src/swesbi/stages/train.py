@@ -10,9 +10,11 @@ from pathlib import Path
 import pandas as pd
 
 from swesbi.artefacts import atomic_path
+from swesbi.inference.checkpoints import KIND as CHECKPOINTS
+from swesbi.inference.checkpoints import save_checkpoints
 from swesbi.inference.dataset import read_pool
 from swesbi.inference.estimator import KIND, save_estimator
-from swesbi.inference.settings import EstimatorSettings
+from swesbi.inference.settings import CheckpointEpochs, EstimatorSettings
 from swesbi.inference.training import Epoch, choose_device, train
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
@@ -27,6 +29,7 @@ class TrainStageSettings(Settings):
 
     prior: PriorSettings
     estimator: EstimatorSettings
+    checkpoint_epochs: CheckpointEpochs
 
 
 def run(
@@ -34,19 +37,21 @@ def run(
     pool: Path,
     estimator: Path,
     training: Path,
+    checkpoints: Path,
     settings: TrainStageSettings,
     origin: Origin,
     device: str = "auto",
 ) -> None:
-    """Train q(theta | z) on the pool; write its weights and the losses of every epoch.
+    """Train q(theta | z) on the pool; write its weights, the losses of every epoch, and checkpoints.
 
+    The checkpoints are the weights after the epochs that the settings name, the best and the last.
     ``device`` is "auto", "cpu" or "cuda". On the CPU the result repeats to the bit; CUDA sums in another
     order, so its weights differ in rounding, and no more than another seed's would.
     """
     label, device = f"training {estimator.parent.name}", choose_device(device)
     data = read_pool(pool)
     LOGGER.info("%s: %d rows of %d components on %s", label, *data.z.shape, device)
-    trained, epochs = train(
+    result = train(
         data.theta,
         data.z,
         data.components.names,
@@ -55,9 +60,19 @@ def run(
         integer_seed(origin.seed, "training"),
         device,
         label,
+        settings.checkpoint_epochs,
     )
+    trained = result.estimator
     save_estimator(estimator, trained, origin.provenance(KIND, settings))
-    _write_epochs(training, epochs)
+    save_checkpoints(
+        checkpoints,
+        result.weights,
+        trained.best_epoch,
+        trained.settings,
+        trained.components,
+        origin.provenance(CHECKPOINTS, settings),
+    )
+    _write_epochs(training, result.epochs)
 
 
 def _write_epochs(path: Path, epochs: Sequence[Epoch]) -> None:

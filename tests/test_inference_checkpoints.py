@@ -1,0 +1,109 @@
+"""Checkpoints: training is the same with them, they are the weights of their epochs, their file is plain."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from inference_case import (
+    CONTEXTS,
+    OBSERVATION_MODEL,
+    WIDE_PRIOR,
+    components,
+    estimator_settings,
+    subject_features,
+)
+
+from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.inference.checkpoints import KIND, load_checkpoints, save_checkpoints
+from swesbi.inference.determinism import reproducible
+from swesbi.inference.estimator import save_estimator
+from swesbi.inference.pool import Pool, build_pool
+from swesbi.inference.sampling import draw_candidates
+from swesbi.inference.torch_prior import torch_prior
+from swesbi.inference.training import Training, train
+
+OVERSHOOTING = estimator_settings(learning_rate=0.05, max_num_epochs=12)
+KEEP = (1, 4, 40)
+
+
+@pytest.fixture(scope="module")
+def pool() -> Pool:
+    observed = np.array([0.4, -0.3, 0.5, 0.1])
+    subjects = [subject_features(context, 250, observed) for context in CONTEXTS]
+    return build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
+
+
+def fit(pool: Pool, keep: tuple[int, ...]) -> Training:
+    arguments = (pool.theta, pool.z, pool.components.names, WIDE_PRIOR, OVERSHOOTING, 11)
+    return train(*arguments, keep=keep)
+
+
+@pytest.fixture(scope="module")
+def trained(pool: Pool) -> Training:
+    return fit(pool, KEEP)
+
+
+def write(path: Path, training: Training) -> Path:
+    estimator = training.estimator
+    save_checkpoints(
+        path,
+        training.weights,
+        estimator.best_epoch,
+        estimator.settings,
+        estimator.components,
+        Provenance(KIND, seed=4),
+    )
+    return path
+
+
+def test_training_is_the_same_to_the_bit_with_and_without_checkpoints(pool: Pool, trained: Training) -> None:
+    without = fit(pool, ())
+    assert without.epochs == trained.epochs
+    one, two = without.estimator.net.state_dict(), trained.estimator.net.state_dict()
+    assert all(torch.equal(one[name], two[name]) for name in two)
+
+
+def test_epochs_asked_for_are_kept_with_the_best_and_the_last(trained: Training) -> None:
+    assert [one.epoch for one in trained.weights] == sorted({1, 4, trained.estimator.best_epoch, 13})
+    assert 4 < trained.estimator.best_epoch < 13, "needs a worse last epoch"
+    losses = {epoch.number: epoch.validation_loss for epoch in trained.epochs}
+    assert {one.epoch: one.validation_loss for one in trained.weights} == {
+        one.epoch: losses[one.epoch] for one in trained.weights
+    }
+
+
+def test_each_checkpoint_has_the_validation_loss_of_its_epoch(
+    pool: Pool, trained: Training, tmp_path: Path
+) -> None:
+    with reproducible(11):
+        torch_prior(WIDE_PRIOR).sample((1,))  # sbi draws once to learn the prior's device
+        rows = torch.randperm(len(pool.theta))[int(0.9 * len(pool.theta)) :]
+    theta, z = torch.from_numpy(pool.theta)[rows], torch.from_numpy(pool.z)[rows]
+    for checkpoint in load_checkpoints(write(tmp_path / "checkpoints.pt", trained))[0]:
+        with torch.no_grad():
+            loss = float(checkpoint.net.loss(theta, z).mean())
+        assert loss == pytest.approx(checkpoint.validation_loss, abs=1e-4)
+
+
+def test_best_checkpoint_is_the_estimator(pool: Pool, trained: Training, tmp_path: Path) -> None:
+    read, provenance = load_checkpoints(write(tmp_path / "checkpoints.pt", trained))
+    (best,) = [one for one in read if one.best]
+    assert (best.epoch, provenance.seed) == (trained.estimator.best_epoch, 4)
+    arguments = (pool.z_obs, 200, 5)
+    np.testing.assert_array_equal(
+        draw_candidates(best, *arguments), draw_candidates(trained.estimator, *arguments)
+    )
+
+
+def test_checkpoint_file_is_plain_and_reproducible(pool: Pool, trained: Training, tmp_path: Path) -> None:
+    paths = [write(tmp_path / "one.pt", trained), write(tmp_path / "two.pt", fit(pool, KEEP))]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    assert torch.load(paths[0], weights_only=True)["metadata"]["epochs"][0] == 1
+
+
+def test_a_file_of_another_kind_is_refused(trained: Training, tmp_path: Path) -> None:
+    path = tmp_path / "estimator.pt"
+    save_estimator(path, trained.estimator, Provenance("estimator"))
+    with pytest.raises(ArtefactError, match="cannot be read as .*it holds a .estimator"):
+        load_checkpoints(path)
