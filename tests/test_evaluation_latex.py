@@ -45,7 +45,7 @@ def test_braces_and_environments_balance() -> None:
 def test_every_row_has_eight_cells() -> None:
     body = render("paper", "wide_prior").split(r"\toprule")[1].split(r"\bottomrule")[0]
     rows = [line for line in body.splitlines() if line.rstrip().endswith(r"\\")]
-    assert len(rows) == 1 + 2 * (1 + 4)
+    assert len(rows) == 1 + 2 * (1 + 5)
     for row in rows:
         spans = [int(width) for width in re.findall(r"\\multicolumn\{(\d)\}", row)]
         cells = len(re.findall(r"(?<!\\)&", row)) + 1
@@ -56,7 +56,8 @@ def test_one_experiment_needs_no_heading_and_averages_the_supported() -> None:
     text = render("paper")
     assert r"\textit{paper}" not in text and TITLE in text
     assert r"B\_2" in text and f"excluded: {escape(REASON)}" in text and "|" not in text
-    assert r"$80.0 \pm 0.0$" in text and "nan" not in text
+    mean, sd = text.split(r"\addlinespace mean")[1].splitlines()[:2]
+    assert r"$5.00 \rightarrow 1.00$ & $80.0$" in mean and "$0.0$" in sd and "nan" not in text
     assert r"\textit{wide\_prior}" in render("paper", "wide_prior")
 
 

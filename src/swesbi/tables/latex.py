@@ -32,6 +32,11 @@ HEAD = (
     r"\shortstack{Coverage\\grid / phases}",
     r"\shortstack{RMSE\\CMA-ES}",
 )
+MEANS = ("rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse", "r2", "post_peak_rmse_kpa") + (
+    "coverage_grid",
+    "coverage_phases",
+    "rmse_cmaes_kpa",
+)
 AVERAGED = (("rmse_reduction_percent", 1), ("nrmse", 3), ("r2", 3), ("post_peak_rmse_kpa", 2))
 
 
@@ -54,7 +59,7 @@ def ppc_latex(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str], cohor
         rf"    \caption{{\textbf{{Posterior predictive performance}} ({escape(cohort_title)}). {_CAPTION}}}",
         r"    \label{tab:ppc}",
         r"    \footnotesize",
-        r"    \setlength{\tabcolsep}{3.5pt}",
+        r"    \setlength{\tabcolsep}{2.5pt}",
         r"    \begin{tabular}{@{}lccccccc@{}}",
         r"        \toprule",
         f"        {' & '.join(HEAD)} \\\\",
@@ -82,7 +87,7 @@ def _body(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str]) -> Iterat
         for row in part.to_dict("records"):
             yield _scores(row) if row["supported"] else _excluded(row, reasons)
         if part["supported"].sum() > 1:
-            yield _mean(part[part["supported"]])
+            yield from _mean_and_sd(part[part["supported"]])
 
 
 def _scores(row: Mapping[Hashable, Any]) -> str:
@@ -108,11 +113,16 @@ def _excluded(row: Mapping[Hashable, Any], reasons: Mapping[tuple[str, str], str
     return f"        {' & '.join(cells)} \\\\"
 
 
-def _mean(part: pd.DataFrame) -> str:
-    def cell(name: str, digits: int) -> str:
-        return rf"${part[name].mean():.{digits}f} \pm {part[name].std(ddof=1):.{digits}f}$"
-
-    rmse = f"{cell('rmse_prior_kpa', 2)} $\\rightarrow$ {cell('rmse_kpa', 2)}"
-    coverage = f"{part['coverage_grid'].mean():.2f} / {part['coverage_phases'].mean():.2f}"
-    cells = [r"mean $\pm$ sd", rmse, *(cell(*item) for item in AVERAGED), coverage, cell("rmse_cmaes_kpa", 2)]
-    return f"        \\addlinespace {' & '.join(cells)} \\\\"
+def _mean_and_sd(part: pd.DataFrame) -> Iterator[str]:
+    """Two rows, since mean and standard deviation side by side would not fit the text width."""
+    numbers = part[list(MEANS)]
+    for label, row in (("mean", numbers.mean()), ("sd", numbers.std(ddof=1))):
+        cells = [
+            label,
+            rf"${row['rmse_prior_kpa']:.2f} \rightarrow {row['rmse_kpa']:.2f}$",
+            *(f"${row[name]:.{digits}f}$" for name, digits in AVERAGED),
+            f"{row['coverage_grid']:.2f} / {row['coverage_phases']:.2f}",
+            f"{row['rmse_cmaes_kpa']:.2f}",
+        ]
+        space = r"\addlinespace " if label == "mean" else ""
+        yield f"        {space}{' & '.join(cells)} \\\\"
