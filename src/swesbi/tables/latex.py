@@ -32,11 +32,6 @@ HEAD = (
     r"\shortstack{Coverage\\grid / phases}",
     r"\shortstack{RMSE\\CMA-ES}",
 )
-MEANS = ("rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse", "r2", "post_peak_rmse_kpa") + (
-    "coverage_grid",
-    "coverage_phases",
-    "rmse_cmaes_kpa",
-)
 AVERAGED = (("rmse_reduction_percent", 1), ("nrmse", 3), ("r2", 3), ("post_peak_rmse_kpa", 2))
 
 
@@ -91,8 +86,12 @@ def _body(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str]) -> Iterat
 
 
 def _scores(row: Mapping[Hashable, Any]) -> str:
+    return _line(rf"\textbf{{{escape(str(row['subject']))}}}", row)
+
+
+def _line(label: str, row: Mapping[Hashable, Any]) -> str:
     cells = [
-        rf"\textbf{{{escape(str(row['subject']))}}}",
+        label,
         rf"${row['rmse_prior_kpa']:.2f} \rightarrow {row['rmse_kpa']:.2f}$",
         *(f"${row[name]:.{digits}f}$" for name, digits in AVERAGED),
         f"{row['coverage_grid']:.2f} / {row['coverage_phases']:.2f}",
@@ -115,14 +114,6 @@ def _excluded(row: Mapping[Hashable, Any], reasons: Mapping[tuple[str, str], str
 
 def _mean_and_sd(part: pd.DataFrame) -> Iterator[str]:
     """Two rows, since mean and standard deviation side by side would not fit the text width."""
-    numbers = part[list(MEANS)]
-    for label, row in (("mean", numbers.mean()), ("sd", numbers.std(ddof=1))):
-        cells = [
-            label,
-            rf"${row['rmse_prior_kpa']:.2f} \rightarrow {row['rmse_kpa']:.2f}$",
-            *(f"${row[name]:.{digits}f}$" for name, digits in AVERAGED),
-            f"{row['coverage_grid']:.2f} / {row['coverage_phases']:.2f}",
-            f"{row['rmse_cmaes_kpa']:.2f}",
-        ]
-        space = r"\addlinespace " if label == "mean" else ""
-        yield f"        {space}{' & '.join(cells)} \\\\"
+    numbers = part.select_dtypes("number")
+    yield _line(r"\addlinespace mean", numbers.mean().to_dict())
+    yield _line("sd", numbers.std(ddof=1).to_dict())
