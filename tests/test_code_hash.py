@@ -26,6 +26,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def clear() -> None:
     code_hash._imports.cache_clear()
     code_hash._meaning.cache_clear()
+    code_hash._texts.cache_clear()
 
 
 def edit(path: Path, old: str, new: str) -> None:
@@ -65,3 +66,17 @@ def test_simulators_and_plotters_do_not_import_the_network() -> None:
         assert not any(
             name.startswith("swesbi.inference.train") for name in imported_modules(f"swesbi.stages.{stage}")
         )
+
+
+def test_a_data_file_counts_for_the_modules_that_name_it(package: Path) -> None:
+    (package / "part" / "texts").mkdir()
+    (package / "part" / "texts" / "page.html").write_text("<p>one</p>")
+    edit(
+        package / "part" / "science.py",
+        "2 * x",
+        '2 * x, "texts/page.html", "texts/absent.html", "science.py"',
+    )
+    one, two = stage_hash("swesbi.stages.one"), stage_hash("swesbi.stages.two")
+    edit(package / "part" / "texts" / "page.html", "one", "two")
+    assert stage_hash("swesbi.stages.one") != one
+    assert stage_hash("swesbi.stages.two") == two

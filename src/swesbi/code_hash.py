@@ -3,18 +3,22 @@
 Snakemake does not notice edits of an installed package. Rules therefore carry this hash as a parameter:
 editing the code of a stage reruns the stage, while comments, formatting and docstrings do not count.
 Package ``__init__`` files count where a name is imported through them, since that is where it leads.
+Data files of the package (templates, tables of values) count for the modules that name them in a string,
+by their path from the module's folder.
 """
 
 from __future__ import annotations
 
 import ast
 import hashlib
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 PACKAGE = "swesbi"
 SOURCE = Path(__file__).parent
+DATA_FILE = re.compile(r"\w[\w/-]*\.(?!py\b)\w[\w.]*")
 
 
 def stage_hash(module: str) -> str:
@@ -26,6 +30,8 @@ def stage_hash(module: str) -> str:
     digest = hashlib.sha256()
     for name in sorted(imported_modules(module)):
         digest.update(f"{name}\n{_meaning(_path(name))}\n".encode())
+        for path in data_files(name):
+            digest.update(path.name.encode() + b"\n" + path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -39,6 +45,23 @@ def imported_modules(module: str) -> set[str]:
             found.add(name)
             pending.extend(_imports(name))
     return found
+
+
+def data_files(module: str) -> tuple[Path, ...]:
+    """Return the data files of the package that a module names in a string, as ``page.css`` beside it."""
+    folder = _path(module).parent
+    named = {folder / text for text in _texts(module) if DATA_FILE.fullmatch(text)}
+    return tuple(sorted(path for path in named if path.is_file()))
+
+
+@cache
+def _texts(module: str) -> frozenset[str]:
+    tree = ast.parse(_path(module).read_text(encoding="utf-8"))
+    return frozenset(
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    )
 
 
 @cache
