@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -21,6 +20,8 @@ ML_PER_M3: Final = 1e6
 # left, a ventricular pressure that no heart survives.
 STRETCH_RANGE: Final = (0.5, 2.0)
 PRESSURE_RANGE_PA: Final = (-1.0e4, 1.0e5)
+
+_NOT_CURVES: Final = ("cycle_phase", "status", "beats")
 
 
 @dataclass(frozen=True)
@@ -86,21 +87,24 @@ def beats_of(records: Records, model: Model) -> Beats:
     return beats
 
 
-def joined(parts: Sequence[Beats]) -> Beats:
-    """Return the simulations of all parts, in their order."""
-    if len(parts) == 1:
-        return parts[0]
-    return Beats(
-        parts[0].cycle_phase,
-        **{name: np.concatenate([_curves(part)[name] for part in parts]) for name in _curves(parts[0])},
-        status=np.concatenate([part.status for part in parts]),
-        beats=np.concatenate([part.beats for part in parts]),
-    )
+def empty_beats(n: int, model: Model) -> Beats:
+    """Return room for ``n`` simulations."""
+    phase = np.arange(model.samples) / model.samples
+    names = (field.name for field in fields(Beats))
+    curves = {name: np.empty((n, model.samples)) for name in names if name not in _NOT_CURVES}
+    return Beats(phase, **curves, status=np.empty(n, np.int8), beats=np.empty(n, np.int64))
+
+
+def place(part: Beats, rows: slice, whole: Beats) -> None:
+    """Write the simulations of ``part`` to these rows of ``whole``."""
+    for name, curves in _curves(whole).items():
+        curves[rows] = getattr(part, name)
+    whole.status[rows] = part.status
+    whole.beats[rows] = part.beats
 
 
 def _curves(beats: Beats) -> dict[str, Array]:
-    names = (field.name for field in fields(beats))
-    return {name: getattr(beats, name) for name in names if getattr(beats, name).ndim == 2}
+    return {f.name: getattr(beats, f.name) for f in fields(beats) if f.name not in _NOT_CURVES}
 
 
 def _within(curves: Array, limits: tuple[float, float]) -> NDArray[np.bool_]:

@@ -40,22 +40,38 @@ class Records:
     beats: NDArray[np.int64]
 
 
+def record_buffer(n: int, model: Model) -> Array:
+    """Return room for the records of a beat of ``n`` simulations, as the loop writes them."""
+    return np.empty((-(-n // LANES), model.samples + 1, RECORDS * LANES))
+
+
 def advance(x: Array, theta: Array, model: Model) -> tuple[Array, Array]:
     """Return the states (n, STATES) one beat after ``x`` and the beat's records (RECORDS, n, M)."""
+    buffer = record_buffer(x.shape[0], model)
+    after = _advance(x, theta, model, buffer)
+    return after, _recorded(buffer, np.arange(x.shape[0]), model)
+
+
+def _advance(x: Array, theta: Array, model: Model, buffer: Array) -> Array:
+    """Return the states a beat later; the last block is filled up with copies of the last simulation."""
     n = x.shape[0]
     blocks = -(-n // LANES)
-    padded = np.concatenate([x, np.repeat(x[-1:], blocks * LANES - n, axis=0)])
-    own = np.concatenate([theta, np.repeat(theta[-1:], blocks * LANES - n, axis=0)])
-    lanes_x = _to_lanes(padded, blocks)
-    record = np.empty((blocks, model.samples + 1, RECORDS * LANES))
+    rows = np.minimum(np.arange(blocks * LANES), n - 1)
+    state = lane_blocks(x[rows], blocks)
     run = beat_kernel(model.options)
-    run(lanes_x, _to_lanes(own, blocks), model.parameters, model.drives, model.step_s, model.stride, record)
-    after = lanes_x.reshape(blocks, STATES, LANES).transpose(0, 2, 1).reshape(-1, STATES)[:n]
-    by_lane = record[:, :-1].reshape(blocks, model.samples, RECORDS, LANES).transpose(2, 0, 3, 1)
-    return after, by_lane.reshape(RECORDS, blocks * LANES, model.samples)[:, :n]
+    own = lane_blocks(theta[rows], blocks)
+    run(state, own, model.parameters, model.drives, model.step_s, model.stride, buffer)
+    return state.reshape(blocks, STATES, LANES).transpose(0, 2, 1).reshape(-1, STATES)[:n]
 
 
-def _to_lanes(values: Array, blocks: int) -> Array:
+def _recorded(buffer: Array, rows: Index, model: Model) -> Array:
+    """Return the records (RECORDS, rows, M) of these simulations."""
+    by_lane = buffer.reshape(buffer.shape[0], model.samples + 1, RECORDS, LANES)
+    return by_lane[rows // LANES, :-1, :, rows % LANES].transpose(2, 0, 1)
+
+
+def lane_blocks(values: Array, blocks: int) -> Array:
+    """Return rows (blocks * LANES, width) as the loop takes them: (blocks, width * LANES), lane by lane."""
     width = values.shape[1]
     return np.ascontiguousarray(values.reshape(blocks, LANES, width).transpose(0, 2, 1)).reshape(blocks, -1)
 
@@ -152,15 +168,16 @@ def _run(
     total = float(total_volume(model.start[None], model)[0])
     scale = state_scale(model)
     extrapolation = Extrapolation(scale, memory)
+    buffer = record_buffer(rows.size, model)
     for _ in range(maximum_beats):
-        after, record = advance(x, theta[rows], model)
+        after = _advance(x, theta[rows], model, buffer)
         out.beats[rows] += 1
         change = np.max(np.abs(after - x) / scale, axis=1)
         finite = np.isfinite(change)
         done = finite & (change <= tolerance)
         out.status[rows[~finite]] = Status.NON_FINITE
         out.status[rows[done]] = Status.PERIODIC
-        out.values[:, rows[done]] = record[:, done]
+        out.values[:, rows[done]] = _recorded(buffer, np.flatnonzero(done), model)
         going = finite & ~done
         if not going.any():
             return

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.forward_model.beats import Beats, beats_of, joined
+from swesbi.forward_model.beats import Beats, beats_of, empty_beats, place
 from swesbi.forward_model.model import Model, build_model
 from swesbi.forward_model.periodic import Records, Status, run_to_periodic
 from swesbi.forward_model.settings import ForwardModelSettings
@@ -28,7 +28,7 @@ RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 REFINEMENT: Final = 4
 
 # Simulations advanced together; their records stay in the processor's cache. No effect on the result.
-CHUNK: Final = 256
+CHUNK: Final = 64
 
 
 def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> Beats:
@@ -48,8 +48,11 @@ def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> 
     _check_context(context)
     si = theta * np.array([1e3, 1.0, 1.0])
     model, finer = build_model(context, settings), build_model(context, settings, REFINEMENT)
-    chunks = (si[first : first + CHUNK] for first in range(0, si.shape[0], CHUNK))
-    return joined([beats_of(_converged(chunk, model, finer, settings), model) for chunk in chunks])
+    beats = empty_beats(si.shape[0], model)
+    for first in range(0, si.shape[0], CHUNK):
+        rows = slice(first, first + CHUNK)
+        place(beats_of(_converged(si[rows], model, finer, settings), model), rows, beats)
+    return beats
 
 
 def _converged(theta: Array, model: Model, finer: Model, settings: ForwardModelSettings) -> Records:
