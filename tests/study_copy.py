@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 PARTS = ("Snakefile", "config.yaml", "workflow", "src", "data")
-JOB = re.compile(r"^(?:local)?rule (\w+):\n((?:    .*\n)*)", re.MULTILINE)
-WILDCARDS = re.compile(r"^    wildcards: (.*)$", re.MULTILINE)
+
+
+class Job(NamedTuple):
+    """A job that would run, named by one of its outputs."""
+
+    rule: str
+    output: str
+
+    def is_of(self, subject: str) -> bool:
+        """Tell whether the output is one subject's."""
+        return f"/{subject}/" in self.output or self.output.endswith(f"/{subject}.h5")
 
 
 @dataclass(frozen=True)
@@ -35,9 +44,9 @@ class StudyCopy:
             "snakemake",
             "--cores",
             str(cores),
+            *arguments,
             "--configfile",
             self.config,
-            *arguments,
         ]
         environment = {**os.environ, "PYTHONPATH": str(self.folder / "src"), "NO_COLOR": "1"}
         return subprocess.run(
@@ -49,16 +58,14 @@ class StudyCopy:
         done = self.snakemake(*arguments, cores=cores)
         assert done.returncode == 0, done.stdout + done.stderr
 
-    def planned(self, *targets: str) -> set[str]:
-        """Return the jobs that a dry run lists, as ``rule`` or ``rule wildcard=value, ...``."""
-        done = self.snakemake("--dry-run", *targets)
-        output = done.stdout + done.stderr
-        assert done.returncode == 0, output
-        jobs = set()
-        for rule, body in JOB.findall(output):
-            wildcards = WILDCARDS.search(body)
-            jobs.add(f"{rule} {wildcards[1]}" if wildcards else rule)
-        return jobs - {"all"}
+    def planned(self, *targets: str) -> set[Job]:
+        """Return the jobs that would run, one for each output that they would write."""
+        done = self.snakemake("--summary", *targets)
+        assert done.returncode == 0, done.stdout + done.stderr
+        rows = [line.split("\t") for line in done.stdout.splitlines()]
+        header = rows[0]
+        rule, path, plan = (header.index(name) for name in ("rule", "output_file", "plan"))
+        return {Job(row[rule], row[path]) for row in rows[1:] if row[plan] == "update pending"}
 
     def edit(self, path: str, old: str, new: str) -> None:
         """Replace text that occurs once in a file of the copy."""
@@ -81,6 +88,13 @@ def copy_study(folder: Path) -> StudyCopy:
     return StudyCopy(folder)
 
 
-def rules_of(jobs: set[str]) -> set[str]:
+def rules_of(jobs: set[Job]) -> set[str]:
     """Return the names of the rules among planned jobs."""
-    return {job.split(" ")[0] for job in jobs}
+    return {job.rule for job in jobs}
+
+
+def of_rule(jobs: set[Job], rule: str) -> set[Job]:
+    """Return the planned jobs of one rule; at least one is expected."""
+    found = {job for job in jobs if job.rule == rule}
+    assert found, f"no job of {rule} among {jobs}"
+    return found
