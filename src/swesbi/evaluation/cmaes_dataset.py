@@ -7,9 +7,8 @@ from typing import Any
 
 import xarray as xr
 
-from swesbi.artefacts import Provenance, load
+from swesbi.artefacts import Provenance, build_dataset, load
 from swesbi.artefacts.kinds.evaluation import SCHEMAS
-from swesbi.evaluation.dataset import build
 from swesbi.evaluation.fit import CmaesFit
 from swesbi.theta import THETA_NAMES
 
@@ -21,7 +20,7 @@ def to_dataset(fit: CmaesFit) -> xr.Dataset:
     """Return a CMA-ES fit as the root group of its artefact."""
     values = {name: getattr(fit, name) for name in SCHEMA["/"]}
     labels = {"parameter": list(THETA_NAMES), "stop": ("run", list(fit.stop))}
-    return build(SCHEMA["/"], values, labels)
+    return build_dataset(SCHEMA["/"], values, labels)
 
 
 def read_cmaes(path: Path) -> tuple[CmaesFit, Provenance]:

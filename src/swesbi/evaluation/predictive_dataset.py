@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import Provenance, load
+from swesbi.artefacts import Provenance, build_dataset, load
 from swesbi.artefacts.kinds.evaluation import SCHEMAS
-from swesbi.evaluation.dataset import build
 from swesbi.evaluation.features import FeatureCheck
 from swesbi.evaluation.predictive import Draws, Prediction, PredictiveCheck, Target
 from swesbi.evaluation.scores import Band, Scores
@@ -33,9 +32,9 @@ def to_datasets(check: PredictiveCheck) -> dict[str, xr.Dataset]:
     labels = {"feature": list(target.feature_names)}
     prediction_labels = labels | {"parameter": list(THETA_NAMES)}
     return {
-        "/": build(SCHEMA["/"], values, labels),
-        "prior": build(SCHEMA["prior"], _flat(check.prior), prediction_labels),
-        "posterior": build(SCHEMA["posterior"], _flat(check.posterior), prediction_labels),
+        "/": build_dataset(SCHEMA["/"], values, labels),
+        "prior": build_dataset(SCHEMA["prior"], _flat(check.prior), prediction_labels),
+        "posterior": build_dataset(SCHEMA["posterior"], _flat(check.posterior), prediction_labels),
     }
 
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import load
+from swesbi.artefacts import build_dataset, load
 from swesbi.artefacts.kinds.inference import SCHEMAS
-from swesbi.artefacts.variable import Variable
 from swesbi.inference.pool import Components, Pool
 from swesbi.inference.posterior import Posterior
 from swesbi.inference.standardisation import Standardisation
@@ -21,15 +18,6 @@ POOL = "pool"
 POSTERIOR = "posterior"
 
 
-def _dataset(schema: Mapping[str, Variable], values: Mapping[str, Any]) -> xr.Dataset:
-    return xr.Dataset(
-        {
-            name: (variable.dims, values[name], {"units": variable.units, "long_name": variable.meaning})
-            for name, variable in schema.items()
-        }
-    )
-
-
 def pool_to_dataset(pool: Pool) -> xr.Dataset:
     """Return the pool with dimensions sample, parameter, component and subject."""
     values = {
@@ -37,7 +25,7 @@ def pool_to_dataset(pool: Pool) -> xr.Dataset:
         for name in ("theta", "z", "subject_index", "draw_index", "observed", "z_obs")
     }
     statistics = {"mean": pool.standardisation.mean, "scale": pool.standardisation.scale}
-    return _dataset(SCHEMAS[POOL]["/"], {**values, **statistics}).assign_coords(
+    return build_dataset(SCHEMAS[POOL]["/"], {**values, **statistics}).assign_coords(
         parameter=list(THETA_NAMES),
         component=list(pool.components.names),
         component_unit=("component", list(pool.components.units)),
@@ -72,19 +60,19 @@ def posterior_to_groups(posterior: Posterior) -> dict[str, xr.Dataset]:
     """Return the groups of ``posterior.h5``; the group ``posterior`` follows ArviZ: (chain, draw)."""
     schema = SCHEMAS[POSTERIOR]
     names = ("median", "interval", "interval_mass", "correlation", "z_obs")
-    summary = _dataset(schema["/"], {name: getattr(posterior, name) for name in names}).assign_coords(
+    summary = build_dataset(schema["/"], {name: getattr(posterior, name) for name in names}).assign_coords(
         parameter=list(THETA_NAMES),
         other_parameter=list(THETA_NAMES),
         bound=["lower", "upper"],
         component=list(posterior.component_names),
     )
     by_name = {name: posterior.theta[None, :, j] for j, name in enumerate(THETA_NAMES)}
-    draws = _dataset(schema["posterior"], by_name).assign_coords(
+    draws = build_dataset(schema["posterior"], by_name).assign_coords(
         chain=[0], draw=np.arange(len(posterior.theta))
     )
     by_name = {name: posterior.unfiltered[:, j] for j, name in enumerate(THETA_NAMES)}
     in_prior = posterior.unfiltered_in_prior.astype(np.int8)
-    unfiltered = _dataset(schema["unfiltered"], {**by_name, "in_prior": in_prior}).assign_coords(
+    unfiltered = build_dataset(schema["unfiltered"], {**by_name, "in_prior": in_prior}).assign_coords(
         draw=np.arange(len(in_prior))
     )
     return {"/": summary, "posterior": draws, "unfiltered": unfiltered}

@@ -8,25 +8,18 @@ from typing import Any
 
 import xarray as xr
 
-from swesbi.artefacts import load
+from swesbi.artefacts import build_dataset, load
 from swesbi.artefacts.kinds.observation import SCHEMAS
 from swesbi.observation.passive import PassiveBaseline
 
 KIND = "passive"
+SCHEMA = SCHEMAS[KIND]["/"]
 
 
 def to_dataset(passive: PassiveBaseline) -> xr.Dataset:
     """Return the passive baseline as a dataset with the dimension cycle."""
-    return xr.Dataset(
-        {
-            name: (
-                variable.dims,
-                getattr(passive, name),
-                {"units": variable.units, "long_name": variable.meaning},
-            )
-            for name, variable in SCHEMAS[KIND]["/"].items()
-        }
-    )
+    values = {name: getattr(passive, name) for name in SCHEMA}
+    return build_dataset(SCHEMA, values)
 
 
 def read_passive(path: Path) -> PassiveBaseline:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import load
+from swesbi.artefacts import build_dataset, load
 from swesbi.artefacts.kinds.recording import SCHEMAS
-from swesbi.artefacts.variable import Variable
 from swesbi.context import Context
 from swesbi.recording.observation import Observation
 from swesbi.recording.quality import REASONS
@@ -40,7 +38,7 @@ def to_datasets(observation: Observation) -> dict[str, xr.Dataset]:
     values |= {name: getattr(observation.noise, field) for name, field in NOISE.items()}
     values |= {"measured": observation.measured.astype(np.int8), "reason": list(REASONS)}
     context = {name: getattr(observation.context, name) for name in SCHEMA["context"]}
-    return {"/": _dataset(values, SCHEMA["/"]), "context": _dataset(context, SCHEMA["context"])}
+    return {"/": build_dataset(SCHEMA["/"], values), "context": build_dataset(SCHEMA["context"], context)}
 
 
 def read_observation(path: Path) -> Observation:
@@ -58,13 +56,4 @@ def read_observation(path: Path) -> Observation:
         measured=root["measured"].to_numpy().astype(np.bool_),
         noise=NoiseComponents(**{field: root[name].item() for name, field in NOISE.items()}),
         **{name: root[name].to_numpy() for name in ARRAYS},
-    )
-
-
-def _dataset(values: Mapping[str, Any], schema: Mapping[str, Variable]) -> xr.Dataset:
-    return xr.Dataset(
-        {
-            name: (variable.dims, values[name], {"units": variable.units, "long_name": variable.meaning})
-            for name, variable in schema.items()
-        }
     )

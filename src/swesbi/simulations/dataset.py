@@ -9,27 +9,21 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import ArtefactError, load
+from swesbi.artefacts import ArtefactError, build_dataset, load
 from swesbi.artefacts.kinds.simulations import SCHEMAS
 from swesbi.forward_model import Status
 from swesbi.simulations.draw import PriorSimulations
 from swesbi.theta import THETA_NAMES
 
 KIND = "simulations"
+SCHEMA = SCHEMAS[KIND]["/"]
 
 
 def to_dataset(simulations: PriorSimulations) -> xr.Dataset:
     """Return the simulations as a dataset with dimensions simulation, parameter, cycle and status."""
-    variables = {
-        name: (
-            variable.dims,
-            getattr(simulations, name),
-            {"units": variable.units, "long_name": variable.meaning},
-        )
-        for name, variable in SCHEMAS[KIND]["/"].items()
-    }
+    values = {name: getattr(simulations, name) for name in SCHEMA}
     labels = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
-    return xr.Dataset(variables).assign_coords(labels)
+    return build_dataset(SCHEMA, values, labels)
 
 
 def from_dataset(dataset: xr.Dataset) -> PriorSimulations:
