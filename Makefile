@@ -6,10 +6,10 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help study smoke test test-slow lint types format check-workflow clean
+.PHONY: help study smoke acquisition-seeds test test-slow lint types check-workflow reference format clean
 
 help: ## list the targets
-	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 18
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
 
 $(INSTALLED): environment.txt pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "swesbi needs Python >= 3.11; set PYTHON=...")'
@@ -22,6 +22,11 @@ study: $(INSTALLED) ## the whole study: every figure and table, under results/
 
 smoke: $(INSTALLED) ## a tiny study of the same shape, under results-smoke/
 	$(BIN)/snakemake --cores $(CORES) --configfile tests/smoke.yaml
+
+acquisition-seeds: $(INSTALLED) ## virtual volunteers under 20 acquisition seeds, into their README
+	$(BIN)/snakemake --cores $(CORES) results/tables/acquisition_seeds.csv
+	cp results/tables/acquisition_seeds_medians.csv data/virtual_volunteers/acquisition_seeds.csv
+	$(BIN)/python -m swesbi.virtual_cohort data/virtual_volunteers
 
 test: $(INSTALLED) ## the fast tests and a smoke study
 	$(BIN)/python -m pytest -m "not slow"
@@ -38,8 +43,14 @@ types: $(INSTALLED) ## mypy in strict mode
 	$(BIN)/mypy
 
 check-workflow: $(INSTALLED) ## Snakemake's lint and a dry run of the full study
-	$(BIN)/python tests/check_lint.py
+	$(BIN)/python -m pytest tests/test_workflow_lint.py
 	$(BIN)/snakemake --dry-run --quiet --cores $(CORES)
+
+reference: ## renew the reference tables from a finished study, after reading them
+	mkdir -p tests/reference/study
+	cp results/tables/ppc.csv tests/reference/study/ppc.csv
+	for path in results/*/recovery.csv; do \
+		cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done
 
 format: $(INSTALLED) ## format the code in place
 	$(BIN)/ruff check --fix .

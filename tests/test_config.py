@@ -111,13 +111,13 @@ def test_a_file_that_is_no_mapping_is_refused(tmp_path: Path, content: str) -> N
 
 
 AFFECTED = {
-    "experiments__paper__predictive__draws": {"predictive"},
+    "experiments__paper__predictive__draws": {"predictive", "acquisition_seeds"},
     "experiments__paper__estimator__learning_rate": {"train"},
     "experiments__paper__observation_model__augmentations": {"pool", "predictive", "recovery"},
-    "experiments__paper__support__candidate_draws": {"posterior"},
+    "experiments__paper__support__candidate_draws": {"posterior", "acquisition_seeds"},
     "experiments__paper__recovery__recordings": {"recovery", "recovery_acquisition"},
-    "passive__exponent_b": {"passive", "recovery_acquisition"},
-    "recording__min_samples_per_phase": {"ingest", "recovery_acquisition"},
+    "passive__exponent_b": {"passive", "recovery_acquisition", "acquisition_seeds"},
+    "recording__min_samples_per_phase": {"ingest", "recovery_acquisition", "acquisition_seeds"},
     "cmaes__search__generations": {"cmaes"},
     "forward_model__steps_per_beat": {
         "simulate",
@@ -126,7 +126,10 @@ AFFECTED = {
         "cmaes",
         "recovery",
         "recovery_acquisition",
+        "acquisition_seeds",
     },
+    "acquisition_seeds__seeds": {"acquisition_seeds"},
+    "experiments__paper__epoch_study__checkpoint_epochs": {"train"},
     "resources__device": set(),
 }
 

@@ -77,11 +77,14 @@ def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None
 
 
 def test_the_readme_shows_the_results_over_acquisition_seeds(tmp_path: Path) -> None:
-    (tmp_path / "acquisition_seeds.csv").write_text("subject,rmse (kPa)\nA,0.81\n")
+    table = "subject,seeds,seeds_supported,rmse_kpa\nA,20,19,0.81\nF,20,0,\n"
+    (tmp_path / "acquisition_seeds.csv").write_text(table)
     write_cohort(tmp_path, ACQUISITION_SEED)
     text = (tmp_path / "README.md").read_text()
-    assert "| subject | rmse (kPa) |" in text
-    assert "| A | 0.81 |" in text
+    assert "Out of 20 recordings each, the prior supports 19 of A, 0 of F." in text
+    assert "| subject | seeds | seeds_supported | rmse_kpa |" in text
+    assert "| A | 20 | 19 | 0.81 |" in text
+    assert "| F | 20 | 0 |  |" in text
 
 
 def test_the_readme_says_what_they_are_and_how_they_are_made() -> None:

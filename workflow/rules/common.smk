@@ -1,4 +1,4 @@
-"""The validated study, and what every rule needs of it: paths, subjects and the params of each stage."""
+"""The validated study, and what is taken from it everywhere: paths, subjects, params of the stages."""
 
 import sys
 
@@ -80,7 +80,7 @@ def study_outputs():
     return [
         *expand(
             f"{RESULTS}/figures/{{figure}}.{{image}}",
-            figure=["ppc", "posterior"],
+            figure=["workflow", "ppc", "posterior", "experiments"],
             image=["pdf", "png"],
         ),
         *expand(
@@ -88,7 +88,15 @@ def study_outputs():
         ),
         *expand(
             f"{RESULTS}/tables/{{table}}",
-            table=["ppc.csv", "ppc.tex", "features.csv", "posterior.csv"],
+            table=[
+                "ppc.csv",
+                "ppc.tex",
+                "features.csv",
+                "posterior.csv",
+                "posterior.tex",
+                "paper_comparison.csv",
+                "paper_comparison.tex",
+            ],
         ),
         *expand(f"{RESULTS}/{{experiment}}/recovery.csv", experiment=EXPERIMENTS),
         *expand(f"{RESULTS}/{{experiment}}/recovery_acquisition.csv", experiment=EXPERIMENTS),
@@ -112,10 +120,11 @@ def shards_of_subject(wildcards):
 
 
 def shards_of_cohort(wildcards):
-    """Return the shards of every subject under the experiment's prior."""
+    """Return the shards of every subject under the prior of the experiment, or else of the main one."""
+    experiment = wildcards.get("experiment", MAIN)
     return expand(
         f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
-        prior=prior_of(wildcards),
+        prior=CONFIG.experiments[experiment].prior,
         subject=SUBJECTS,
         shard=SHARDS,
     )

@@ -39,3 +39,26 @@ rule cmaes:
         "CMA-ES reference fit of {wildcards.subject}"
     script:
         "../scripts/cmaes.py"
+
+
+rule acquisition_seeds:
+    """The virtual volunteers recorded anew with other noise, judged by the main experiment's network."""
+    input:
+        pool=f"{RESULTS}/{MAIN}/pool.h5",
+        estimator=f"{RESULTS}/{MAIN}/estimator.pt",
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        passives=of_subjects("cohort/{subject}/passive.h5"),
+        shards=shards_of_cohort,
+    output:
+        recordings=f"{RESULTS}/tables/acquisition_seeds.csv",
+        medians=f"{RESULTS}/tables/acquisition_seeds_medians.csv",
+    log:
+        f"{RESULTS}/logs/acquisition_seeds.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/acquisition_seeds.tsv"
+    params:
+        stage=stage("acquisition_seeds", experiment=MAIN),
+    message:
+        "Virtual volunteers under other acquisition seeds"
+    script:
+        "../scripts/acquisition_seeds.py"

@@ -9,6 +9,7 @@ from pydantic import Field, StringConstraints, model_validator
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.forward_model import ForwardModelSettings
 from swesbi.inference.settings import (
+    AcquisitionSeedsSettings,
     EpochStudySettings,
     EstimatorSettings,
     ObservationModelSettings,
@@ -74,6 +75,7 @@ class Config(Settings):
     run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments")
     main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
     cmaes: CmaesStudySettings
+    acquisition_seeds: AcquisitionSeedsSettings
     resources: ResourceSettings
 
     @model_validator(mode="after")

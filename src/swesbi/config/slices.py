@@ -80,6 +80,14 @@ def _recovery_acquisition(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return common | own | {"passive_reference_prior": reference}
 
 
+def _acquisition_seeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    common = _common(study.config, "forward_model", "measurement", "passive", "recording")
+    reference = study.config.priors[study.config.passive_reference_prior].to_plain()
+    own = _of_experiment(study, wildcards, "summary", "support", "predictive", "prior")
+    seeds = list(study.config.acquisition_seeds.seeds)
+    return common | own | {"passive_reference_prior": reference, "seeds": seeds}
+
+
 def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     config = study.config
     own = {"search": config.cmaes.search.to_plain(), "prior": config.priors[config.cmaes.prior].to_plain()}
@@ -92,6 +100,44 @@ def _figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 def _figure_with_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return _figure(study, wildcards) | _of_experiment(study, wildcards, "prior")
+
+
+def _workflow_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    experiment = study.config.experiments[_named(study, wildcards, "experiment")]
+    return _figure_with_prior(study, wildcards) | {"estimator": experiment.estimator.model}
+
+
+def _paper_comparison(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    config, parts = (
+        study.config,
+        ("prior", "observation_model", "estimator", "support", "predictive", "recovery"),
+    )
+    return {
+        "cmaes": config.cmaes.search.to_plain(),
+        "cohort_title": config.cohort_title,
+        "experiment": _of_experiment(study, wildcards, *parts),
+        "main_experiment": _named(study, wildcards, "experiment"),
+        "recording": config.recording.to_plain(),
+    }
+
+
+def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    config = study.config
+    shown = {
+        name: config.experiments[name].to_plain()
+        | {"prior": config.priors[config.experiments[name].prior].to_plain()}
+        for name in config.experiments_run
+    }
+    # where results lie and how the work is split change no result, and so not the page either
+    printed = config.to_plain()
+    for key in ("resources", "results"):
+        del printed[key]
+    return {
+        "cohort_title": config.cohort_title,
+        "configuration": printed,
+        "experiments": shown,
+        "main_experiment": config.main_experiment,
+    }
 
 
 def _common(config: Config, *names: str) -> dict[str, Any]:
@@ -140,11 +186,16 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "predictive": _predictive,
     "recovery": _recovery,
     "recovery_acquisition": _recovery_acquisition,
+    "acquisition_seeds": _acquisition_seeds,
     "cmaes": _cmaes,
     "ppc_figure": _figure,
     "posterior_figure": _figure_with_prior,
     "cohort_figures": _figure_with_prior,
     "training_figure": _figure,
     "tables": _figure,
+    "workflow_figure": _workflow_figure,
+    "experiments_figure": _figure,
+    "paper_comparison": _paper_comparison,
+    "report": _report,
 }
 STAGES: Final = tuple(_SLICES)

@@ -11,6 +11,7 @@ from swesbi.forward_model import Beats
 from swesbi.inference.subjects import MeasuredSubject
 from swesbi.observation import (
     MeasurementSettings,
+    PassiveBaseline,
     PassiveSettings,
     SummarySettings,
     calibrate_passive,
@@ -19,7 +20,7 @@ from swesbi.observation import (
     to_grid,
     total_cycle,
 )
-from swesbi.recording import RecordingSettings, ingest
+from swesbi.recording import Observation, RecordingSettings, ingest
 from swesbi.virtual_cohort import AcquisitionSettings, TruthCurve, acquire
 
 FloatArray = NDArray[np.float64]
@@ -52,10 +53,8 @@ class Reacquisition:
     ) -> FloatArray:
         """Record the curve of one active stiffness (M,) and return its features, shape (F,).
 
-        The recording takes its passive baseline from itself, as every recording of the study does. The
-        estimator knows the subject's first baseline instead; so the recorded curve is moved from the
-        one to the other at its phases, which is what training under the new baseline would amount to:
-        E_obs - E_pass,new is compared with E_act in both.
+        The recording takes its passive baseline from itself, as every recording of the study does; the
+        estimator knows the subject's first baseline, so the recording is moved to it.
 
         Raises:
             RecordingError: Too few samples or phases passed quality control.
@@ -68,10 +67,32 @@ class Reacquisition:
         samples = acquire(TruthCurve(cycle_phase, truth), observed_at.context, protocol, rng)
         recorded = ingest(samples, observed_at.context, self.recording, self.measurement.grid_points)
         calibrated = calibrate_passive(recorded, self.reference, self.passive, self.measurement)
-        move = true_passive.stiffness_kpa - calibrated.stiffness_kpa
-        phase = recorded.measured_phase
-        moved = recorded.stiffness_kpa[recorded.measured] + sample_cycle(cycle_phase, move[None], phase)[0]
-        features: FloatArray = summarise(
-            to_grid(phase, moved[None], self.measurement.grid_points), self.summary
-        )[0]
-        return features
+        return features_under(true_passive, recorded, calibrated, self.measurement, self.summary)
+
+
+def features_under(
+    trained: PassiveBaseline,
+    recorded: Observation,
+    calibrated: PassiveBaseline,
+    measurement: MeasurementSettings,
+    summary: SummarySettings,
+) -> FloatArray:
+    """Return the features (F,) of a recording, moved from its own passive baseline to that of the training.
+
+    An estimator knows each subject under one passive baseline. A recording with another is moved by the
+    difference of the two at its phases, which is what training under the new one would amount to:
+    E_obs - E_pass is compared with E_act in both.
+
+    Args:
+        trained: The baseline under which the subject's training features were simulated.
+        recorded: The recording.
+        calibrated: The baseline calibrated on the recording.
+        measurement: The measurement operator.
+        summary: The summary operator S(.).
+    """
+    phase = recorded.measured_phase
+    move = trained.stiffness_kpa - calibrated.stiffness_kpa
+    at_phases = sample_cycle(trained.cycle_phase, move[None], phase)[0]
+    moved = recorded.stiffness_kpa[recorded.measured] + at_phases
+    features: FloatArray = summarise(to_grid(phase, moved[None], measurement.grid_points), summary)[0]
+    return features

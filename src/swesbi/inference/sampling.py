@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -10,6 +11,7 @@ import torch
 from numpy.typing import NDArray
 
 from swesbi.inference.determinism import reproducible
+from swesbi.simulations.prior import PriorSettings, in_bounds
 
 if TYPE_CHECKING:
     from sbi.neural_nets.estimators import ConditionalDensityEstimator
@@ -59,8 +61,43 @@ def draw_candidates(estimator: Sampler, z: FloatArray, draws: int, seed: int) ->
     return np.stack(sampled)
 
 
+def draw_until(
+    estimator: Sampler, z: FloatArray, enough: int, at_most: int, prior: PriorSettings, seed: int
+) -> FloatArray:
+    """Draw candidates for one conditioning vector until ``enough`` lie within the prior's bounds.
+
+    The candidates are the first of those that ``draw_candidates`` gives for ``at_most`` draws under the
+    same seed, so a criterion of so many in-prior draws has the same outcome, sooner.
+
+    Args:
+        estimator: The density estimator.
+        z: (C,) standardised conditioning vector.
+        enough: In-prior draws after which drawing stops.
+        at_most: Candidates after which it stops in any case.
+        prior: The prior whose bounds count.
+        seed: Seed of the draws.
+
+    Returns:
+        Array of shape (n, 3), in whole batches of ``ROWS_PER_BATCH``, n <= at_most.
+    """
+    condition = torch.from_numpy(z[None].astype(np.float32))
+    drawn: list[FloatArray] = []
+    found = 0
+    with reproducible(seed), torch.no_grad():
+        for batch in _batches(estimator, condition, at_most):
+            drawn.append(batch)
+            found += int(in_bounds(batch, prior).sum())
+            if found >= enough:
+                break
+    return np.concatenate(drawn)
+
+
 def _draw(estimator: Sampler, row: torch.Tensor, draws: int) -> FloatArray:
+    return np.concatenate(list(_batches(estimator, row, draws)))
+
+
+def _batches(estimator: Sampler, row: torch.Tensor, draws: int) -> Iterator[FloatArray]:
     sizes = [ROWS_PER_BATCH] * (draws // ROWS_PER_BATCH) + [draws % ROWS_PER_BATCH]
-    batches = [estimator.net.sample((size,), condition=row)[:, 0] for size in sizes if size]
-    theta: FloatArray = torch.cat(batches).numpy().astype(np.float64)
-    return theta
+    for size in sizes:
+        if size:
+            yield estimator.net.sample((size,), condition=row)[:, 0].numpy().astype(np.float64)

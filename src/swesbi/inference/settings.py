@@ -13,6 +13,10 @@ Epoch = Annotated[int, Field(ge=1)]
 CheckpointEpochs = Annotated[
     tuple[Epoch, ...], Field(description="epochs whose weights are kept; the best and the last always are")
 ]
+Seeds = Annotated[
+    tuple[Annotated[int, Field(ge=0)], ...],
+    Field(min_length=1, description="seeds of the acquisition noise; each volunteer is recorded under each"),
+]
 Deviation = Annotated[float, Field(ge=0.0)]
 
 
@@ -87,6 +91,12 @@ class RecoverySettings(Settings):
                 f"candidate_draws = {self.candidate_draws}; lower the first or raise the second"
             )
         return self
+
+
+class AcquisitionSeedsSettings(Settings):
+    """The virtual volunteers recorded anew, with other noise."""
+
+    seeds: Seeds
 
 
 class EpochStudySettings(Settings):

@@ -55,7 +55,7 @@ def write_cohort(folder: Path, seed: int) -> None:
     _write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
     _write_text(folder / "recording.yaml", RECORDING.format(seed=seed))
     medians = folder / "acquisition_seeds.csv"
-    shown = pd.read_csv(medians) if medians.is_file() else None
+    shown = pd.read_csv(medians, dtype=str, keep_default_na=False) if medians.is_file() else None
     _write_text(folder / "README.md", readme(truths, recordings, seed, shown))
     _write_picture(folder / "recordings.png", recordings)
 

@@ -98,10 +98,24 @@ valve ends.
 SEEDS: Final = """
 ## Other acquisition seeds
 
-The same volunteers, recorded again with other noise and taken through the whole study; medians over the
-seeds:
+The same volunteers, recorded anew with other noise (`record(truth, seed)`), each recording ingested, its
+passive baseline calibrated anew, and judged by the network of the study's main experiment, which was not
+trained again. Out of {seeds} recordings each, the prior supports {supported}.
+The shipped seed stays {seed}, whatever its own recordings came to.
 
 {table}
+
+`acquisition_seeds.csv` holds this table; `make acquisition-seeds` makes it anew after a run of the study, and
+puts one row for each recording into `results/tables/acquisition_seeds.csv`.
+
+- `seeds`: recordings; `seeds_within_z`: those with every |z| of the conditioning vector within the limit;
+  `seeds_enough_draws`: those with enough posterior draws within the prior's bounds; `seeds_supported`: both.
+- `max_abs_z`: largest |z|, median over all recordings; `rmse_prior_kpa`: error of the prior predictive
+  median, likewise.
+- `rmse_kpa`, `rmse_reduction_percent`, `r2`: error of the posterior predictive median, its reduction against
+  the prior's, coefficient of determination; `coverage_grid`, `coverage_phases`: share of the analysis grid
+  and of the measured phases inside the 90 % predictive interval; medians over the supported recordings,
+  empty where there is none.
 """
 
 
@@ -114,7 +128,7 @@ def readme(
         truths: The volunteers' true beats.
         recordings: Their recordings, in the same order.
         seed: The acquisition seed.
-        seed_medians: Results over other acquisition seeds, shown as they are; None if there are none yet.
+        seed_medians: Results over acquisition seeds, as texts, shown as they are; None if there are none yet.
     """
     designs = "\n".join(f"- {t.volunteer.context.subject}: {t.volunteer.design}" for t in truths)
     return TEXT.format(
@@ -126,7 +140,18 @@ def readme(
         ejection_sd=EJECTION_MS[1],
         samples=markdown(_sample_rows(truths, recordings)),
         speeds=markdown(_speed_rows(truths, recordings)),
-        seeds="" if seed_medians is None else SEEDS.format(table=markdown(seed_medians.astype(str))),
+        seeds="" if seed_medians is None else _seeds(seed_medians, seed),
+    )
+
+
+def _seeds(medians: pd.DataFrame, seed: int) -> str:
+    """Return the section on other acquisition seeds."""
+    counts = zip(medians["subject"], medians["seeds_supported"], strict=True)
+    return SEEDS.format(
+        seeds=medians["seeds"].iloc[0],
+        supported=", ".join(f"{count} of {subject}" for subject, count in counts),
+        seed=seed,
+        table=markdown(medians),
     )
 
 
