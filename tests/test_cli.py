@@ -1,0 +1,63 @@
+"""The stages from the command line, without Snakemake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from swesbi.__main__ import main
+from swesbi.artefacts import load
+from swesbi.config.slices import STAGES
+
+ROOT = Path(__file__).parents[1]
+RECORDING = "data/virtual_volunteers/swe/A.csv"
+
+
+@pytest.fixture(autouse=True)
+def in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+
+
+def test_help_names_every_stage(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--help"])
+    assert ended.value.code == 0
+    shown = capsys.readouterr().out
+    assert all(stage in shown for stage in STAGES)
+
+
+def test_a_stage_s_help_names_its_files(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["passive", "--help"])
+    shown = capsys.readouterr().out
+    assert "--observation OBSERVATION" in shown
+    assert "--passive PASSIVE" in shown
+
+
+def test_ingest_and_passive_run_by_hand(tmp_path: Path) -> None:
+    observation, passive = tmp_path / "observation.h5", tmp_path / "passive.h5"
+    common = ["--subject", "A", "--overlay", "tests/smoke.yaml", "--observation", str(observation)]
+    assert main(["ingest", *common, "--recording", RECORDING]) == 0
+    assert main(["passive", *common, "--passive", str(passive)]) == 0
+    _, provenance = load(passive, "passive")
+    assert provenance.subject == "A"
+    assert provenance.code_hash
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["ingest", "--recording", RECORDING], "say which subject: --subject NAME"),
+        (["ingest", "--recording", RECORDING, "--subject", "Z"], "subject = 'Z': unknown; the study has A"),
+        (["ingest", "--recording", "nowhere.csv", "--subject", "A"], "nowhere.csv"),
+        (["ingest", "--recording", RECORDING, "--config", "nowhere.yaml"], "nowhere.yaml"),
+    ],
+)
+def test_input_that_cannot_be_used_ends_with_one_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    output = tmp_path / "observation.h5"
+    assert main([*arguments, "--observation", str(output)]) == 2
+    assert message in capsys.readouterr().err
+    assert not output.exists()

@@ -1,0 +1,70 @@
+"""Every artefact of a finished study is worth opening: units, named dimensions, provenance."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import arviz
+import h5py
+import pytest
+import xarray as xr
+from study_copy import StudyCopy
+
+from swesbi.artefacts.schema import SCHEMAS
+from swesbi.theta import THETA_NAMES
+
+PHONY = "This is a netCDF dimension but not a netCDF variable"
+
+
+def hdf5_files(study: StudyCopy) -> list[Path]:
+    files = sorted(study.results.rglob("*.h5"))
+    assert {path.name.split("-")[0].removesuffix(".h5") for path in files} >= {
+        "observation",
+        "passive",
+        "shard",
+        "pool",
+        "posterior",
+        "predictive",
+    }
+    return files
+
+
+def test_every_dataset_has_units_and_named_dimensions(finished: StudyCopy) -> None:
+    for path in hdf5_files(finished):
+        with h5py.File(path) as file:
+            assert file.attrs["kind"] in SCHEMAS
+            assert json.loads(file.attrs["settings"])
+            assert file.attrs["code_hash"]
+            assert file.attrs["schema_version"] == 1
+            file.visititems(lambda name, item, path=path: check_item(path, name, item))
+
+
+def check_item(path: Path, name: str, item: h5py.Group | h5py.Dataset) -> None:
+    """Check one dataset; labels and bare dimensions carry no units."""
+    if not isinstance(item, h5py.Dataset) or item.attrs.get("NAME", b"").decode().startswith(PHONY):
+        return
+    is_label = h5py.check_string_dtype(item.dtype) is not None
+    is_index = item.is_scale and item.dtype.kind == "i"
+    assert is_label or is_index or item.attrs.get("units"), f"{path}: {name} has no units"
+    if not item.is_scale:
+        assert all(len(dim) for dim in item.dims), f"{path}: {name} has a dimension without a name"
+
+
+def test_every_artefact_opens_with_xarray_as_its_schema_says(finished: StudyCopy) -> None:
+    for path in hdf5_files(finished):
+        with xr.open_datatree(path, engine="h5netcdf") as tree:
+            for group, variables in SCHEMAS[tree.attrs["kind"]].items():
+                for name, variable in variables.items():
+                    found = tree[group].to_dataset()[name]
+                    assert found.dims == variable.dims, f"{path}: {group} {name}"
+                    assert found.attrs["units"] == variable.units
+
+
+@pytest.mark.parametrize("subject", ["A", "F"])
+def test_the_posterior_opens_with_arviz(finished: StudyCopy, subject: str) -> None:
+    path = finished.results / "paper" / "subjects" / subject / "posterior.h5"
+    posterior = arviz.from_netcdf(str(path), engine="h5netcdf").posterior
+    assert set(posterior.data_vars) == set(THETA_NAMES)
+    assert posterior["k0_kpa"].dims == ("chain", "draw")
+    assert posterior["k0_kpa"].attrs["units"] == "kPa"
