@@ -80,7 +80,7 @@ def six_subjects(cases: Cases) -> Figure:
         axis.set_title(y, fontsize=10)
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, title="virtual volunteer", loc="lower center", ncols=6, frameon=False)
-    figure.tight_layout(rect=(0.0, 0.1, 1.0, 1.0))
+    figure.tight_layout(rect=(0.0, 0.07, 1.0, 1.0))
     return figure
 
 
@@ -108,14 +108,21 @@ def accuracy_cost(cases: Cases, lsoda_draws: int) -> Figure:
         axis.loglog(points[:, 0], points[:, 2], "s:", color=colour, mfc="white", label=f"{name}: worst")
     for point, steps in zip(ours, STEPS, strict=True):
         shipped = " steps (shipped)" if steps == cases.settings.steps_per_beat else " steps"
-        axis.annotate(f"{steps}{shipped}", point[:2], xytext=(14, -3), textcoords="offset points", fontsize=8)
+        axis.annotate(
+            f"{steps}{shipped}",
+            point[:2],
+            xytext=(-9, -3),
+            textcoords="offset points",
+            fontsize=8,
+            ha="right",
+        )
     for point, rtol in zip(scipy, RTOL, strict=True):
         axis.annotate(f"rtol {rtol:g}", point[:2], xytext=(4, -12), textcoords="offset points", fontsize=8)
     axis.axhline(1e-3, color="0.6", lw=0.8, zorder=0)
     axis.axvline(0.08, color="0.6", lw=0.8, zorder=0)
     axis.set(xlabel="processor time per simulation to its periodic state (ms)")
     axis.set_ylabel("error of $k_c$ relative to its peak")
-    axis.set_xlim(0.5 * ours[:, 0].min(), 6.0 * scipy[:, 0].max())
+    axis.set_xlim(0.1 * ours[:, 0].min(), 6.0 * scipy[:, 0].max())
     axis.set_ylim(0.4 * ours[:, 1].min(), 0.4)
     axis.legend(frameon=False, fontsize=8, loc="upper center")
     figure.tight_layout()
