@@ -84,7 +84,10 @@ def cohort_inputs(study: dict[str, Files]) -> dict[str, list[Path]]:
 def table_files(study: dict[str, Files], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("tables")
     names = {"ppc_csv": "ppc.csv", "features_csv": "features.csv", "posterior_csv": "posterior.csv"}
-    files = {key: folder / name for key, name in {**names, "ppc_tex": "ppc.tex"}.items()}
+    files = {
+        key: folder / name
+        for key, name in {**names, "ppc_tex": "ppc.tex", "posterior_tex": "posterior.tex"}.items()
+    }
     settings = TablesSettings(cohort_title=TITLE)
     tables.run(**cohort_inputs(study), **files, settings=settings, origin=Origin(SEED))
     return files

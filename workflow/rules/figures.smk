@@ -76,3 +76,62 @@ rule training_figure:
         "Figure: training of the experiment '{wildcards.experiment}'"
     script:
         "../scripts/training_figure.py"
+
+
+rule workflow_figure:
+    """Figure 1 of the paper, drawn from the results of the first supported subject."""
+    input:
+        pool=expand(rules.pool.output.pool, experiment=MAIN),
+        training=expand(rules.train.output.training, experiment=MAIN),
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        predictives=expand(
+            rules.predictive.output.predictive, experiment=MAIN, subject=SUBJECTS
+        ),
+        posteriors=expand(
+            rules.posterior.output.posterior, experiment=MAIN, subject=SUBJECTS
+        ),
+        supports=expand(
+            rules.posterior.output.support, experiment=MAIN, subject=SUBJECTS
+        ),
+    output:
+        figure_pdf=f"{RESULTS}/figures/workflow.pdf",
+        figure_png=f"{RESULTS}/figures/workflow.png",
+    log:
+        f"{RESULTS}/logs/workflow_figure.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/workflow_figure.tsv"
+    params:
+        stage=stage("workflow_figure", experiment=MAIN),
+    message:
+        "Figure 1: the workflow"
+    script:
+        "../scripts/workflow_figure.py"
+
+
+rule experiments_figure:
+    """RMSE, coverage and k_ATP of every experiment beside each other."""
+    input:
+        predictives=expand(
+            rules.predictive.output.predictive,
+            experiment=EXPERIMENTS,
+            subject=SUBJECTS,
+        ),
+        posteriors=expand(
+            rules.posterior.output.posterior, experiment=EXPERIMENTS, subject=SUBJECTS
+        ),
+        supports=expand(
+            rules.posterior.output.support, experiment=EXPERIMENTS, subject=SUBJECTS
+        ),
+    output:
+        figure_pdf=f"{RESULTS}/figures/experiments.pdf",
+        figure_png=f"{RESULTS}/figures/experiments.png",
+    log:
+        f"{RESULTS}/logs/experiments_figure.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/experiments_figure.tsv"
+    params:
+        stage=stage("experiments_figure"),
+    message:
+        "Figure: the experiments beside each other"
+    script:
+        "../scripts/experiments_figure.py"

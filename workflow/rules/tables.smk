@@ -9,6 +9,7 @@ rule tables:
         ppc_tex=f"{RESULTS}/tables/ppc.tex",
         features_csv=f"{RESULTS}/tables/features.csv",
         posterior_csv=f"{RESULTS}/tables/posterior.csv",
+        posterior_tex=f"{RESULTS}/tables/posterior.tex",
     log:
         f"{RESULTS}/logs/tables.log",
     benchmark:
@@ -19,3 +20,33 @@ rule tables:
         "Tables of every experiment: table 1, features, posteriors"
     script:
         "../scripts/tables.py"
+
+
+rule paper_comparison:
+    """Every number that the paper prints beside this study's."""
+    input:
+        protocol=str(STUDY.cohort / "recording.yaml"),
+        ppc=rules.tables.output.ppc_csv,
+        posterior=rules.tables.output.posterior_csv,
+        features=rules.tables.output.features_csv,
+        recoveries=expand(rules.recovery.output.recovery, experiment=EXPERIMENTS),
+        training=expand(rules.train.output.training, experiment=MAIN),
+        pool=expand(rules.pool.output.pool, experiment=MAIN),
+        supports=expand(
+            rules.posterior.output.support, experiment=MAIN, subject=SUBJECTS
+        ),
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        cmaes=of_subjects("cmaes/{subject}.h5"),
+    output:
+        comparison_csv=f"{RESULTS}/tables/paper_comparison.csv",
+        comparison_tex=f"{RESULTS}/tables/paper_comparison.tex",
+    log:
+        f"{RESULTS}/logs/paper_comparison.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/paper_comparison.tsv"
+    params:
+        stage=stage("paper_comparison", experiment=MAIN),
+    message:
+        "Table: every number of the paper beside this study's"
+    script:
+        "../scripts/paper_comparison.py"

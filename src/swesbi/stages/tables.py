@@ -20,6 +20,7 @@ from swesbi.tables.case import Case
 from swesbi.tables.features import features_table
 from swesbi.tables.latex import ppc_latex
 from swesbi.tables.posterior import posterior_table
+from swesbi.tables.posterior_latex import posterior_latex
 from swesbi.tables.ppc import ppc_table
 
 FLOAT_FORMAT = "%.8g"
@@ -41,6 +42,7 @@ def run(
     ppc_tex: Path,
     features_csv: Path,
     posterior_csv: Path,
+    posterior_tex: Path,
     settings: TablesSettings,
     origin: Origin,
 ) -> None:
@@ -50,9 +52,10 @@ def run(
     reasons = {(case.experiment, case.subject): ", ".join(support_numbers(case.support)) for case in cases}
     _write_csv(ppc_csv, scores)
     _write_csv(features_csv, features_table(cases))
-    _write_csv(posterior_csv, posterior_table(cases))
-    with atomic_path(ppc_tex) as temporary:
-        temporary.write_text(ppc_latex(scores, reasons, settings.cohort_title), encoding="utf-8")
+    posteriors_in_numbers = posterior_table(cases)
+    _write_csv(posterior_csv, posteriors_in_numbers)
+    _write_text(ppc_tex, ppc_latex(scores, reasons, settings.cohort_title))
+    _write_text(posterior_tex, posterior_latex(posteriors_in_numbers, reasons, settings.cohort_title))
 
 
 def read_cases(
@@ -78,6 +81,11 @@ def read_cases(
         )
         for place, path in by_place(predictives).items()
     ]
+
+
+def _write_text(path: Path, text: str) -> None:
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def _write_csv(path: Path, table: pd.DataFrame) -> None:

@@ -1,0 +1,154 @@
+"""The experiments side by side: RMSE, coverage and the posterior of k_ATP of every subject in each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+
+from swesbi.figures.layout import shared_legend
+from swesbi.figures.style import EXCLUDED_BACKGROUND, PRIOR, TEXT_WIDTH_IN, new_figure, style
+from swesbi.figures.text import percent, titled
+
+COLORS: Final = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#000000")
+MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "*")
+HEIGHT_IN: Final = 4.3
+SLOT_IN: Final = 0.13
+FRAME_WIDTH_IN: Final = 0.9
+SPREAD: Final = 0.7
+LONGEST_LEVEL_NAME: Final = 3
+
+
+@dataclass(frozen=True)
+class ExperimentScore:
+    """One subject in one experiment; scores are NaN where the subject is outside the prior's support.
+
+    Attributes:
+        experiment: Its name.
+        subject: Name.
+        supported: Whether the experiment's prior supports the subject.
+        rmse_kpa: RMSE of the posterior predictive median on the grid.
+        prior_rmse_kpa: RMSE of the prior predictive median.
+        coverage: Fraction of the grid inside the posterior predictive interval.
+        coverage_phases: Fraction of the measured phases inside it.
+        k_atp_per_s: Lower end of the credible interval of k_ATP, median, upper end.
+        unfiltered_k_atp_per_s: Median of all candidates, where the subject is not supported.
+    """
+
+    experiment: str
+    subject: str
+    supported: bool
+    rmse_kpa: float
+    prior_rmse_kpa: float
+    coverage: float
+    coverage_phases: float
+    k_atp_per_s: tuple[float, float, float]
+    unfiltered_k_atp_per_s: float
+
+
+def draw(scores: Sequence[ExperimentScore], interval: float, cohort_title: str) -> Figure:
+    """Draw three panels with one column a subject and one mark an experiment.
+
+    Args:
+        scores: Every subject in every experiment, in the order of the figure.
+        interval: Probability mass of the intervals.
+        cohort_title: What the subjects are ("virtual volunteers").
+
+    Raises:
+        ValueError: There is nothing to draw, or a subject comes twice in an experiment.
+    """
+    if not scores:
+        raise ValueError("no subject to draw: the cohort is empty")
+    if len({(score.experiment, score.subject) for score in scores}) < len(scores):
+        raise ValueError("a subject comes twice in the same experiment")
+    subjects = list(dict.fromkeys(score.subject for score in scores))
+    experiments = list(dict.fromkeys(score.experiment for score in scores))
+    with style():
+        slots = len(subjects) * (len(experiments) + 1)
+        figure = new_figure(max(TEXT_WIDTH_IN, FRAME_WIDTH_IN + SLOT_IN * slots), HEIGHT_IN)
+        panels = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 0.8, 1.3))
+        for score in scores:
+            column, which = subjects.index(score.subject), experiments.index(score.experiment)
+            _draw_score(panels, column + _offset(which, len(experiments)), which, score)
+        for axes in panels:
+            _shade(axes, scores, subjects, experiments)
+        _name_experiments(panels[0], experiments)
+        _finish(panels, subjects, interval)
+        figure.suptitle(titled("Experiments beside each other", cohort_title), fontsize=7.5)
+        shared_legend(figure, [panels[0], panels[2]], entries_a_row=min(4, max(2, len(experiments))))
+    return figure
+
+
+def _offset(which: int, experiments: int) -> float:
+    """Return where an experiment's mark stands about the middle of a subject's column."""
+    return SPREAD * ((which + 0.5) / experiments - 0.5)
+
+
+def _draw_score(panels: Sequence[Axes], x: float, which: int, score: ExperimentScore) -> None:
+    color, marker = COLORS[which % len(COLORS)], MARKERS[which % len(MARKERS)]
+    panels[0].plot(
+        x, score.prior_rmse_kpa, "_", color=PRIOR, ms=5.0, mew=1.0, label="prior predictive median"
+    )
+    if not score.supported:
+        panels[2].plot(
+            x, score.unfiltered_k_atp_per_s, marker, color=color, mfc="none", ms=3.2, mew=0.7,
+            label="excluded (grey): unfiltered median",
+        )  # fmt: skip
+        return
+    mark: dict[str, Any] = {"color": color, "marker": marker, "ms": 3.2, "ls": "none"}
+    panels[0].plot(x, score.rmse_kpa, mew=0.0, **mark)
+    panels[1].plot(x, score.coverage, mew=0.0, **mark)
+    panels[1].plot(x, score.coverage_phases, mew=0.7, mfc="none", **mark)
+    low, median, high = score.k_atp_per_s
+    ends = [[median - low], [high - median]]
+    panels[2].errorbar(x, median, ends, mew=0.0, elinewidth=0.9, capsize=1.8, **mark)
+
+
+def _name_experiments(axes: Axes, experiments: Sequence[str]) -> None:
+    """Enter every experiment into the legend, one without a supported subject too."""
+    for which, name in enumerate(experiments):
+        color, marker = COLORS[which % len(COLORS)], MARKERS[which % len(MARKERS)]
+        label = name.replace("_", " ")
+        axes.plot([], [], color=color, marker=marker, ms=3.2, mew=0.0, ls="none", label=label)
+
+
+def _shade(
+    axes: Axes, scores: Sequence[ExperimentScore], subjects: Sequence[str], experiments: Sequence[str]
+) -> None:
+    """Grey the slot of every experiment whose prior does not support the subject, and part the columns."""
+    half = SPREAD / len(experiments) / 2.0
+    for score in scores:
+        if not score.supported:
+            which = experiments.index(score.experiment)
+            x = subjects.index(score.subject) + _offset(which, len(experiments))
+            axes.axvspan(x - half, x + half, color=EXCLUDED_BACKGROUND, lw=0, zorder=0)
+    for column in range(1, len(subjects)):
+        axes.axvline(column - 0.5, color=PRIOR, lw=0.4, alpha=0.5, zorder=0)
+
+
+def _finish(panels: Sequence[Axes], subjects: Sequence[str], interval: float) -> None:
+    mass = percent(interval)
+    panels[0].set_ylim(bottom=0.0)
+    panels[0].set_ylabel("RMSE (kPa)")
+    panels[1].set_ylim(-0.06, 1.06)
+    panels[1].axhline(interval, color=PRIOR, lw=0.7, ls=":")
+    panels[1].set_ylabel("coverage of\nthe PI")
+    panels[1].set_title(
+        f"{mass} PI; filled: grid, open: measured phases; dotted: nominal", fontsize=6.0, pad=2.0
+    )
+    panels[2].set_yscale("log")
+    panels[2].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    panels[2].yaxis.set_major_formatter(ScalarFormatter())
+    panels[2].yaxis.set_minor_formatter(NullFormatter())
+    panels[2].set_ylabel(r"$k_\mathrm{ATP}$ (s$^{-1}$)")
+    panels[2].set_title(f"posterior median and {mass} CI", fontsize=6.0, pad=2.0)
+    rotation = 90.0 if max(map(len, subjects)) > LONGEST_LEVEL_NAME else 0.0
+    panels[2].set_xticks(np.arange(len(subjects)), subjects, rotation=rotation)
+    panels[2].set_xlim(-0.5, len(subjects) - 0.5)
+    for axes in panels:
+        axes.tick_params(axis="x", length=0)

@@ -1,0 +1,196 @@
+"""Figure 1: the workflow, drawn from one subject's own curves, features and posterior.
+
+(a) prior and context -> simulated curves -> noisy features -> training; (b) recording -> observed features ->
+posterior -> predictive check.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+from matplotlib.path import Path as MplPath
+
+from swesbi.evaluation.support_numbers import support_numbers
+from swesbi.figures.layout import mark_excluded
+from swesbi.figures.style import TEXT_WIDTH_IN, new_figure, style
+from swesbi.figures.workflow_panels import (
+    SMALL_PT,
+    WorkflowPicture,
+    context_line,
+    draw_check,
+    draw_curves,
+    draw_features,
+    draw_observed_features,
+    draw_posterior,
+    draw_prior,
+    draw_recording,
+    draw_training,
+)
+
+HEIGHT_IN: Final = 3.52
+TITLE_PT: Final = 6.2
+PANEL_HEIGHT_IN: Final = 0.94
+TITLE_ABOVE_IN: Final = 0.10
+ARROW_ABOVE_IN: Final = 0.18
+HEAD_ABOVE_IN: Final = 0.37
+
+
+class Box(NamedTuple):
+    """Where a panel's axes lie, in inches from the lower left corner."""
+
+    left: float
+    bottom: float
+    width: float
+    height: float = PANEL_HEIGHT_IN
+
+    @property
+    def middle(self) -> float:
+        """Horizontal middle."""
+        return self.left + self.width / 2.0
+
+
+ROW_A: Final = 2.11
+ROW_B: Final = 0.32
+PRIOR_BOX: Final = Box(0.38, ROW_A, 0.56)
+CURVES_BOX: Final = Box(1.20, ROW_A, 0.92)
+FEATURES_BOX: Final = Box(2.38, ROW_A, 1.30)
+TRAINING_BOX: Final = Box(3.94, ROW_A, 0.78)
+RECORDING_BOX: Final = Box(0.24, ROW_B, 0.92)
+OBSERVED_BOX: Final = Box(1.42, ROW_B, 1.20)
+POSTERIOR_BOX: Final = Box(3.02, ROW_B, 0.60)
+CHECK_BOX: Final = Box(3.88, ROW_B, 0.84)
+
+
+def draw(picture: WorkflowPicture, cohort_title: str) -> Figure:
+    """Draw the workflow.
+
+    Args:
+        picture: The subject that is shown.
+        cohort_title: What the subject is one of ("virtual volunteers").
+    """
+    with style():
+        figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
+        figure.set_layout_engine("none")
+        draw_prior(_stack(figure, PRIOR_BOX), picture)
+        draw_curves(_axes(figure, CURVES_BOX), picture)
+        draw_features(_axes(figure, FEATURES_BOX), picture)
+        draw_training(_axes(figure, TRAINING_BOX), picture)
+        draw_recording(_axes(figure, RECORDING_BOX), picture)
+        draw_observed_features(_axes(figure, OBSERVED_BOX), picture)
+        posterior = _stack(figure, POSTERIOR_BOX)
+        draw_posterior(posterior, picture)
+        check = _axes(figure, CHECK_BOX)
+        draw_check(check, picture)
+        if not picture.support.supported:
+            for axes in (*posterior, check):
+                mark_excluded(axes)
+        _write(figure, picture, cohort_title)
+        _connect(figure, picture)
+    return figure
+
+
+def _write(figure: Figure, picture: WorkflowPicture, cohort_title: str) -> None:
+    """Write the heads of both rows, the title of each panel, and the context."""
+    copies = len(picture.sample_z)
+    state = "" if picture.support.supported else f" (excluded: {', '.join(support_numbers(picture.support))})"
+    heads = {
+        ROW_A: f"(a) Training: {picture.subjects} {cohort_title} pooled, here {picture.subject}",
+        ROW_B: f"(b) Inference: the recording of {picture.subject}{state}",
+    }
+    for bottom, head in heads.items():
+        y = bottom + PANEL_HEIGHT_IN + HEAD_ABOVE_IN
+        _text(figure, 0.06, y, head, fontsize=7.0, fontweight="bold", ha="left")
+    titles = {
+        PRIOR_BOX: r"$\theta \sim p(\theta)$",
+        CURVES_BOX: "$E_\\mathrm{sim}(s)$ (kPa)",
+        FEATURES_BOX: rf"$z$, {copies} noisy copies",
+        TRAINING_BOX: rf"{picture.estimator} $q_\eta(\theta\,|\,z)$",
+        RECORDING_BOX: "$E_\\mathrm{obs}(s)$ (kPa)",
+        OBSERVED_BOX: r"$z_\mathrm{obs}$",
+        POSTERIOR_BOX: r"$q_\eta(\theta\,|\,z_\mathrm{obs})$",
+        CHECK_BOX: "PPC (kPa)",
+    }
+    for box, title in titles.items():
+        _text(figure, box.middle, box.bottom + box.height + TITLE_ABOVE_IN, title, fontsize=TITLE_PT)
+    context = f"context $c_d$: {context_line(picture.context)}"
+    _text(figure, 0.06, ROW_A - 0.30, context, fontsize=SMALL_PT, ha="left")
+
+
+def _connect(figure: Figure, picture: WorkflowPicture) -> None:
+    """Draw the arrows between neighbouring panels, and from the trained network to the posterior."""
+    rows: Sequence[Sequence[tuple[Box, Box]]] = (
+        ((PRIOR_BOX, CURVES_BOX), (CURVES_BOX, FEATURES_BOX), (FEATURES_BOX, TRAINING_BOX)),
+        ((RECORDING_BOX, OBSERVED_BOX), (OBSERVED_BOX, POSTERIOR_BOX), (POSTERIOR_BOX, CHECK_BOX)),
+    )
+    summary = r"$S(\cdot)$, $c_d$"
+    labels = (("0D model, $c_d$", summary, f"{picture.rows:,} rows"), (summary, "", "0D model"))
+    for pairs, names in zip(rows, labels, strict=True):
+        for (one, other), name in zip(pairs, names, strict=True):
+            start, end = one.left + one.width, other.left
+            y = one.bottom + one.height + ARROW_ABOVE_IN
+            _arrow(figure, [(start, y), (end, y)])
+            _text(figure, (start + end) / 2.0, y + 0.065, name, fontsize=SMALL_PT)
+    _connect_network(figure)
+
+
+def _connect_network(figure: Figure) -> None:
+    """Draw the arrow from the trained network, down between the rows, to the posterior."""
+    turn = ROW_B + PANEL_HEIGHT_IN + HEAD_ABOVE_IN
+    corners = [
+        (TRAINING_BOX.middle, ROW_A - 0.27),
+        (TRAINING_BOX.middle, turn),
+        (POSTERIOR_BOX.middle, turn),
+        (POSTERIOR_BOX.middle, ROW_B + PANEL_HEIGHT_IN + TITLE_ABOVE_IN + 0.08),
+    ]
+    _arrow(figure, corners)
+    _text(
+        figure, (TRAINING_BOX.middle + POSTERIOR_BOX.middle) / 2.0, turn + 0.065, "trained", fontsize=SMALL_PT
+    )
+
+
+def _axes(figure: Figure, box: Box) -> Axes:
+    axes = figure.add_axes(_fractions(box))
+    axes.tick_params(labelsize=SMALL_PT, pad=1.2, length=1.8)
+    return axes
+
+
+def _stack(figure: Figure, box: Box) -> list[Axes]:
+    """Return three low axes one above the other within a box, for three densities."""
+    step = box.height / 3.0
+    return [
+        _axes(figure, Box(box.left, box.bottom + (2 - j) * step, box.width, 0.55 * step)) for j in range(3)
+    ]
+
+
+def _fractions(box: Box) -> tuple[float, float, float, float]:
+    return (
+        box.left / TEXT_WIDTH_IN,
+        box.bottom / HEIGHT_IN,
+        box.width / TEXT_WIDTH_IN,
+        box.height / HEIGHT_IN,
+    )
+
+
+def _text(figure: Figure, x_in: float, y_in: float, text: str, **look: Any) -> None:  # noqa: ANN401
+    if text:
+        named = {"ha": "center", "va": "center", **look}
+        figure.text(x_in / TEXT_WIDTH_IN, y_in / HEIGHT_IN, text, **named)
+
+
+def _arrow(figure: Figure, corners_in: Sequence[tuple[float, float]]) -> None:
+    """Draw an arrow along straight lines from corner to corner, in inches."""
+    path = MplPath([(x / TEXT_WIDTH_IN, y / HEIGHT_IN) for x, y in corners_in])
+    figure.add_artist(
+        FancyArrowPatch(
+            path=path,
+            arrowstyle="-|>",
+            mutation_scale=6.0,
+            lw=0.8,
+            color="black",
+            transform=figure.transFigure,
+        )
+    )

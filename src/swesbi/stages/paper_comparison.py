@@ -1,0 +1,115 @@
+"""Stage: every number of the paper beside this study's, as CSV and LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+
+from swesbi.artefacts import ArtefactError, atomic_path
+from swesbi.comparison.latex import comparison_latex
+from swesbi.comparison.results import StudyResults, pool_size
+from swesbi.comparison.table import comparison_table
+from swesbi.evaluation.cmaes_dataset import read_cmaes
+from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
+from swesbi.figures.training import read_history
+from swesbi.inference.dataset import read_pool
+from swesbi.inference.settings import (
+    EstimatorSettings,
+    ObservationModelSettings,
+    RecoverySettings,
+    SupportSettings,
+)
+from swesbi.inference.support import read_support
+from swesbi.recording.dataset import read_observation
+from swesbi.recording.settings import RecordingSettings
+from swesbi.settings import Settings
+from swesbi.simulations.prior import PriorSettings
+from swesbi.stages.origin import Origin
+from swesbi.stages.places import by_place, by_subject
+from swesbi.tables.paper_values import read_paper
+
+
+class ComparedExperimentSettings(Settings):
+    """The parts of the main experiment whose numbers the paper prints."""
+
+    prior: PriorSettings
+    observation_model: ObservationModelSettings
+    estimator: EstimatorSettings
+    support: SupportSettings
+    predictive: PredictiveSettings
+    recovery: RecoverySettings
+
+
+class PaperComparisonSettings(Settings):
+    """What is compared beside the results: the main experiment's settings, the search's, the recording's."""
+
+    cohort_title: str
+    main_experiment: str
+    experiment: ComparedExperimentSettings
+    cmaes: CmaesSettings
+    recording: RecordingSettings
+
+
+def run(
+    *,
+    protocol: Path,
+    ppc: Path,
+    posterior: Path,
+    features: Path,
+    recoveries: Sequence[Path],
+    training: Path,
+    pool: Path,
+    supports: Sequence[Path],
+    observations: Sequence[Path],
+    cmaes: Sequence[Path],
+    comparison_csv: Path,
+    comparison_tex: Path,
+    settings: PaperComparisonSettings,
+    origin: Origin,
+) -> None:
+    """Write one row for every number that the paper prints.
+
+    ``protocol`` is the cohort's ``recording.yaml``; ``supports``, ``training`` and ``pool`` are of the main
+    experiment, the other tables of all.
+
+    Raises:
+        ArtefactError: A file cannot be read.
+    """
+    numbers = read_paper()
+    study = StudyResults(
+        cohort_title=settings.cohort_title,
+        main=settings.main_experiment,
+        settings=settings.to_plain(),
+        protocol=_read_protocol(protocol),
+        ppc=pd.read_csv(ppc),
+        posterior=pd.read_csv(posterior),
+        features=pd.read_csv(features),
+        supports={place.subject: read_support(path) for place, path in by_place(supports).items()},
+        recoveries={path.parent.name: pd.read_csv(path) for path in recoveries},
+        training=read_history(training),
+        pool=pool_size(read_pool(pool)),
+        observations=[read_observation(path) for path in observations],
+        fits={subject: read_cmaes(path)[0] for subject, path in by_subject(cmaes).items()},
+    )
+    table = comparison_table(numbers, study)
+    with atomic_path(comparison_csv) as temporary:
+        table.to_csv(temporary, index=False, lineterminator="\n")
+    with atomic_path(comparison_tex) as temporary:
+        temporary.write_text(comparison_latex(numbers, table, settings.cohort_title), encoding="utf-8")
+
+
+def _read_protocol(path: Path) -> dict[str, Any]:
+    """Return the numbers of the acquisition protocol; a cohort need not give them.
+
+    Raises:
+        ArtefactError: The file is no YAML mapping.
+    """
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    protocol = content.get("protocol", {}) if isinstance(content, dict) else None
+    if not isinstance(protocol, dict):
+        raise ArtefactError(f"{path}: expected a mapping with the key 'protocol', a mapping too")
+    return protocol

@@ -1,0 +1,98 @@
+"""Stage: figure 1, the workflow drawn from the results of one subject."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from swesbi.evaluation.predictive_dataset import read_predictive
+from swesbi.figures import workflow
+from swesbi.figures.style import save_figure
+from swesbi.figures.training import read_history
+from swesbi.figures.workflow_panels import WorkflowPicture
+from swesbi.inference.dataset import read_pool, read_posterior
+from swesbi.inference.pool import Pool
+from swesbi.inference.posterior import Posterior
+from swesbi.inference.support import Support, read_support
+from swesbi.recording.dataset import read_observation
+from swesbi.settings import Settings
+from swesbi.simulations.prior import PriorSettings
+from swesbi.stages.origin import Origin
+from swesbi.stages.places import Place, by_place, pick
+
+
+class WorkflowFigureSettings(Settings):
+    """What the figure calls the subjects and the estimator, and the prior it shows."""
+
+    cohort_title: str
+    prior: PriorSettings
+    estimator: str
+
+
+def run(
+    *,
+    pool: Path,
+    training: Path,
+    observations: Sequence[Path],
+    predictives: Sequence[Path],
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: WorkflowFigureSettings,
+    origin: Origin,
+) -> None:
+    """Draw the workflow of one experiment with its first supported subject, in the order of ``supports``.
+
+    Where no subject is supported the first one is shown, marked as excluded.
+
+    Raises:
+        ArtefactError: A file of the subject is missing, or cannot be read.
+    """
+    verdicts = {place: read_support(path) for place, path in by_place(supports).items()}
+    place = shown_place(verdicts)
+    posterior = read_posterior(pick(by_place(posteriors), place, "posterior"))
+    data, support = read_pool(pool), verdicts[place]
+    rows = _rows_of(data, place.subject)
+    contexts = {path.parent.name: path for path in observations}
+    picture = WorkflowPicture(
+        subject=place.subject,
+        context=read_observation(contexts[place.subject]).context,
+        prior=settings.prior,
+        check=read_predictive(pick(by_place(predictives), place, "predictive check"))[0],
+        components=data.components.names,
+        pool_z=data.z[rows].astype(np.float64),
+        sample_z=data.z[rows & (data.draw_index == data.draw_index[rows].min())].astype(np.float64),
+        z_obs=data.observed_z(place.subject),
+        theta=_shown_draws(posterior, support),
+        support=support,
+        history=read_history(training),
+        estimator=settings.estimator.upper(),
+        subjects=len(data.subjects),
+        rows=len(data.z),
+    )
+    save_figure(workflow.draw(picture, settings.cohort_title), figure_pdf, figure_png)
+
+
+def shown_place(verdicts: Mapping[Place, Support]) -> Place:
+    """Return the first supported subject, or the first where none is.
+
+    Raises:
+        ValueError: There is no subject.
+    """
+    if not verdicts:
+        raise ValueError("no subject to draw: the cohort is empty")
+    return next((place for place, support in verdicts.items() if support.supported), next(iter(verdicts)))
+
+
+def _rows_of(pool: Pool, subject: str) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    return np.asarray(pool.subject_index == pool.subjects.index(subject))
+
+
+def _shown_draws(posterior: Posterior, support: Support) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Return the posterior draws, or the finite unfiltered candidates of an excluded subject."""
+    if support.supported:
+        return posterior.theta
+    return posterior.unfiltered[np.all(np.isfinite(posterior.unfiltered), axis=1)]
