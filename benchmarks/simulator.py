@@ -61,7 +61,7 @@ def this_model(cases: Cases, errors: NDArray[np.float64]) -> Row:
     """Time a beat of full lanes, and all draws of one subject to their periodic state."""
     model = build_model(cases.contexts[0], cases.settings)
     blocks = 16
-    theta = cases.theta[: blocks * LANES] * np.array([1e3, 1.0, 1.0])
+    theta = np.resize(cases.theta, (blocks * LANES, 3)) * np.array([1e3, 1.0, 1.0])
     state = lane_blocks(np.repeat(model.start[None], blocks * LANES, axis=0), blocks)
     own = lane_blocks(theta, blocks)
     record = np.empty((blocks, model.samples + 1, RECORDS * LANES))

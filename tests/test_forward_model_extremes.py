@@ -53,10 +53,21 @@ def test_extreme_draws(n: int, settings: ForwardModelSettings) -> None:
     assert (status == Status.PERIODIC).mean() >= 0.99
 
 
-def test_out_of_range_beat_is_named() -> None:
-    """A wall without any passive stiffness is blown up by the venous pressure."""
-    settings = SETTINGS.model_copy(update={"passive_c0_pa": 1e-3, "passive_c2_pa": 0.0, "passive_c1": 0.0})
-    context = Context("X", "F", 30, 1.9, 60, 20, 8, 0.3)
-    beats = simulate(np.array([[45.0, 5.0, 30.0]]), context, settings)
-    assert Status(beats.status[0]) in (Status.OUT_OF_RANGE, Status.NON_FINITE, Status.NOT_PERIODIC)
-    assert np.isnan(beats.volume_ml).all()
+SOFT = {"passive_c0_pa": 0.1, "passive_c1": 0.1, "passive_c2_pa": 50.0, "passive_c3": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("update", "status"),
+    [
+        (SOFT | {"initial_pulmonary_pressure_pa": 1e4}, Status.OUT_OF_RANGE),
+        ({"sigma_0_pa": 2e6}, Status.NON_FINITE),
+        ({"maximum_beats": 2}, Status.NOT_PERIODIC),
+    ],
+    ids=["a soft wall stretched beyond twofold", "a wall too strong for any step", "too few beats"],
+)
+def test_failures_are_named(update: dict[str, object], status: Status) -> None:
+    context = Context("X", "F", 30, 1.9, 60, 118, 45, 0.9)
+    beats = simulate(np.array([[45.0, 5.0, 30.0]]), context, SETTINGS.model_copy(update=update))
+    assert Status(beats.status[0]) is status
+    for curve in (beats.active_stiffness_kpa, beats.volume_ml, beats.ventricular_pressure_mmhg):
+        assert np.isnan(curve).all()

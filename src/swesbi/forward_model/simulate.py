@@ -47,21 +47,21 @@ def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> 
     theta = _checked_theta(theta)
     _check_context(context)
     si = theta * np.array([1e3, 1.0, 1.0])
-    model, finer = build_model(context, settings), build_model(context, settings, REFINEMENT)
+    model = build_model(context, settings)
     beats = empty_beats(si.shape[0], model)
     for first in range(0, si.shape[0], CHUNK):
         rows = slice(first, first + CHUNK)
-        place(beats_of(_converged(si[rows], model, finer, settings), model), rows, beats)
+        place(beats_of(_converged(si[rows], model, context, settings), model), rows, beats)
     return beats
 
 
-def _converged(theta: Array, model: Model, finer: Model, settings: ForwardModelSettings) -> Records:
+def _converged(theta: Array, model: Model, context: Context, settings: ForwardModelSettings) -> Records:
     """Return the records at the shipped step; what fails there, where the wall is stiff, at a finer one."""
     limits = (settings.periodicity_tolerance, settings.maximum_beats, settings.extrapolation_memory)
     records = run_to_periodic(theta, model, *limits)
     failed = np.flatnonzero(records.status != Status.PERIODIC)
     if failed.size:
-        refined = run_to_periodic(theta[failed], finer, *limits)
+        refined = run_to_periodic(theta[failed], build_model(context, settings, REFINEMENT), *limits)
         records.values[:, failed] = refined.values
         records.status[failed] = refined.status
         records.beats[failed] += refined.beats
