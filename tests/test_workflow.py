@@ -15,8 +15,8 @@ import pytest
 import torch
 from study_copy import StudyCopy, copy_study, of_rule, rules_of
 
-SHOWN = {"cohort_figures", "tables"}
-PREDICTIVE = {"predictive", "ppc_figure"} | SHOWN
+SHOWN = {"cohort_figures", "tables", "paper_comparison"}
+PREDICTIVE = {"predictive", "ppc_figure", "workflow_figure", "experiments_figure"} | SHOWN
 SAMPLED = {"posterior", "posterior_figure"} | PREDICTIVE
 TRAINED = {"train", "recovery", "recovery_acquisition", "training_figure"} | SAMPLED
 

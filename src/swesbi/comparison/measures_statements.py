@@ -18,7 +18,7 @@ def scalar_only_degrades(study: StudyResults, asked: Asked) -> Measured:
     """Say whether the RMSE is higher in the other experiment, over the subjects supported in both."""
     if missing := _not_run(study, asked):
         return missing
-    both = study.scores().join(study.scores(asked.option("experiment")), how="inner", rsuffix="_other")
+    both = _beside(study.scores(), study.scores(asked.option("experiment")))
     if both.empty:
         return absent("no subject is supported in both experiments")
     worse = both["rmse_kpa_other"] > both["rmse_kpa"]
@@ -30,7 +30,7 @@ def k_atp_shift(study: StudyResults, asked: Asked) -> Measured:
     if missing := _not_run(study, asked):
         return missing
     main, other = (study.parameter("k_atp_per_s", name) for name in (study.main, asked.option("experiment")))
-    both = main.join(other, how="inner", rsuffix="_other")
+    both = _beside(main, other)
     if both.empty:
         return absent("no subject is supported in both experiments")
     apart = (both["ci_low_other"] > both["ci_high"]) | (both["ci_high_other"] < both["ci_low"])
@@ -45,7 +45,7 @@ def coverage_degrades(study: StudyResults, asked: Asked) -> Measured:
         _coverages(study.recoveries[name], float(asked.of["nominal"]))
         for name in (study.main, asked.option("experiment"))
     )
-    both = main.join(other, how="inner", rsuffix="_other").dropna()
+    both = _beside(main, other).dropna()
     if both.empty:
         return absent("no recording was scored in both experiments")
     rows = both[["coverage", "n", "coverage_other", "n_other"]].to_numpy()
@@ -73,6 +73,11 @@ def _not_run(study: StudyResults, asked: Asked) -> Measured | None:
     if experiment == study.main or experiment not in study.recoveries:
         return absent(f"the experiment '{experiment}' was not run beside '{study.main}'")
     return None
+
+
+def _beside(main: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
+    """Put two tables beside each other, of the rows that both have; the other's columns end in _other."""
+    return main.merge(other, left_index=True, right_index=True, suffixes=("", "_other"))
 
 
 def _verdict(holds: pd.Series) -> str:

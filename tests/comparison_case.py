@@ -1,0 +1,124 @@
+"""A study of six synthetic subjects for the tests of the comparison with the paper and its figures."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import yaml
+from evaluation_cases import INTERVAL, PRIOR, TITLE, check, cmaes_settings, fit, posterior_theta, support
+
+from swesbi.comparison.results import PoolSize, StudyResults
+from swesbi.context import Context
+from swesbi.evaluation.fit import CmaesFit
+from swesbi.inference.posterior import Posterior, summarise_posterior
+from swesbi.inference.settings import PosteriorSettings
+from swesbi.observation import SUMMARY_NAMES
+from swesbi.recording import REASONS, NoiseComponents, Observation
+from swesbi.tables.case import Case
+from swesbi.tables.features import features_table
+from swesbi.tables.posterior import posterior_table
+from swesbi.tables.ppc import ppc_table
+
+CONFIG = yaml.safe_load((Path(__file__).parents[1] / "config.yaml").read_text(encoding="utf-8"))
+SUBJECTS = "ABCDEF"
+EXCLUDED = "EF"
+
+
+def context(subject: str = "A") -> Context:
+    return Context(subject, "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74)
+
+
+def observation(subject: str) -> Observation:
+    speed = np.linspace(1.0, 4.0, 20)
+    stiffness = 3.0 * speed**2
+    return Observation(
+        context=context(subject),
+        phase=np.arange(20) / 20.0,
+        phase_index=np.arange(20),
+        measured=np.arange(20) != 7,
+        speed_m_s=speed,
+        speed_se_m_s=0.03 * speed,
+        stiffness_kpa=stiffness,
+        stiffness_se_kpa=0.06 * stiffness,
+        grid=np.linspace(0.0, 1.0, 100),
+        curve_kpa=np.linspace(3.0, 48.0, 100),
+        samples_accepted=np.full(20, 36),
+        samples_rejected=np.zeros((len(REASONS), 20), dtype=np.int64),
+        noise=NoiseComponents(0.04, 0.08),
+    )
+
+
+def posterior(subject: str, supported: bool = True) -> Posterior:
+    settings = PosteriorSettings(draws=1000, unfiltered_draws=200, interval=INTERVAL)
+    draws = posterior_theta(subject, 2000 if supported else 0)
+    return summarise_posterior(draws, np.array([0.5, 1.2]), ("maximum_kpa", "hr_bpm"), PRIOR, settings)
+
+
+@cache
+def case(experiment: str, subject: str, supported: bool) -> Case:
+    return Case(
+        experiment,
+        subject,
+        check(subject, supported),
+        posterior(subject, supported),
+        support(subject, supported),
+        fitted(subject),
+    )
+
+
+@cache
+def fitted(subject: str) -> CmaesFit:
+    return fit(subject, cmaes_settings(generations=15))
+
+
+def cases(*experiments: str, subjects: str = SUBJECTS, excluded: str = EXCLUDED) -> list[Case]:
+    return [
+        case(experiment, subject, subject not in excluded)
+        for experiment in experiments
+        for subject in subjects
+    ]
+
+
+def settings() -> dict[str, Any]:
+    paper = CONFIG["experiments"]["paper"]
+    prior = CONFIG["priors"]["paper"]
+    return {
+        "experiment": paper | {"prior": prior},
+        "cmaes": CONFIG["cmaes"]["search"],
+        "recording": CONFIG["recording"],
+    }
+
+
+def recovery(*coverage: float, scored: int = 400) -> pd.DataFrame:
+    names = ("k0_kpa", "k_atp_per_s", "k_sr_per_s")
+    rows = [
+        (name, 0.9, value, value - 0.03, value + 0.03, scored)
+        for name, value in zip(names, coverage, strict=True)
+    ]
+    return pd.DataFrame(rows, columns=["parameter", "nominal", "coverage", "ci_low", "ci_high", "n"])
+
+
+def study(*experiments: str, subjects: str = SUBJECTS, excluded: str = EXCLUDED) -> StudyResults:
+    named = experiments or ("paper", "scalar_only", "wide_prior")
+    all_cases = cases(*named, subjects=subjects, excluded=excluded)
+    main = [case for case in all_cases if case.experiment == named[0]]
+    epochs = np.arange(1, 31)
+    return StudyResults(
+        cohort_title=TITLE,
+        main=named[0],
+        settings=settings(),
+        protocol={"push_frequency_mhz": 4.0, "push_duration_us": 300.0, "push_f_number": 1.0},
+        ppc=ppc_table(all_cases),
+        posterior=posterior_table(all_cases),
+        features=features_table(all_cases),
+        supports={case.subject: case.support for case in main},
+        recoveries={name: recovery(0.92, 0.90, 0.27) for name in named},
+        training=pd.DataFrame({"epoch": epochs, "validation_loss": (epochs - 20.0) ** 2}),
+        pool=PoolSize(tuple(subjects), SUMMARY_NAMES, 120_000, (1000,) * len(subjects)),
+        observations=[observation(subject) for subject in subjects],
+        fits={case.subject: case.fit for case in main},
+    )
