@@ -9,10 +9,18 @@ import numpy as np
 import pandas as pd
 import pytest
 from forward_model_cases import COHORT, SETTINGS
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
+from swesbi.forward_model.equations import cavity, passive_stress, viscosity
 from swesbi.forward_model.model import build_model
 from swesbi.forward_model.periodic import advance
-from swesbi.forward_model.references import compare_with_physioblocks, compare_with_svzerod
+from swesbi.forward_model.references import (
+    SVZEROD_OPTIONS,
+    SVZEROD_PARAMETERS,
+    compare_with_physioblocks,
+    compare_with_svzerod,
+)
 
 REFERENCE = Path(__file__).parent / "reference" / "forward_model"
 
@@ -59,3 +67,28 @@ def test_active_stiffness_closed_form(activation: float) -> None:
     t = np.arange(model.samples) * model.step_s * model.stride
     exact = k_0 * (1.0 - np.exp(-k_atp * t)) if activation else k_0 * np.exp(-k_sr * t)
     np.testing.assert_allclose(record[1, 0], exact, rtol=1e-4, atol=0.0)
+
+
+def test_svzerod_chamber_moves_under_its_pressure() -> None:
+    """The wall's law as an equation of motion: the program's pressure and stress in, its displacement out."""
+    table = pd.read_csv(REFERENCE / "svzerod_chamber_sphere.csv.gz")
+    p, o = SVZEROD_PARAMETERS, SVZEROD_OPTIONS
+    time_s = table["time_s"].to_numpy()
+    pressure = CubicSpline(time_s, table["ventricular_pressure_pa"])
+    active = CubicSpline(time_s, table["active_stress_pa"])
+
+    def rates(t: float, x: np.ndarray) -> list[float]:
+        stretch = 1.0 + x[0] / p.radius
+        _, v_y, _ = cavity(stretch, p, o)
+        stress = passive_stress(stretch, p, o) + viscosity(stretch, p) * x[1] / p.radius + stretch * active(t)
+        load = pressure(t) * v_y / (4.0 * np.pi * p.radius**2)
+        return [x[1], (load - p.thickness / p.radius * stress) / (p.density * p.thickness)]
+
+    speed = np.gradient(table["radial_displacement_m"], time_s)[0]
+    start = [table["radial_displacement_m"].iloc[0], speed]
+    solution = solve_ivp(
+        rates, time_s[[0, -1]], start, method="LSODA", t_eval=time_s, rtol=1e-8, atol=1e-12, max_step=1e-3
+    )
+    rmse_mm = 1e3 * np.sqrt(np.mean((solution.y[0] - table["radial_displacement_m"]) ** 2))
+    print(f"displacement under the given pressure: RMSE {rmse_mm:.2g} mm")
+    assert rmse_mm <= 0.005
