@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -75,7 +76,9 @@ def fitted(subject: str) -> CmaesFit:
     return fit(subject, cmaes_settings(generations=15))
 
 
-def cases(*experiments: str, subjects: str = SUBJECTS, excluded: str = EXCLUDED) -> list[Case]:
+def cases(
+    *experiments: str, subjects: Sequence[str] = SUBJECTS, excluded: Sequence[str] = EXCLUDED
+) -> list[Case]:
     return [
         case(experiment, subject, subject not in excluded)
         for experiment in experiments

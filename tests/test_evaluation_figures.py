@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from evaluation_cases import INTERVAL, PRIOR, TITLE, posterior_panels, predictive_panels
-from matplotlib.backend_bases import RendererBase
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from figure_text import assert_text_apart, text_boxes
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
@@ -53,39 +51,13 @@ def drawn() -> dict[str, Figure]:
     return figures()
 
 
-def text_boxes(figure: Figure) -> list[tuple[str, Bbox]]:
-    """The boxes, in pixels, of every text that a rendering really draws."""
-    drawn: list[Text] = []
-    draw = Text.draw
-
-    def record(self: Text, renderer: RendererBase, *arguments: object, **named: object) -> None:
-        if self.get_visible() and self.get_text().strip():
-            drawn.append(self)
-        draw(self, renderer, *arguments, **named)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Text, "draw", record)
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-    unique = list(dict.fromkeys(drawn))
-    return [(text.get_text(), text.get_window_extent(canvas.get_renderer())) for text in unique]
-
-
 NAMES = ["ppc", "posterior", "ppc-A", "ppc-F", "posterior-A", "posterior-F", "training"]
 NAMES += ["ppc-many", "posterior-many", "ppc-one", "posterior-one"]
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_text_overlaps_another_or_leaves_the_figure(drawn: dict[str, Figure], name: str) -> None:
-    boxes = text_boxes(drawn[name])
-    assert len(boxes) > 5
-    for (one, box), (other, other_box) in combinations(boxes, 2):
-        shared = Bbox.intersection(box, other_box)
-        assert shared is None or min(shared.width, shared.height) < 0.5, f"{one!r} overlaps {other!r}"
-    whole = drawn[name].bbox
-    for text, box in boxes:
-        assert box.x0 >= whole.x0 - 1 and box.x1 <= whole.x1 + 1, f"{text!r} leaves the figure"
-        assert box.y0 >= whole.y0 - 1 and box.y1 <= whole.y1 + 1, f"{text!r} leaves the figure"
+    assert_text_apart(drawn[name])
 
 
 def test_the_overlap_test_can_fail() -> None:

@@ -1,4 +1,4 @@
-"""The experiments side by side: RMSE, coverage and the posterior of k_ATP of every subject in each."""
+"""The experiments beside each other: RMSE, coverage and the posterior of k_ATP of every subject in each."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from swesbi.figures.text import percent, titled
 
 COLORS: Final = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#000000")
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "*")
-HEIGHT_IN: Final = 4.3
+HEIGHT_IN: Final = 5.2
 SLOT_IN: Final = 0.13
 FRAME_WIDTH_IN: Final = 0.9
 SPREAD: Final = 0.7
@@ -51,12 +51,18 @@ class ExperimentScore:
     unfiltered_k_atp_per_s: float
 
 
-def draw(scores: Sequence[ExperimentScore], interval: float, cohort_title: str) -> Figure:
-    """Draw three panels with one column a subject and one mark an experiment.
+def draw(
+    scores: Sequence[ExperimentScore], reference: str, masses: tuple[float, float], cohort_title: str
+) -> Figure:
+    """Draw four panels with one column a subject and one mark an experiment.
+
+    The last one shows k_ATP in percent of its median in the reference experiment, where both support the
+    subject: shifts that the scale of all subjects hides.
 
     Args:
         scores: Every subject in every experiment, in the order of the figure.
-        interval: Probability mass of the intervals.
+        reference: The experiment with which the others are compared.
+        masses: Probability mass of the predictive and of the credible intervals.
         cohort_title: What the subjects are ("virtual volunteers").
 
     Raises:
@@ -68,17 +74,21 @@ def draw(scores: Sequence[ExperimentScore], interval: float, cohort_title: str) 
         raise ValueError("a subject comes twice in the same experiment")
     subjects = list(dict.fromkeys(score.subject for score in scores))
     experiments = list(dict.fromkeys(score.experiment for score in scores))
+    there = {score.subject: score for score in scores if score.experiment == reference}
     with style():
         slots = len(subjects) * (len(experiments) + 1)
         figure = new_figure(max(TEXT_WIDTH_IN, FRAME_WIDTH_IN + SLOT_IN * slots), HEIGHT_IN)
-        panels = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 0.8, 1.3))
+        panels = figure.subplots(4, 1, sharex=True, height_ratios=(1.0, 0.8, 1.1, 0.9))
         for score in scores:
             column, which = subjects.index(score.subject), experiments.index(score.experiment)
-            _draw_score(panels, column + _offset(which, len(experiments)), which, score)
+            x = column + _offset(which, len(experiments))
+            _draw_score(panels, x, which, score)
+            _draw_change(panels[3], x, which, score, there.get(score.subject))
         for axes in panels:
             _shade(axes, scores, subjects, experiments)
         _name_experiments(panels[0], experiments)
-        _finish(panels, subjects, interval)
+        _finish(panels, subjects, masses)
+        panels[3].set_ylabel(r"$k_\mathrm{ATP}$ against" + f"\n{reference.replace('_', ' ')} (%)")
         figure.suptitle(titled("Experiments beside each other", cohort_title), fontsize=7.5)
         shared_legend(figure, [panels[0], panels[2]], entries_a_row=min(4, max(2, len(experiments))))
     return figure
@@ -104,9 +114,25 @@ def _draw_score(panels: Sequence[Axes], x: float, which: int, score: ExperimentS
     panels[0].plot(x, score.rmse_kpa, mew=0.0, **mark)
     panels[1].plot(x, score.coverage, mew=0.0, **mark)
     panels[1].plot(x, score.coverage_phases, mew=0.7, mfc="none", **mark)
-    low, median, high = score.k_atp_per_s
+    _draw_interval(panels[2], x, which, score.k_atp_per_s)
+
+
+def _draw_change(
+    axes: Axes, x: float, which: int, score: ExperimentScore, reference: ExperimentScore | None
+) -> None:
+    """Draw the posterior of k_ATP in percent of its median in the reference experiment."""
+    if reference is None or not (score.supported and reference.supported):
+        return
+    median_there = reference.k_atp_per_s[1]
+    low, median, high = (100.0 * (value / median_there - 1.0) for value in score.k_atp_per_s)
+    _draw_interval(axes, x, which, (low, median, high))
+
+
+def _draw_interval(axes: Axes, x: float, which: int, values: tuple[float, float, float]) -> None:
+    low, median, high = values
+    color, marker = COLORS[which % len(COLORS)], MARKERS[which % len(MARKERS)]
     ends = [[median - low], [high - median]]
-    panels[2].errorbar(x, median, ends, mew=0.0, elinewidth=0.9, capsize=1.8, **mark)
+    axes.errorbar(x, median, ends, fmt=marker, color=color, ms=3.2, mew=0.0, elinewidth=0.9, capsize=0.0)
 
 
 def _name_experiments(axes: Axes, experiments: Sequence[str]) -> None:
@@ -131,24 +157,25 @@ def _shade(
         axes.axvline(column - 0.5, color=PRIOR, lw=0.4, alpha=0.5, zorder=0)
 
 
-def _finish(panels: Sequence[Axes], subjects: Sequence[str], interval: float) -> None:
-    mass = percent(interval)
+def _finish(panels: Sequence[Axes], subjects: Sequence[str], masses: tuple[float, float]) -> None:
+    predictive, credible = map(percent, masses)
     panels[0].set_ylim(bottom=0.0)
     panels[0].set_ylabel("RMSE (kPa)")
     panels[1].set_ylim(-0.06, 1.06)
-    panels[1].axhline(interval, color=PRIOR, lw=0.7, ls=":")
+    panels[1].axhline(masses[0], color=PRIOR, lw=0.7, ls=":")
     panels[1].set_ylabel("coverage of\nthe PI")
     panels[1].set_title(
-        f"{mass} PI; filled: grid, open: measured phases; dotted: nominal", fontsize=6.0, pad=2.0
+        f"{predictive} PI; filled: grid, open: measured phases; dotted: nominal", fontsize=6.0, pad=2.0
     )
     panels[2].set_yscale("log")
     panels[2].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     panels[2].yaxis.set_major_formatter(ScalarFormatter())
     panels[2].yaxis.set_minor_formatter(NullFormatter())
     panels[2].set_ylabel(r"$k_\mathrm{ATP}$ (s$^{-1}$)")
-    panels[2].set_title(f"posterior median and {mass} CI", fontsize=6.0, pad=2.0)
+    panels[2].set_title(f"posterior median and {credible} CI", fontsize=6.0, pad=2.0)
     rotation = 90.0 if max(map(len, subjects)) > LONGEST_LEVEL_NAME else 0.0
-    panels[2].set_xticks(np.arange(len(subjects)), subjects, rotation=rotation)
-    panels[2].set_xlim(-0.5, len(subjects) - 0.5)
+    panels[3].axhline(0.0, color=PRIOR, lw=0.6, zorder=0)
+    panels[3].set_xticks(np.arange(len(subjects)), subjects, rotation=rotation)
+    panels[3].set_xlim(-0.5, len(subjects) - 0.5)
     for axes in panels:
         axes.tick_params(axis="x", length=0)

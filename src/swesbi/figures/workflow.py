@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 from matplotlib.path import Path as MplPath
 
-from swesbi.evaluation.support_numbers import support_numbers
 from swesbi.figures.layout import mark_excluded
 from swesbi.figures.style import TEXT_WIDTH_IN, new_figure, style
 from swesbi.figures.workflow_panels import (
@@ -37,6 +36,7 @@ PANEL_HEIGHT_IN: Final = 0.94
 TITLE_ABOVE_IN: Final = 0.10
 ARROW_ABOVE_IN: Final = 0.18
 HEAD_ABOVE_IN: Final = 0.37
+LONGEST_NAME: Final = 24
 
 
 class Box(NamedTuple):
@@ -96,10 +96,11 @@ def draw(picture: WorkflowPicture, cohort_title: str) -> Figure:
 def _write(figure: Figure, picture: WorkflowPicture, cohort_title: str) -> None:
     """Write the heads of both rows, the title of each panel, and the context."""
     copies = len(picture.sample_z)
-    state = "" if picture.support.supported else f" (excluded: {', '.join(support_numbers(picture.support))})"
+    state = "" if picture.support.supported else " (excluded)"
+    subject = _short(picture.subject)
     heads = {
-        ROW_A: f"(a) Training: {picture.subjects} {cohort_title} pooled, here {picture.subject}",
-        ROW_B: f"(b) Inference: the recording of {picture.subject}{state}",
+        ROW_A: f"(a) Training: {picture.subjects} {cohort_title} pooled, here {subject}",
+        ROW_B: f"(b) Inference: {subject}{state}",
     }
     for bottom, head in heads.items():
         y = bottom + PANEL_HEIGHT_IN + HEAD_ABOVE_IN
@@ -118,6 +119,11 @@ def _write(figure: Figure, picture: WorkflowPicture, cohort_title: str) -> None:
         _text(figure, box.middle, box.bottom + box.height + TITLE_ABOVE_IN, title, fontsize=TITLE_PT)
     context = f"context $c_d$: {context_line(picture.context)}"
     _text(figure, 0.06, ROW_A - 0.30, context, fontsize=SMALL_PT, ha="left")
+
+
+def _short(name: str) -> str:
+    """Return a name that leaves room for what stands beside it."""
+    return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
 
 
 def _connect(figure: Figure, picture: WorkflowPicture) -> None:

@@ -14,6 +14,7 @@ from scipy.stats import gaussian_kde
 
 from swesbi.context import CONTEXT_NAMES, Context
 from swesbi.evaluation.predictive import PredictiveCheck
+from swesbi.evaluation.support_numbers import support_numbers
 from swesbi.figures.density import log_density_of_prior
 from swesbi.figures.style import CMAES, OBSERVED, POSTERIOR, PRIOR
 from swesbi.inference.support import Support
@@ -125,8 +126,9 @@ def draw_check(axes: Axes, picture: WorkflowPicture) -> None:
         axes.plot(grid, curve.median, color=POSTERIOR, lw=0.8)
     _draw_phases(axes, picture)
     _finish_curves(axes, float(check.target.curve_kpa.max()))
-    key = {"measured": OBSERVED, "prior": PRIOR}
-    _write_key(axes, key | ({"posterior": POSTERIOR} if check.supported else {}))
+    excluded = dict.fromkeys(support_numbers(picture.support), EXCLUDED)
+    last = {"posterior": POSTERIOR} if check.supported else excluded
+    _write_key(axes, {"measured": OBSERVED, "prior": PRIOR} | last)
 
 
 def draw_training(axes: Axes, picture: WorkflowPicture) -> None:

@@ -20,9 +20,10 @@ K_ATP = THETA_NAMES.index("k_atp_per_s")
 
 
 class ExperimentsFigureSettings(Settings):
-    """What the figure calls the subjects."""
+    """What the figure calls the subjects, and the experiment with which the others are compared."""
 
     cohort_title: str
+    main_experiment: str
 
 
 def run(
@@ -47,8 +48,9 @@ def run(
         )
         for place, path in by_place(predictives).items()
     ]
-    interval = read_predictive(predictives[0])[0].interval if predictives else 0.0
-    save_figure(experiments.draw(scores, interval, settings.cohort_title), figure_pdf, figure_png)
+    masses = (read_predictive(predictives[0])[0].interval, read_posterior(posteriors[0]).interval_mass)
+    figure = experiments.draw(scores, settings.main_experiment, masses, settings.cohort_title)
+    save_figure(figure, figure_pdf, figure_png)
 
 
 def _score(place: Place, predictive: Path, posterior: Path, support: Path) -> ExperimentScore:
