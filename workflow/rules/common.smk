@@ -76,8 +76,9 @@ def of_cohort(*experiments):
 
 
 def study_outputs():
-    """Return every figure and table of the study."""
+    """Return every figure and table of the study, and the page that shows them."""
     return [
+        f"{RESULTS}/report.html",
         *expand(
             f"{RESULTS}/figures/{{figure}}.{{image}}",
             figure=["workflow", "ppc", "posterior", "experiments"],

@@ -1,0 +1,72 @@
+"""Captions of the page's figures, and what they say to who cannot see them: (description, caption)."""
+
+from __future__ import annotations
+
+from swesbi.report.results import Experiment
+
+Texts = tuple[str, str]
+
+
+def workflow(cohort_title: str) -> Texts:
+    """Return the texts of figure 1."""
+    description = (
+        f"Diagram of the workflow, from prior and recording to posterior, with data of {cohort_title}"
+    )
+    caption = (
+        "Figure 1. The workflow, drawn from this run: prior samples and context give simulated curves, "
+        f"whose features train the network; the observed features of one subject give its "
+        f"posterior ({cohort_title})."
+    )
+    return description, caption
+
+
+def ppc(main: Experiment, cohort_title: str) -> Texts:
+    """Return the texts of figure 2."""
+    description = (
+        f"Stiffness over the cardiac cycle, one panel a subject of the {cohort_title}: observed with "
+        "standard errors, prior and posterior predictive medians and bands, and the CMA-ES fit"
+    )
+    caption = (
+        f"Figure 2. Predictive checks of each subject ({cohort_title}): observed stiffness with its standard "
+        f"error, medians and {main.predictive_percent:g} % bands of the prior and the posterior prediction, "
+        "CMA-ES fit. "
+        f"{_unsupported(main)}"
+    )
+    return description, caption.rstrip()
+
+
+def posterior(main: Experiment, cohort_title: str) -> Texts:
+    """Return the texts of figure 3."""
+    description = (
+        f"Marginal posterior distributions of the three parameters of the {cohort_title}, with "
+        "medians, credible intervals, the prior and the CMA-ES estimates"
+    )
+    caption = (
+        f"Figure 3. Posterior of the three parameters of each subject ({cohort_title}), with medians and "
+        f"{main.credible_percent:g} % credible intervals, beside the CMA-ES fit. {_unsupported(main)}"
+    )
+    return description, caption.rstrip()
+
+
+def experiments(cohort_title: str) -> Texts:
+    """Return the texts of the figure of all experiments."""
+    description = (
+        f"RMSE, coverage and contraction rate of every experiment, subject by subject, {cohort_title}"
+    )
+    caption = (
+        "Predictive error, coverage and contraction rate of every experiment, beside each other "
+        f"({cohort_title})."
+    )
+    return description, caption
+
+
+def training(stem: str, cohort_title: str) -> Texts:
+    """Return the texts of a training figure, whose file's name ends in its experiment."""
+    experiment = stem.removeprefix("training-")
+    description = f"Training and validation loss against epoch, experiment {experiment}, {cohort_title}"
+    return description, f"Training and validation loss of the experiment {experiment} ({cohort_title})."
+
+
+def _unsupported(main: Experiment) -> str:
+    names = [subject for subject, support in main.supports.items() if not support.supported]
+    return f"Outside the prior's support, and greyed: {', '.join(names)}." if names else ""

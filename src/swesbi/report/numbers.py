@@ -1,0 +1,58 @@
+"""Numbers as the page shows them: rounded, with a true minus, and a dash where there is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+MISSING = "–"
+MINUS = "−"
+
+
+def fixed(value: float, decimals: int) -> str:
+    """Return a number with so many decimals: -0.8432 with two as "−0.84"."""
+    return MISSING if math.isnan(value) else _signed(f"{value:.{decimals}f}")
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits, never in exponents: 0.01234 as "0.0123"."""
+    if math.isnan(value):
+        return MISSING
+    if value == 0.0 or math.isinf(value):
+        return _signed(f"{value:g}")
+    rounded = float(f"{value:.{digits - 1}e}")
+    decimals = max(digits - 1 - math.floor(math.log10(abs(rounded))), 0)
+    return _signed(f"{rounded:,.{decimals}f}")
+
+
+def percent(fraction: float, decimals: int = 1) -> str:
+    """Return a fraction in percent, without the sign, which the heading has: 0.905 as "90.5"."""
+    return fixed(100.0 * fraction, decimals)
+
+
+def count(value: float) -> str:
+    """Return a whole number with thousands apart."""
+    return f"{int(value):,}"
+
+
+def span(low: str, high: str) -> str:
+    """Return an interval from two formatted numbers; one dash where both are missing."""
+    return MISSING if low == high == MISSING else f"{low} to {high}"
+
+
+def mean_sd(values: Sequence[float] | NDArray[np.float64], decimals: int) -> str:
+    """Return mean ± sample standard deviation; the mean alone of one value, a dash of none."""
+    known = np.asarray(values, dtype=np.float64)
+    if not len(known):
+        return MISSING
+    mean = fixed(float(known.mean()), decimals)
+    return f"{mean} ± {fixed(float(known.std(ddof=1)), decimals)}" if len(known) > 1 else mean
+
+
+def _signed(text: str) -> str:
+    """Replace the hyphen by a minus; a zero has no sign."""
+    negative = text.startswith("-") and any(digit in text for digit in "123456789")
+    return (MINUS if negative else "") + text.removeprefix("-")

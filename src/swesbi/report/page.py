@@ -1,0 +1,139 @@
+"""The page itself: what the templates are given, and their rendering."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import yaml
+from jinja2 import DictLoader, Environment, StrictUndefined
+
+from swesbi.report.cohort import context_table, recording_table
+from swesbi.report.experiments import comparison_table, differences_table, median_table
+from swesbi.report.figures import Figure
+from swesbi.report.headline import Fact, headline
+from swesbi.report.paper import paper_table
+from swesbi.report.recovery import levels_table, recovery_table
+from swesbi.report.results import Results
+from swesbi.report.subjects import derived_table, feature_table, posterior_table, score_table, verdict_table
+from swesbi.report.table import Table
+from swesbi.report.training import training_table
+
+TEMPLATES: Final = ("templates/page.html", "templates/macros.html", "templates/page.css")
+ENTRY: Final = TEMPLATES[0]
+
+
+@dataclass(frozen=True)
+class Cohort:
+    """What the subjects are, and who says so.
+
+    Attributes:
+        title: What figures and tables call them.
+        folder: Folder of the recordings.
+        origin: Where the recordings come from, in the words of the cohort's ``recording.yaml``.
+        protocol: How they were made, likewise, entry by entry; empty if it does not say.
+    """
+
+    title: str
+    folder: str
+    origin: str
+    protocol: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Figures:
+    """The figures of the page; training has one an experiment."""
+
+    workflow: Figure
+    ppc: Figure
+    posterior: Figure
+    experiments: Figure
+    training: tuple[Figure, ...]
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where the results come from."""
+
+    seed: int
+    code_hash: str
+    version: str
+    artefacts: Table
+    software: Table
+    configuration: str
+
+
+@dataclass(frozen=True)
+class Page:
+    """Everything that the templates show."""
+
+    cohort: Cohort
+    verdicts: tuple[Fact, ...]
+    main: str
+    experiments: tuple[str, ...]
+    facts: tuple[Fact, ...]
+    tables: Mapping[str, Table]
+    levels: tuple[Table, ...]
+    figures: Figures
+    files: tuple[Table, ...]
+    provenance: Provenance
+
+
+def make_page(
+    results: Results, cohort: Cohort, figures: Figures, files: Sequence[Table], provenance: Provenance
+) -> Page:
+    """Put the page together from the results."""
+    return Page(
+        cohort=cohort,
+        verdicts=tuple(Fact(name, support.verdict) for name, support in results.main.supports.items()),
+        main=results.main.name,
+        experiments=tuple(experiment.name for experiment in results.experiments),
+        facts=headline(results.main),
+        tables=_tables(results, cohort.title),
+        levels=tuple(map(levels_table, results.experiments)),
+        figures=figures,
+        files=tuple(files),
+        provenance=provenance,
+    )
+
+
+def render(page: Page) -> str:
+    """Return the page as HTML; equal pages give equal text."""
+    folder = Path(__file__).parent
+    sources = {Path(name).name: (folder / name).read_text(encoding="utf-8") for name in TEMPLATES}
+    environment = Environment(
+        loader=DictLoader(sources),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.get_template(Path(ENTRY).name).render(page=page)
+
+
+def as_yaml(plain: Mapping[str, Any]) -> str:
+    """Return a configuration as the page prints it."""
+    return yaml.safe_dump(dict(plain), allow_unicode=True, default_flow_style=None, sort_keys=True, width=100)
+
+
+def _tables(results: Results, title: str) -> dict[str, Table]:
+    main, experiments = results.main, results.experiments
+    others = [experiment for experiment in experiments if experiment is not main]
+    return {
+        "context": context_table(results.observations, title),
+        "recordings": recording_table(results.observations, title),
+        "verdicts": verdict_table(main, title),
+        "scores": score_table(main, title),
+        "features": feature_table(main, title),
+        "posterior": posterior_table(main, title),
+        "derived": derived_table(main, title),
+        "differences": differences_table(others, main),
+        "experiments": comparison_table(experiments, title),
+        "medians": median_table(experiments, title),
+        "recovery": recovery_table(experiments),
+        "training": training_table(experiments),
+        "paper": paper_table(results.comparison, title),
+    }

@@ -1,0 +1,198 @@
+"""Each subject in one experiment: verdict, predictive scores, features, posterior."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import Any, Final
+
+import pandas as pd
+from markupsafe import Markup
+
+from swesbi.report.names import (
+    PARAMETER_UNITS,
+    PARAMETERS,
+    component,
+    feature_unit,
+    quantity,
+)
+from swesbi.report.numbers import MISSING, count, fixed, mean_sd, percent, significant, span
+from swesbi.report.results import Experiment, records
+from swesbi.report.table import Column, Row, Table, words
+
+DERIVED_UNITS: Final = {"1": "", "1/s": PARAMETER_UNITS["k_sr_per_s"]}
+
+
+def verdict_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return the outcome of both support criteria for each subject."""
+    columns = (
+        *words("Subject", "Verdict"),
+        Column("Largest |z|"),
+        *words("Attained by"),
+        Column("Draws in bounds"),
+        *(
+            Column(Markup("Unfiltered {}").format(label), PARAMETER_UNITS[name])
+            for name, label in PARAMETERS.items()
+        ),
+    )
+    rows = []
+    for subject, support in experiment.supports.items():
+        cells = (
+            subject,
+            "supported" if support.supported else "not supported",
+            fixed(support.max_abs_z, 2),
+            component(support.worst_component),
+            count(support.in_prior_draws),
+            *(significant(support.unfiltered_median[name]) for name in PARAMETERS),
+        )
+        rows.append(Row(cells, muted=not support.supported))
+    required = experiment.settings["support"]
+    note = (
+        f"Required: |z| ≤ {required['max_abs_z']:g} in every component of the standardised feature-context "
+        f"vector, and {count(required['min_in_prior_draws'])} of {count(required['candidate_draws'])} "
+        "candidate draws within the prior's bounds. Unfiltered: median of all candidates."
+    )
+    return Table(f"Does the prior support the subject? ({cohort_title})", columns, tuple(rows), note)
+
+
+def score_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return table 1: the predictive scores of each subject, and their mean over the supported ones."""
+    columns = (
+        Column("Subject", numeric=False),
+        Column("RMSE, prior", "kPa"),
+        Column("RMSE, posterior", "kPa"),
+        Column("Reduction", "%"),
+        Column("NRMSE"),
+        Column("R²"),
+        Column("Post-peak RMSE", "kPa"),
+        Column("Coverage, grid", "%"),
+        Column("Coverage, measured phases", "%"),
+        Column("RMSE, CMA-ES", "kPa"),
+    )
+    rows = [_scores(row) for row in records(experiment.scores)]
+    note = (
+        "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage "
+        f"is the share of the observed curve inside the {experiment.predictive_percent:g} % predictive band. "
+        "Subjects outside the prior's support have no posterior scores."
+    )
+    if len(experiment.supported) > 1:
+        rows.append(_mean_scores(experiment.supported))
+    return Table(f"Table 1. Posterior predictive performance ({cohort_title}).", columns, tuple(rows), note)
+
+
+def _scores(row: Mapping[Hashable, Any]) -> Row:
+    cells = (
+        str(row["subject"]),
+        fixed(row["rmse_prior_kpa"], 2),
+        fixed(row["rmse_kpa"], 2),
+        fixed(row["rmse_reduction_percent"], 1),
+        fixed(row["nrmse"], 3),
+        fixed(row["r2"], 3),
+        fixed(row["post_peak_rmse_kpa"], 2),
+        percent(row["coverage_grid"], 0),
+        percent(row["coverage_phases"], 0),
+        fixed(row["rmse_cmaes_kpa"], 2),
+    )
+    return Row(cells, muted=not row["supported"])
+
+
+def _mean_scores(scores: pd.DataFrame) -> Row:
+    cells = (
+        "supported, mean ± sd",
+        mean_sd(scores["rmse_prior_kpa"].to_numpy(), 2),
+        mean_sd(scores["rmse_kpa"].to_numpy(), 2),
+        mean_sd(scores["rmse_reduction_percent"].to_numpy(), 1),
+        mean_sd(scores["nrmse"].to_numpy(), 3),
+        mean_sd(scores["r2"].to_numpy(), 3),
+        mean_sd(scores["post_peak_rmse_kpa"].to_numpy(), 2),
+        mean_sd(100.0 * scores["coverage_grid"].to_numpy(), 0),
+        mean_sd(100.0 * scores["coverage_phases"].to_numpy(), 0),
+        mean_sd(scores["rmse_cmaes_kpa"].to_numpy(), 2),
+    )
+    return Row(cells, summary=True)
+
+
+def feature_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return the checked features of each subject: observed, predicted, inside or not."""
+    columns = (
+        *words("Subject", "Feature", "Unit"),
+        Column("Observed"),
+        Column("Prior median"),
+        Column("Posterior median"),
+        Column("Posterior interval", f"{experiment.predictive_percent:g} %"),
+        *words("Inside"),
+    )
+    rows = []
+    for row in records(experiment.features):
+        inside = {True: "yes", False: "no"}.get(row["inside"], MISSING) if row["supported"] else MISSING
+        cells = (
+            str(row["subject"]),
+            component(str(row["feature"])),
+            feature_unit(str(row["feature"])),
+            significant(row["observed"]),
+            significant(row["prior_median"]),
+            significant(row["median"]),
+            span(significant(row["pi_low"]), significant(row["pi_high"])),
+            inside,
+        )
+        rows.append(Row(cells, muted=not row["supported"]))
+    note = "Intervals are those of a new observation, the observation model's noise included."
+    return Table(f"The features that carry noise ({cohort_title}).", columns, tuple(rows), note)
+
+
+def posterior_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return medians, credible intervals and correlations of the three parameters."""
+    columns = (
+        *words("Subject", "Parameter", "Unit"),
+        Column("Median"),
+        Column("Credible interval", f"{experiment.credible_percent:g} %"),
+        *(Column(Markup("Correlation with {}").format(label)) for label in PARAMETERS.values()),
+        Column("Unfiltered median"),
+        Column("CMA-ES"),
+    )
+    table = experiment.posterior
+    rows = []
+    for row in records(table[table["parameter"].isin(PARAMETERS)]):
+        name = str(row["parameter"])
+        correlations = [
+            MISSING if other == name else fixed(row[f"correlation_{other}"], 2) for other in PARAMETERS
+        ]
+        cells = (
+            str(row["subject"]),
+            PARAMETERS[name],
+            PARAMETER_UNITS[name],
+            significant(row["median"]),
+            span(significant(row["ci_low"]), significant(row["ci_high"])),
+            *correlations,
+            significant(row["unfiltered_median"]),
+            significant(row["cmaes"]),
+        )
+        rows.append(Row(cells, muted=not row["supported"]))
+    note = "The unfiltered median is of all candidate draws, whether or not the prior allows them."
+    return Table(f"Posterior of the three parameters ({cohort_title}).", columns, tuple(rows), note)
+
+
+def derived_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return what a cardiologist reads: quantities of the posterior predictive simulations."""
+    columns = (
+        *words("Subject", "Quantity", "Unit"),
+        Column("Median"),
+        Column("Interval", f"{experiment.credible_percent:g} %"),
+        Column("Measured"),
+    )
+    table = experiment.posterior
+    rows = []
+    for row in records(table[~table["parameter"].isin(PARAMETERS) & table["supported"]]):
+        cells = (
+            str(row["subject"]),
+            quantity(str(row["parameter"])),
+            DERIVED_UNITS.get(str(row["unit"]), str(row["unit"])),
+            significant(row["median"]),
+            span(significant(row["ci_low"]), significant(row["ci_high"])),
+            significant(row["measured"]),
+        )
+        rows.append(Row(cells))
+    note = (
+        "From the simulations that the posterior draws of the supported subjects give. The fit sees the "
+        "stiffness curve alone; the measured volumes enter only as context."
+    )
+    return Table(f"Derived quantities ({cohort_title}).", columns, tuple(rows), note)

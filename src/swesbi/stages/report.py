@@ -1,0 +1,159 @@
+"""Stage: the landing page of the results, readable without the workflow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+from pydantic import JsonValue
+
+from swesbi import __version__
+from swesbi.artefacts import ArtefactError, atomic_path
+from swesbi.figures.training import read_history
+from swesbi.inference.support import read_support
+from swesbi.recording.dataset import read_observation
+from swesbi.report import captions
+from swesbi.report.figures import figure
+from swesbi.report.files import file_groups
+from swesbi.report.names import protocol_entry
+from swesbi.report.page import Cohort, Figures, Provenance, as_yaml, make_page, render
+from swesbi.report.paper import read_comparison
+from swesbi.report.provenance import provenance_table, software_table
+from swesbi.report.results import Experiment, Recovery, Results
+from swesbi.settings import Settings
+from swesbi.stages.origin import Origin
+from swesbi.stages.places import Place, by_place
+
+
+class ReportSettings(Settings):
+    """What the page says of the study's configuration.
+
+    Attributes:
+        cohort_title: What the subjects are called.
+        main_experiment: The experiment of figures 2 and 3 and of table 1.
+        experiments: Section of each experiment shown, its prior as the prior itself.
+        configuration: The configuration as the page prints it.
+    """
+
+    cohort_title: str
+    main_experiment: str
+    experiments: dict[str, dict[str, JsonValue]]
+    configuration: dict[str, JsonValue]
+
+
+def run(
+    *,
+    recording: Path,
+    observations: Sequence[Path],
+    supports: Sequence[Path],
+    trainings: Sequence[Path],
+    recoveries: Sequence[Path],
+    recovery_acquisitions: Sequence[Path],
+    ppc_csv: Path,
+    features_csv: Path,
+    posterior_csv: Path,
+    comparison_csv: Path,
+    workflow_png: Path,
+    workflow_pdf: Path,
+    ppc_png: Path,
+    ppc_pdf: Path,
+    posterior_png: Path,
+    posterior_pdf: Path,
+    experiments_png: Path,
+    experiments_pdf: Path,
+    training_pngs: Sequence[Path],
+    artefacts: Sequence[Path],
+    report: Path,
+    settings: ReportSettings,
+    origin: Origin,
+) -> None:
+    """Write the page; it refers to figures and ``artefacts`` by paths relative to itself.
+
+    Raises:
+        ArtefactError: An input is missing for an experiment, or cannot be read.
+    """
+    title = settings.cohort_title
+    tables = {"scores": ppc_csv, "features": features_csv, "posterior": posterior_csv}
+    files = {"training": trainings, "own": recoveries, "acquisition": recovery_acquisitions}
+    results = _results(settings, observations, supports, tables, files, comparison_csv)
+    figures = Figures(
+        workflow=figure(workflow_png, report, *captions.workflow(title), workflow_pdf),
+        ppc=figure(ppc_png, report, *captions.ppc(results.main, title), ppc_pdf),
+        posterior=figure(posterior_png, report, *captions.posterior(results.main, title), posterior_pdf),
+        experiments=figure(experiments_png, report, *captions.experiments(title), experiments_pdf),
+        training=tuple(figure(path, report, *captions.training(path.stem, title)) for path in training_pngs),
+    )
+    origins = Provenance(
+        seed=origin.seed,
+        code_hash=origin.code_hash,
+        version=__version__,
+        artefacts=provenance_table(artefacts),
+        software=software_table(),
+        configuration=as_yaml(settings.configuration),
+    )
+    cohort = _cohort(recording, title)
+    page = make_page(results, cohort, figures, file_groups(artefacts, report), origins)
+    with atomic_path(report) as temporary:
+        temporary.write_text(render(page), encoding="utf-8")
+
+
+def _results(
+    settings: ReportSettings,
+    observations: Sequence[Path],
+    supports: Sequence[Path],
+    tables: Mapping[str, Path],
+    files: Mapping[str, Sequence[Path]],
+    comparison: Path,
+) -> Results:
+    """Read everything that the page shows in numbers."""
+    shown = {name: pd.read_csv(path) for name, path in tables.items()}
+    verdicts = by_place(supports)
+    of_experiment = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
+    experiments = tuple(
+        _experiment(name, plain, shown, verdicts, of_experiment)
+        for name, plain in settings.experiments.items()
+    )
+    return Results(
+        observations=tuple(map(read_observation, observations)),
+        experiments=experiments,
+        main=next(each for each in experiments if each.name == settings.main_experiment),
+        comparison=read_comparison(comparison),
+    )
+
+
+def _experiment(
+    name: str,
+    plain: Mapping[str, Any],
+    tables: Mapping[str, pd.DataFrame],
+    verdicts: Mapping[Place, Path],
+    files: Mapping[str, Mapping[str, Path]],
+) -> Experiment:
+    if missing := [kind for kind, paths in files.items() if name not in paths]:
+        raise ArtefactError(f"experiment {name!r}: no file of {', '.join(missing)} is given")
+    own, acquisition = (pd.read_csv(files[kind][name]) for kind in ("own", "acquisition"))
+    return Experiment(
+        name=name,
+        settings=plain,
+        supports={
+            place.subject: read_support(path) for place, path in verdicts.items() if place.experiment == name
+        },
+        recovery=Recovery(own, acquisition),
+        training=read_history(files["training"][name]),
+        **{kind: table[table["experiment"] == name] for kind, table in tables.items()},
+    )
+
+
+def _cohort(recording: Path, title: str) -> Cohort:
+    """Read what the cohort says of its own recordings; only ``origin`` is required.
+
+    Raises:
+        ArtefactError: It does not say where the recordings come from.
+    """
+    plain = yaml.safe_load(recording.read_text(encoding="utf-8"))
+    if not isinstance(plain, dict) or not plain.get("origin"):
+        raise ArtefactError(f"{recording}: add `origin`: who or what was recorded, in a few words")
+    protocol = tuple(protocol_entry(key, value) for key, value in (plain.get("protocol") or {}).items())
+    return Cohort(title, recording.parent.as_posix(), str(plain["origin"]), protocol)
