@@ -65,6 +65,7 @@ def test_the_shipped_seed_gives_the_outcome_of_the_study(finished: StudyCopy, ju
     shipped = table[table["shipped"] == 1].set_index("subject")
     study = pd.read_csv(finished.results / "tables" / "ppc.csv").set_index("subject")
     assert tuple(shipped.index) == SUBJECTS
+    assert study["supported"].any()
     for name, row in shipped.iterrows():
         support = read_support(finished.results / "paper" / "subjects" / str(name) / "support.json")
         assert row["max_abs_z"] == pytest.approx(support.max_abs_z, rel=1e-6)

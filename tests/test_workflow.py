@@ -18,7 +18,8 @@ from study_copy import StudyCopy, copy_study, of_rule, rules_of
 SHOWN = {"cohort_figures", "tables", "paper_comparison"}
 PREDICTIVE = {"predictive", "ppc_figure", "workflow_figure", "experiments_figure"} | SHOWN
 SAMPLED = {"posterior", "posterior_figure"} | PREDICTIVE
-TRAINED = {"train", "recovery", "recovery_acquisition", "training_figure"} | SAMPLED
+EPOCHS = {"epochs", "epochs_figure"}
+TRAINED = {"train", "recovery", "recovery_acquisition", "training_figure"} | EPOCHS | SAMPLED
 
 
 @contextmanager
@@ -41,7 +42,7 @@ def test_a_finished_study_has_nothing_to_do(finished: StudyCopy) -> None:
 @pytest.mark.parametrize(
     ("path", "old", "new", "rules"),
     [
-        ("smoke.yaml", "predictive:\n      draws: 50", "predictive:\n      draws: 40", PREDICTIVE),
+        ("smoke.yaml", "predictive:\n      draws: 50", "predictive:\n      draws: 40", EPOCHS | PREDICTIVE),
         ("smoke.yaml", "learning_rate: 0.002", "learning_rate: 0.001", TRAINED),
         ("smoke.yaml", "augmentations: 4", "augmentations: 3", {"pool"} | TRAINED),
         ("config.yaml", "maximum_kpa: 1.0", "maximum_kpa: 2.0", {"pool"} | TRAINED),

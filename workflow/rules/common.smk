@@ -81,7 +81,7 @@ def study_outputs():
         f"{RESULTS}/report.html",
         *expand(
             f"{RESULTS}/figures/{{figure}}.{{image}}",
-            figure=["workflow", "ppc", "posterior", "experiments"],
+            figure=["workflow", "ppc", "posterior", "experiments", "epochs"],
             image=["pdf", "png"],
         ),
         *expand(

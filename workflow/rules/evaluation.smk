@@ -62,3 +62,25 @@ rule acquisition_seeds:
         "Virtual volunteers under other acquisition seeds"
     script:
         "../scripts/acquisition_seeds.py"
+
+
+rule epochs:
+    """The same synthetic recordings and subjects under checkpoints of the training."""
+    input:
+        pool=rules.pool.output.pool,
+        checkpoints=rules.train.output.checkpoints,
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        passives=of_subjects("cohort/{subject}/passive.h5"),
+        supports=of_subjects("{experiment}/subjects/{subject}/support.json"),
+    output:
+        epochs=f"{RESULTS}/{{experiment}}/epochs.csv",
+    log:
+        f"{RESULTS}/logs/epochs/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/epochs/{{experiment}}.tsv"
+    params:
+        stage=stage("epochs"),
+    message:
+        "Recovery and posteriors by epoch of training ('{wildcards.experiment}')"
+    script:
+        "../scripts/epochs.py"

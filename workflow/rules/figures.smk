@@ -135,3 +135,23 @@ rule experiments_figure:
         "Figure: the experiments beside each other"
     script:
         "../scripts/experiments_figure.py"
+
+
+rule epochs_figure:
+    """Loss, recovery, observed coverage and posterior width by epoch, for the main experiment."""
+    input:
+        epochs=expand(rules.epochs.output.epochs, experiment=MAIN),
+        training=expand(rules.train.output.training, experiment=MAIN),
+    output:
+        figure_pdf=f"{RESULTS}/figures/epochs.pdf",
+        figure_png=f"{RESULTS}/figures/epochs.png",
+    log:
+        f"{RESULTS}/logs/epochs_figure.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/epochs_figure.tsv"
+    params:
+        stage=stage("epochs_figure", experiment=MAIN),
+    message:
+        "Figure: inference by epoch of training"
+    script:
+        "../scripts/epochs_figure.py"

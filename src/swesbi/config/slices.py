@@ -80,6 +80,18 @@ def _recovery_acquisition(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return common | own | {"passive_reference_prior": reference}
 
 
+def _epochs(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    own = _of_experiment(study, wildcards, "support", "predictive", "epoch_study")
+    draws = own.pop("epoch_study")["candidate_draws"]
+    return _recovery(study, wildcards) | own | {"candidate_draws": draws}
+
+
+def _epochs_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    name = _named(study, wildcards, "experiment")
+    interval = study.config.experiments[name].predictive.interval
+    return _figure(study, wildcards) | {"experiment": name, "interval": interval}
+
+
 def _acquisition_seeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     common = _common(study.config, "forward_model", "measurement", "passive", "recording")
     reference = study.config.priors[study.config.passive_reference_prior].to_plain()
@@ -100,6 +112,10 @@ def _figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 def _figure_with_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return _figure(study, wildcards) | _of_experiment(study, wildcards, "prior")
+
+
+def _experiments_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _figure(study, wildcards) | {"main_experiment": study.config.main_experiment}
 
 
 def _workflow_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
@@ -186,6 +202,8 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "predictive": _predictive,
     "recovery": _recovery,
     "recovery_acquisition": _recovery_acquisition,
+    "epochs": _epochs,
+    "epochs_figure": _epochs_figure,
     "acquisition_seeds": _acquisition_seeds,
     "cmaes": _cmaes,
     "ppc_figure": _figure,
@@ -194,7 +212,7 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "training_figure": _figure,
     "tables": _figure,
     "workflow_figure": _workflow_figure,
-    "experiments_figure": _figure,
+    "experiments_figure": _experiments_figure,
     "paper_comparison": _paper_comparison,
     "report": _report,
 }

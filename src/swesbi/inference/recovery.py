@@ -21,6 +21,10 @@ FloatArray = NDArray[np.float64]
 VARIANCE_POINTS = 100_000
 
 
+class NothingRecoveredError(ValueError):
+    """No synthetic recording has enough draws within the prior's bounds; the message says what to do."""
+
+
 @dataclass(frozen=True)
 class RecoveryRow:
     """One parameter at one nominal level; the fields are the columns of ``recovery.csv``.
@@ -84,12 +88,12 @@ def recover(
         settings: The least number of draws.
 
     Raises:
-        ValueError: No recording is left.
+        NothingRecoveredError: No recording is left.
     """
     inside = [draws[in_bounds(draws, prior)] for draws in candidates]
     scored = [i for i, draws in enumerate(inside) if len(draws) >= settings.min_in_prior_draws]
     if not scored:
-        raise ValueError(
+        raise NothingRecoveredError(
             f"none of the {len(truth)} synthetic recordings has {settings.min_in_prior_draws} draws in the "
             "prior's bounds: the estimator has not learned the posterior; train it longer"
         )

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from swesbi.artefacts import ArtefactError, save, write_json
 from swesbi.inference.dataset import POSTERIOR, posterior_to_groups, read_pool
-from swesbi.inference.estimator import TrainedEstimator, load_estimator
+from swesbi.inference.estimator import load_estimator
 from swesbi.inference.pool import Pool
 from swesbi.inference.posterior import summarise_posterior
-from swesbi.inference.sampling import draw_candidates
+from swesbi.inference.sampling import Sampler, draw_candidates
 from swesbi.inference.settings import PosteriorSettings, SupportSettings
 from swesbi.inference.support import diagnose
 from swesbi.seeds import integer_seed
@@ -58,7 +58,7 @@ def run(
     LOGGER.info("subject %s: %s", subject, verdict.verdict)
 
 
-def check_components(pool: Pool, estimator: TrainedEstimator, path: Path) -> None:
+def check_components(pool: Pool, estimator: Sampler, path: Path) -> None:
     """Refuse an estimator that was trained on other components than the pool's.
 
     Raises:

@@ -62,11 +62,19 @@ def run(
         ArtefactError: An input does not fit the others.
     """
     subjects = read_measured_subjects(observations, passives)
-    counts = shares(settings.recovery.recordings, len(subjects))
-    made = [_recordings(s, n, settings, origin.seed) for s, n in zip(subjects, counts, strict=True) if n]
-    truth, raw = (np.concatenate(parts) for parts in zip(*made, strict=True))
+    truth, raw = synthetic_recordings(subjects, settings, origin.seed)
     posteriors = infer(pool, estimator, raw, settings.recovery.candidate_draws, origin.seed)
     write_scores(recovery, truth, posteriors, settings.prior, settings.recovery)
+
+
+def synthetic_recordings(
+    subjects: Sequence[MeasuredSubject], settings: RecoveryStageSettings, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return theta (N, 3) and raw features with context (N, C) of recordings shared over the subjects."""
+    counts = shares(settings.recovery.recordings, len(subjects))
+    made = [_recordings(s, n, settings, seed) for s, n in zip(subjects, counts, strict=True) if n]
+    truth, raw = (np.concatenate(parts) for parts in zip(*made, strict=True))
+    return truth, raw
 
 
 def infer(pool: Path, estimator: Path, raw: FloatArray, draws: int, seed: int) -> FloatArray:
@@ -78,7 +86,12 @@ def infer(pool: Path, estimator: Path, raw: FloatArray, draws: int, seed: int) -
     data, (trained, _) = read_pool(pool), load_estimator(estimator)
     check_components(data, trained, estimator)
     z = data.standardisation.apply(raw)
-    return draw_candidates(trained, z, draws, integer_seed(seed, "recovery", "posterior"))
+    return draw_candidates(trained, z, draws, posterior_seed(seed))
+
+
+def posterior_seed(seed: int) -> int:
+    """Return the seed of the draws that recordings are inferred with."""
+    return integer_seed(seed, "recovery", "posterior")
 
 
 def write_scores(

@@ -1,0 +1,178 @@
+"""The study over epochs: the best epoch is the experiment itself, others follow their own networks."""
+
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+from study_copy import StudyCopy
+
+from swesbi.artefacts import ArtefactError
+from swesbi.config import load_study, overlay, read_yaml
+from swesbi.config.slices import stage_settings
+from swesbi.figures.epochs import COLUMNS, draw, read_epochs
+from swesbi.figures.training import read_history
+from swesbi.inference.dataset import read_posterior
+from swesbi.inference.estimator import load_estimator
+from swesbi.inference.recovery import prior_variance
+from swesbi.stages import epochs
+from swesbi.stages.origin import Origin
+from swesbi.tables.epochs import (
+    COVERAGE_GRID,
+    COVERAGE_PHASES,
+    IN_PRIOR,
+    RECOVERY_COVERAGE,
+    RELATIVE_SD,
+    RMSE,
+    VALIDATION_LOSS,
+)
+from swesbi.theta import THETA_NAMES
+
+CHECKPOINTS = {1, 3, 6}
+SUBJECTS = ("A", "B", "F")
+
+
+@pytest.fixture(scope="module")
+def table(finished: StudyCopy) -> pd.DataFrame:
+    return read_epochs(finished.results / "paper" / "epochs.csv")
+
+
+def values(table: pd.DataFrame, quantity: str, epoch: int, **where: str) -> pd.Series:
+    chosen = (table["quantity"] == quantity) & (table["epoch"] == epoch)
+    for column, value in where.items():
+        chosen &= table[column] == value
+    return table["value"][chosen]
+
+
+def best_epoch(finished: StudyCopy) -> int:
+    return load_estimator(finished.results / "paper" / "estimator.pt")[0].best_epoch
+
+
+def test_every_checkpoint_has_every_quantity(finished: StudyCopy, table: pd.DataFrame) -> None:
+    history = read_history(finished.results / "paper" / "training.csv").set_index("epoch")
+    expected = CHECKPOINTS | {best_epoch(finished), int(history.index.max())}
+    assert set(table["epoch"]) == expected
+    for epoch in expected:
+        (loss,) = values(table, VALIDATION_LOSS, epoch)
+        assert loss == pytest.approx(history["validation_loss"][epoch], rel=1e-6)
+        assert len(values(table, RECOVERY_COVERAGE, epoch)) == len(THETA_NAMES)
+        assert len(values(table, RELATIVE_SD, epoch)) == len(THETA_NAMES) * len(SUBJECTS)
+        for quantity in (IN_PRIOR, COVERAGE_GRID, COVERAGE_PHASES, RMSE):
+            assert len(values(table, quantity, epoch)) == len(SUBJECTS)
+
+
+def test_best_epoch_agrees_with_the_experiment(finished: StudyCopy, table: pd.DataFrame) -> None:
+    best, paper = best_epoch(finished), finished.results / "paper"
+    assert set(table["epoch"][table["best"] == 1]) == {best}
+    recovery = pd.read_csv(paper / "recovery.csv").query("nominal == 0.9").set_index("parameter")
+    for name in THETA_NAMES:
+        (coverage,) = values(table, RECOVERY_COVERAGE, best, parameter=name)
+        assert coverage == pytest.approx(recovery["coverage"][name], rel=1e-6)
+    scores = pd.read_csv(finished.results / "tables" / "ppc.csv").set_index("subject")
+    assert scores["supported"].any()
+    for subject in SUBJECTS:
+        for quantity in (RMSE, COVERAGE_GRID, COVERAGE_PHASES):
+            (value,) = values(table, quantity, best, subject=subject)
+            np.testing.assert_allclose(value, scores[quantity][subject], rtol=1e-6, err_msg=subject)
+
+
+def test_width_is_that_of_the_posterior_relative_to_the_prior(
+    finished: StudyCopy, table: pd.DataFrame
+) -> None:
+    prior = settings_of(finished).prior
+    best = best_epoch(finished)
+    compared = 0
+    for subject in SUBJECTS:
+        theta = read_posterior(finished.results / "paper" / "subjects" / subject / "posterior.h5").theta
+        for j, name in enumerate(THETA_NAMES):
+            (ratio,) = values(table, RELATIVE_SD, best, subject=subject, parameter=name)
+            if np.isfinite(ratio):
+                # the posterior keeps the first 500 of the draws that the width is taken from
+                assert ratio == pytest.approx(theta[:, j].std() / np.sqrt(prior_variance(prior)[j]), rel=0.15)
+                compared += 1
+    assert compared >= len(THETA_NAMES)
+
+
+def test_epochs_differ(table: pd.DataFrame) -> None:
+    for subject in ("A", "B"):
+        widths = table[(table["quantity"] == RELATIVE_SD) & (table["subject"] == subject)]
+        assert widths.dropna(subset="value").groupby("parameter")["value"].nunique().min() > 2
+
+
+def settings_of(study: StudyCopy) -> epochs.EpochsStageSettings:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(study.folder)
+        config = overlay(read_yaml(study.folder / "config.yaml"), read_yaml(study.folder / "smoke.yaml"))
+        plain = stage_settings(load_study(config), "epochs", experiment="paper")
+    return epochs.EpochsStageSettings.from_plain(plain)
+
+
+def run(
+    study: StudyCopy, path: Path, settings: epochs.EpochsStageSettings, subjects: tuple[str, ...]
+) -> None:
+    results = study.results
+    epochs.run(
+        pool=results / "paper" / "pool.h5",
+        checkpoints=results / "paper" / "checkpoints.pt",
+        observations=[results / "cohort" / name / "observation.h5" for name in SUBJECTS],
+        passives=[results / "cohort" / name / "passive.h5" for name in SUBJECTS],
+        supports=[results / "paper" / "subjects" / name / "support.json" for name in subjects],
+        epochs=path,
+        settings=settings,
+        origin=Origin(20260),
+    )
+
+
+def test_too_few_draws_leave_numbers_empty(finished: StudyCopy, tmp_path: Path) -> None:
+    settings = settings_of(finished)
+    changed = settings.to_plain()
+    changed["support"] |= {"min_in_prior_draws": 3000}
+    changed["recovery"] |= {"min_in_prior_draws": 300}
+    changed["prior"]["k0_kpa"] |= {"low": 44.9, "high": 45.1}
+    run(finished, tmp_path / "epochs.csv", epochs.EpochsStageSettings.from_plain(changed), SUBJECTS)
+    table = read_epochs(tmp_path / "epochs.csv")
+    for quantity in (RECOVERY_COVERAGE, RELATIVE_SD, RMSE):
+        assert table["value"][table["quantity"] == quantity].isna().all(), quantity
+    assert table["value"][table["quantity"] == IN_PRIOR].between(0.0, 0.5).all()
+    figure = draw(
+        table, read_history(finished.results / "paper" / "training.csv"), 0.9, "virtual volunteers", "paper"
+    )
+    assert "no supported subject" in texts(figure)
+
+
+def test_a_missing_verdict_is_named(finished: StudyCopy, tmp_path: Path) -> None:
+    with pytest.raises(ArtefactError, match="no support verdict of subject F"):
+        run(finished, tmp_path / "epochs.csv", settings_of(finished), ("A", "B"))
+
+
+def texts(figure: Figure) -> str:
+    found = [text.get_text() for axes in figure.axes for text in (*axes.texts, axes.title)]
+    return "\n".join([*found, figure.get_suptitle()])
+
+
+def test_figure_shows_every_checkpoint_on_a_logarithmic_axis(
+    finished: StudyCopy, table: pd.DataFrame
+) -> None:
+    history = read_history(finished.results / "paper" / "training.csv")
+    figure = draw(table, history, 0.9, "virtual volunteers", "paper")
+    loss, recovery, observed, width = figure.axes
+    assert all(axes.get_xscale() == "log" for axes in figure.axes)
+    assert "virtual volunteers" in texts(figure)
+    np.testing.assert_array_equal(loss.lines[1].get_ydata(), history["validation_loss"])
+    epochs_shown = sorted(set(table["epoch"]))
+    for line, name in zip(recovery.lines, THETA_NAMES, strict=False):
+        np.testing.assert_array_equal(line.get_xdata(), epochs_shown)
+        shown = table[(table["quantity"] == RECOVERY_COVERAGE) & (table["parameter"] == name)]["value"]
+        np.testing.assert_array_equal(line.get_ydata(), shown)
+    assert width.get_yscale() == "log"
+    assert len(observed.lines) >= 2
+    image = matplotlib.image.imread(finished.results / "figures" / "epochs.png")
+    assert image.shape[1] == pytest.approx(12.2 / 2.54 * 300, abs=2)
+
+
+def test_a_table_without_a_column_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "epochs.csv").write_text("epoch,best\n1,1\n")
+    with pytest.raises(ArtefactError, match=f"lacks the columns {', '.join(COLUMNS[2:])}"):
+        read_epochs(tmp_path / "epochs.csv")
