@@ -9,7 +9,7 @@ import pandas as pd
 from swesbi.tables.latex import escape
 from swesbi.tables.paper_values import PaperNumber
 
-SYMBOLS = {"±": r"$\pm$", "→": r"$\rightarrow$", "−": r"$-$"}
+SYMBOLS = {"±": r"$\pm$", "→": r"$\rightarrow$", "−": r"$-$", "_": r"\_\allowbreak{}"}
 HEAD = r"Quantity & Paper & This study & Reading \\"
 COLUMNS = (
     r">{\raggedright\arraybackslash}p{0.27\linewidth}"
@@ -41,7 +41,7 @@ def comparison_latex(paper: Sequence[PaperNumber], table: pd.DataFrame, cohort_t
 
 
 def text(plain: str) -> str:
-    """Return text for LaTeX: special characters escaped, symbols as mathematics."""
+    """Return text for LaTeX: special characters escaped, symbols as mathematics, names may break at "_"."""
     return "".join(SYMBOLS.get(character, escape(character)) for character in plain)
 
 

@@ -41,7 +41,7 @@ def posterior_latex(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str],
         cohort_title: What the subjects are ("virtual volunteers").
     """
     lines = [
-        r"{\scriptsize\setlength{\tabcolsep}{2.5pt}",
+        r"{\scriptsize\setlength{\tabcolsep}{2pt}",
         r"\begin{longtable}{@{}llccccccc@{}}",
         rf"    \caption{{\textbf{{Posteriors}} ({escape(cohort_title)}). {CAPTION}}}",
         r"    \label{tab:posterior}\\",
