@@ -15,7 +15,7 @@ import pytest
 import torch
 from study_copy import StudyCopy, copy_study, of_rule, rules_of
 
-SHOWN = {"cohort_figures", "tables", "paper_comparison"}
+SHOWN = {"cohort_figures", "tables", "paper_comparison", "report"}
 PREDICTIVE = {"predictive", "ppc_figure", "workflow_figure", "experiments_figure"} | SHOWN
 SAMPLED = {"posterior", "posterior_figure"} | PREDICTIVE
 EPOCHS = {"epochs", "epochs_figure"}
