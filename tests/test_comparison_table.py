@@ -251,6 +251,7 @@ def test_statements_follow_the_numbers(results: StudyResults) -> None:
     table = comparison_table(read_paper(), changed).set_index("quantity")
     assert row(table, "scalar-only")["this_study"].startswith("yes: RMSE A ")
     assert row(table, "wider priors")["this_study"].startswith("in 1 of 4: median A ")
+    assert row(table, "wider priors")["note"].startswith("holds in part")
     assert row(table, "wider timing")["this_study"].startswith("yes: ")
     same = comparison_table(read_paper(), results).set_index("quantity")
     assert row(same, "scalar-only")["this_study"].startswith("no: ")

@@ -100,6 +100,8 @@ def _binomial(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
 def _words(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
     """Compare what stands before the details of this study's value."""
     said = measured.text.split(" (")[0].split(":")[0]
+    if said.startswith("in "):
+        return "holds in part of the subjects"
     return "as in the paper" if said == paper.printed else "differs from the paper"
 
 

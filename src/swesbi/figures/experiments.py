@@ -159,7 +159,6 @@ def _shade(
 
 def _finish(panels: Sequence[Axes], subjects: Sequence[str], masses: tuple[float, float]) -> None:
     predictive, credible = map(percent, masses)
-    panels[0].set_ylim(bottom=0.0)
     panels[0].set_ylabel("RMSE (kPa)")
     panels[1].set_ylim(-0.06, 1.06)
     panels[1].axhline(masses[0], color=PRIOR, lw=0.7, ls=":")
@@ -167,10 +166,11 @@ def _finish(panels: Sequence[Axes], subjects: Sequence[str], masses: tuple[float
     panels[1].set_title(
         f"{predictive} PI; filled: grid, open: measured phases; dotted: nominal", fontsize=6.0, pad=2.0
     )
-    panels[2].set_yscale("log")
-    panels[2].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    panels[2].yaxis.set_major_formatter(ScalarFormatter())
-    panels[2].yaxis.set_minor_formatter(NullFormatter())
+    for axes in (panels[0], panels[2]):
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(ScalarFormatter())
+        axes.yaxis.set_minor_formatter(NullFormatter())
     panels[2].set_ylabel(r"$k_\mathrm{ATP}$ (s$^{-1}$)")
     panels[2].set_title(f"posterior median and {credible} CI", fontsize=6.0, pad=2.0)
     rotation = 90.0 if max(map(len, subjects)) > LONGEST_LEVEL_NAME else 0.0
