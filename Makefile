@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help study smoke acquisition-seeds test test-slow lint types check-workflow reference format clean
+.PHONY: help study smoke report acquisition-seeds docs test test-slow lint types check-workflow reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -23,10 +23,16 @@ study: $(INSTALLED) ## the whole study: every figure and table, under results/
 smoke: $(INSTALLED) ## a tiny study of the same shape, under results-smoke/
 	$(BIN)/snakemake --cores $(CORES) --configfile tests/smoke.yaml
 
+report: study ## Snakemake's own report of the finished study, in one file
+	$(BIN)/snakemake --report results/snakemake-report.html
+
 acquisition-seeds: $(INSTALLED) ## virtual volunteers under 20 acquisition seeds, into their README
 	$(BIN)/snakemake --cores $(CORES) results/tables/acquisition_seeds.csv
 	cp results/tables/acquisition_seeds_medians.csv data/virtual_volunteers/acquisition_seeds.csv
 	$(BIN)/python -m swesbi.virtual_cohort data/virtual_volunteers
+
+docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
+	$(BIN)/python -m swesbi.docs
 
 test: $(INSTALLED) ## the fast tests and a smoke study
 	$(BIN)/python -m pytest -m "not slow"

@@ -100,7 +100,9 @@ def study_outputs():
             ],
         ),
         *expand(f"{RESULTS}/{{experiment}}/recovery.csv", experiment=EXPERIMENTS),
-        *expand(f"{RESULTS}/{{experiment}}/recovery_acquisition.csv", experiment=EXPERIMENTS),
+        *expand(
+            f"{RESULTS}/{{experiment}}/recovery_acquisition.csv", experiment=EXPERIMENTS
+        ),
         *expand(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{figure}}.png",
             experiment=EXPERIMENTS,

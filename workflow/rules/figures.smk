@@ -7,7 +7,13 @@ rule ppc_figure:
         support=rules.posterior.output.support,
         cmaes=rules.cmaes.output.cmaes,
     output:
-        figure=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/ppc.png",
+        figure=report(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/ppc.png",
+            caption="../report/ppc.rst",
+            category="Experiment {experiment}",
+            subcategory="Subject {subject}",
+            labels={"result": "predictive check"},
+        ),
     log:
         f"{RESULTS}/logs/ppc_figure/{{experiment}}/{{subject}}.log",
     benchmark:
@@ -26,7 +32,13 @@ rule posterior_figure:
         support=rules.posterior.output.support,
         cmaes=rules.cmaes.output.cmaes,
     output:
-        figure=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.png",
+        figure=report(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.png",
+            caption="../report/posterior.rst",
+            category="Experiment {experiment}",
+            subcategory="Subject {subject}",
+            labels={"result": "posterior"},
+        ),
     log:
         f"{RESULTS}/logs/posterior_figure/{{experiment}}/{{subject}}.log",
     benchmark:
@@ -45,9 +57,19 @@ rule cohort_figures:
         unpack(of_cohort(MAIN)),
     output:
         ppc_pdf=f"{RESULTS}/figures/ppc.pdf",
-        ppc_png=f"{RESULTS}/figures/ppc.png",
+        ppc_png=report(
+            f"{RESULTS}/figures/ppc.png",
+            caption="../report/cohort_ppc.rst",
+            category="Cohort",
+            labels={"result": "figure 2: predictive checks"},
+        ),
         posterior_pdf=f"{RESULTS}/figures/posterior.pdf",
-        posterior_png=f"{RESULTS}/figures/posterior.png",
+        posterior_png=report(
+            f"{RESULTS}/figures/posterior.png",
+            caption="../report/cohort_posterior.rst",
+            category="Cohort",
+            labels={"result": "figure 3: posteriors"},
+        ),
     log:
         f"{RESULTS}/logs/cohort_figures.log",
     benchmark:
@@ -65,7 +87,13 @@ rule training_figure:
         training=rules.train.output.training,
     output:
         figure_pdf=f"{RESULTS}/figures/training-{{experiment}}.pdf",
-        figure_png=f"{RESULTS}/figures/training-{{experiment}}.png",
+        figure_png=report(
+            f"{RESULTS}/figures/training-{{experiment}}.png",
+            caption="../report/training.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "training"},
+        ),
     log:
         f"{RESULTS}/logs/training_figure/{{experiment}}.log",
     benchmark:
@@ -95,7 +123,12 @@ rule workflow_figure:
         ),
     output:
         figure_pdf=f"{RESULTS}/figures/workflow.pdf",
-        figure_png=f"{RESULTS}/figures/workflow.png",
+        figure_png=report(
+            f"{RESULTS}/figures/workflow.png",
+            caption="../report/workflow.rst",
+            category="Cohort",
+            labels={"result": "figure 1: workflow"},
+        ),
     log:
         f"{RESULTS}/logs/workflow_figure.log",
     benchmark:
@@ -124,7 +157,12 @@ rule experiments_figure:
         ),
     output:
         figure_pdf=f"{RESULTS}/figures/experiments.pdf",
-        figure_png=f"{RESULTS}/figures/experiments.png",
+        figure_png=report(
+            f"{RESULTS}/figures/experiments.png",
+            caption="../report/experiments.rst",
+            category="Cohort",
+            labels={"result": "experiments beside each other"},
+        ),
     log:
         f"{RESULTS}/logs/experiments_figure.log",
     benchmark:
@@ -144,7 +182,12 @@ rule epochs_figure:
         training=expand(rules.train.output.training, experiment=MAIN),
     output:
         figure_pdf=f"{RESULTS}/figures/epochs.pdf",
-        figure_png=f"{RESULTS}/figures/epochs.png",
+        figure_png=report(
+            f"{RESULTS}/figures/epochs.png",
+            caption="../report/epochs.rst",
+            category="Cohort",
+            labels={"result": "recovery and coverage by epoch"},
+        ),
     log:
         f"{RESULTS}/logs/epochs_figure.log",
     benchmark:

@@ -48,7 +48,13 @@ rule posterior:
         estimator=rules.train.output.estimator,
     output:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-        support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+        support=report(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+            caption="../report/support.rst",
+            category="Experiment {experiment}",
+            subcategory="Subject {subject}",
+            labels={"result": "verdict on prior support"},
+        ),
     log:
         f"{RESULTS}/logs/posterior/{{experiment}}/{{subject}}.log",
     benchmark:
@@ -69,7 +75,13 @@ rule recovery:
         observations=of_subjects("cohort/{subject}/observation.h5"),
         passives=of_subjects("cohort/{subject}/passive.h5"),
     output:
-        recovery=f"{RESULTS}/{{experiment}}/recovery.csv",
+        recovery=report(
+            f"{RESULTS}/{{experiment}}/recovery.csv",
+            caption="../report/recovery.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "recovery, own noise"},
+        ),
     log:
         f"{RESULTS}/logs/recovery/{{experiment}}.log",
     benchmark:
@@ -90,13 +102,19 @@ rule recovery_acquisition:
         observations=of_subjects("cohort/{subject}/observation.h5"),
         passives=of_subjects("cohort/{subject}/passive.h5"),
     output:
-        recovery_acquisition=f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
-    params:
-        stage=stage("recovery_acquisition"),
+        recovery_acquisition=report(
+            f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
+            caption="../report/recovery_acquisition.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "recovery, acquisition noise"},
+        ),
     log:
         f"{RESULTS}/logs/recovery_acquisition/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/recovery_acquisition/{{experiment}}.tsv"
+    params:
+        stage=stage("recovery_acquisition"),
     message:
         "Recovery from synthetic recordings, the experiment '{wildcards.experiment}'"
     script:

@@ -4,17 +4,19 @@
 def linked_artefacts():
     """Return the results that the page leads to, in the order in which it lists them."""
     shown = [path for path in study_outputs() if path != f"{RESULTS}/report.html"]
-    of_experiment = ["pool.h5", "estimator.pt", "training.csv"]
+    of_experiment = ["pool.h5", "estimator.pt", "checkpoints.pt", "training.csv"]
     of_subject = ["support.json", "posterior.h5", "predictive.h5"]
     priors = dict.fromkeys(CONFIG.experiments[name].prior for name in EXPERIMENTS)
     return [
         *(path for path in shown if path.startswith(f"{RESULTS}/tables/")),
         *(path for path in shown if path.startswith(f"{RESULTS}/figures/")),
+        *expand(rules.training_figure.output.figure_pdf, experiment=EXPERIMENTS),
         *expand(
             f"{RESULTS}/{{experiment}}/{{file}}",
             experiment=EXPERIMENTS,
             file=of_experiment,
         ),
+        *expand(rules.epochs.output.epochs, experiment=MAIN),
         *expand(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{file}}",
             experiment=EXPERIMENTS,
@@ -63,12 +65,20 @@ rule report:
         posterior_pdf=rules.cohort_figures.output.posterior_pdf,
         experiments_png=rules.experiments_figure.output.figure_png,
         experiments_pdf=rules.experiments_figure.output.figure_pdf,
+        epochs_png=rules.epochs_figure.output.figure_png,
+        epochs_pdf=rules.epochs_figure.output.figure_pdf,
         training_pngs=expand(
             rules.training_figure.output.figure_png, experiment=EXPERIMENTS
         ),
         artefacts=linked_artefacts(),
     output:
         report=f"{RESULTS}/report.html",
+        configuration=report(
+            f"{RESULTS}/configuration.yaml",
+            caption="../report/configuration.rst",
+            category="Configuration",
+            labels={"result": "every choice of this run"},
+        ),
     log:
         f"{RESULTS}/logs/report.log",
     benchmark:

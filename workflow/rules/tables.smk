@@ -5,10 +5,25 @@ rule tables:
     input:
         unpack(of_cohort(*EXPERIMENTS)),
     output:
-        ppc_csv=f"{RESULTS}/tables/ppc.csv",
+        ppc_csv=report(
+            f"{RESULTS}/tables/ppc.csv",
+            caption="../report/table_ppc.rst",
+            category="Tables",
+            labels={"result": "table 1: predictive scores"},
+        ),
         ppc_tex=f"{RESULTS}/tables/ppc.tex",
-        features_csv=f"{RESULTS}/tables/features.csv",
-        posterior_csv=f"{RESULTS}/tables/posterior.csv",
+        features_csv=report(
+            f"{RESULTS}/tables/features.csv",
+            caption="../report/table_features.rst",
+            category="Tables",
+            labels={"result": "features"},
+        ),
+        posterior_csv=report(
+            f"{RESULTS}/tables/posterior.csv",
+            caption="../report/table_posterior.rst",
+            category="Tables",
+            labels={"result": "posteriors"},
+        ),
         posterior_tex=f"{RESULTS}/tables/posterior.tex",
     log:
         f"{RESULTS}/logs/tables.log",
@@ -38,7 +53,12 @@ rule paper_comparison:
         observations=of_subjects("cohort/{subject}/observation.h5"),
         cmaes=of_subjects("cmaes/{subject}.h5"),
     output:
-        comparison_csv=f"{RESULTS}/tables/paper_comparison.csv",
+        comparison_csv=report(
+            f"{RESULTS}/tables/paper_comparison.csv",
+            caption="../report/table_comparison.rst",
+            category="Tables",
+            labels={"result": "beside the paper"},
+        ),
         comparison_tex=f"{RESULTS}/tables/paper_comparison.tex",
     log:
         f"{RESULTS}/logs/paper_comparison.log",

@@ -60,6 +60,20 @@ def experiments(cohort_title: str) -> Texts:
     return description, caption
 
 
+def epochs(main: Experiment, cohort_title: str) -> Texts:
+    """Return the texts of the figure of inference by epoch."""
+    description = (
+        "Four panels against the epoch of training: loss, recovery coverage, coverage of the recordings by "
+        f"the predictive band, and relative posterior standard deviation; {cohort_title}"
+    )
+    caption = (
+        f"Inference by epoch of training, experiment {main.name} ({cohort_title}): losses, what credible "
+        "intervals cover on synthetic recordings, what predictive bands cover of the recordings, and how "
+        "wide the posteriors are."
+    )
+    return description, caption
+
+
 def training(stem: str, cohort_title: str) -> Texts:
     """Return the texts of a training figure, whose file's name ends in its experiment."""
     experiment = stem.removeprefix("training-")

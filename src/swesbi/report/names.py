@@ -42,7 +42,7 @@ REJECTIONS: Final = {
     "empty_speed": "No speed",
     "low_fit_r2": "Low fit R²",
     "ectopic_rr": "Ectopic beat",
-    "Outlier": "Outlier",
+    "outlier": "Outlier",
     "sparse_phase": "Sparse phase",
 }
 

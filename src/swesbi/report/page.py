@@ -50,12 +50,13 @@ class Figures:
     ppc: Figure
     posterior: Figure
     experiments: Figure
+    epochs: Figure
     training: tuple[Figure, ...]
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where the results come from."""
+    """Where the results come from; the configuration as text, and the file that holds the same."""
 
     seed: int
     code_hash: str
@@ -63,6 +64,7 @@ class Provenance:
     artefacts: Table
     software: Table
     configuration: str
+    configuration_file: str
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.report.names import with_symbols
 from swesbi.report.numbers import MINUS
 from swesbi.report.results import records
-from swesbi.report.table import Column, Row, Table
+from swesbi.report.table import Row, Table, words
 
 COLUMNS: Final = ("quantity", "paper", "this_study", "note")
 
@@ -30,12 +30,7 @@ def read_comparison(path: Path) -> pd.DataFrame:
 
 def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
     """Return the comparison; numbers keep the digits that the table of the study gives them."""
-    columns = (
-        Column("Quantity", numeric=False),
-        Column("Paper"),
-        Column("This study"),
-        Column("Reading", numeric=False),
-    )
+    columns = words("Quantity", "Paper", "This study", "Reading")
     rows = tuple(
         Row(
             (

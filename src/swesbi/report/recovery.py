@@ -6,8 +6,9 @@ from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
+from markupsafe import Markup
 
-from swesbi.report.names import PARAMETERS
+from swesbi.report.names import PARAMETER_UNITS, PARAMETERS
 from swesbi.report.numbers import count, fixed, percent, span
 from swesbi.report.results import Experiment, records
 from swesbi.report.table import Cell, Column, Row, Table, words
@@ -45,21 +46,19 @@ def _table(caption: str, rows: Sequence[Row]) -> Table:
     columns = (
         *words("Experiment", "Parameter"),
         Column("Nominal", "%"),
-        Column("Coverage, own noise", "%"),
-        Column("Interval", "%"),
+        Column("Coverage, own noise", "% (interval)"),
         Column("Recordings"),
-        Column("Coverage, acquisition noise", "%"),
-        Column("Interval", "%"),
+        Column("Coverage, acquisition noise", "% (interval)"),
         Column("Recordings"),
-        Column("Bias, own noise", "unit of the parameter"),
-        Column("Bias, acquisition noise", "unit of the parameter"),
+        Column("Bias", "own noise"),
+        Column("Bias", "acquisition"),
         Column("Contraction", "own noise"),
     )
     note = (
         "Own noise: the experiment's observation model on the features. Acquisition noise: synthetic "
         "recordings, passed through quality control, passive calibration and inference like a measured one. "
-        "Intervals are Clopper-Pearson intervals on the coverage. Contraction: 1 − mean posterior variance / "
-        "prior variance."
+        "Intervals are Clopper-Pearson intervals on the coverage. Bias, in the parameter's unit: mean of "
+        "posterior mean minus truth. Contraction: 1 − mean posterior variance / prior variance."
     )
     return Table(caption, columns, tuple(rows), note)
 
@@ -73,7 +72,7 @@ def _rows(experiment: Experiment, nominal: float) -> list[Row]:
         Row(
             (
                 experiment.name,
-                PARAMETERS[name],
+                Markup("{}, {}").format(PARAMETERS[name], PARAMETER_UNITS[name]),
                 percent(nominal, 0),
                 *_coverage(own[name]),
                 *_coverage(acquisition[name]),
@@ -88,4 +87,4 @@ def _rows(experiment: Experiment, nominal: float) -> list[Row]:
 
 def _coverage(row: Mapping[Hashable, Any]) -> tuple[Cell, ...]:
     interval = span(percent(row["ci_low"]), percent(row["ci_high"]))
-    return percent(row["coverage"]), interval, count(row["n"])
+    return f"{percent(row['coverage'])} ({interval})", count(row["n"])

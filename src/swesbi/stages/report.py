@@ -17,7 +17,7 @@ from swesbi.inference.support import read_support
 from swesbi.recording.dataset import read_observation
 from swesbi.report import captions
 from swesbi.report.figures import figure
-from swesbi.report.files import file_groups
+from swesbi.report.files import file_groups, relative
 from swesbi.report.names import protocol_entry
 from swesbi.report.page import Cohort, Figures, Provenance, as_yaml, make_page, render
 from swesbi.report.paper import read_comparison
@@ -64,13 +64,16 @@ def run(
     posterior_pdf: Path,
     experiments_png: Path,
     experiments_pdf: Path,
+    epochs_png: Path,
+    epochs_pdf: Path,
     training_pngs: Sequence[Path],
     artefacts: Sequence[Path],
     report: Path,
+    configuration: Path,
     settings: ReportSettings,
     origin: Origin,
 ) -> None:
-    """Write the page; it refers to figures and ``artefacts`` by paths relative to itself.
+    """Write the configuration and the page, which refers to every file by its path relative to itself.
 
     Raises:
         ArtefactError: An input is missing for an experiment, or cannot be read.
@@ -84,6 +87,7 @@ def run(
         ppc=figure(ppc_png, report, *captions.ppc(results.main, title), ppc_pdf),
         posterior=figure(posterior_png, report, *captions.posterior(results.main, title), posterior_pdf),
         experiments=figure(experiments_png, report, *captions.experiments(title), experiments_pdf),
+        epochs=figure(epochs_png, report, *captions.epochs(results.main, title), epochs_pdf),
         training=tuple(figure(path, report, *captions.training(path.stem, title)) for path in training_pngs),
     )
     origins = Provenance(
@@ -93,9 +97,12 @@ def run(
         artefacts=provenance_table(artefacts),
         software=software_table(),
         configuration=as_yaml(settings.configuration),
+        configuration_file=relative(configuration, report),
     )
     cohort = _cohort(recording, title)
     page = make_page(results, cohort, figures, file_groups(artefacts, report), origins)
+    with atomic_path(configuration) as temporary:
+        temporary.write_text(origins.configuration, encoding="utf-8")
     with atomic_path(report) as temporary:
         temporary.write_text(render(page), encoding="utf-8")
 
@@ -109,7 +116,8 @@ def _results(
     comparison: Path,
 ) -> Results:
     """Read everything that the page shows in numbers."""
-    shown = {name: pd.read_csv(path) for name, path in tables.items()}
+    texts = {"experiment": str, "subject": str}
+    shown = {name: pd.read_csv(path, converters=texts) for name, path in tables.items()}
     verdicts = by_place(supports)
     of_experiment = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
     experiments = tuple(

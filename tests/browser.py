@@ -1,0 +1,172 @@
+"""A headless Chromium driven through its DevTools protocol: what a page loads, shows and complains of."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+import websocket
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+FLAGS = (
+    "--headless",
+    "--no-sandbox",  # as root, in a container, there is no other way
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--allow-file-access-from-files",
+    "--remote-debugging-port=0",
+    "--remote-allow-origins=*",
+)
+PATIENCE_S = 60.0
+
+
+class Browser:
+    """One page of a running browser."""
+
+    def __init__(self, address: str) -> None:
+        self._socket = websocket.create_connection(address, timeout=PATIENCE_S)
+        self._last = 0
+        self.complaints: list[str] = []
+        self.requests: list[str] = []
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.call(f"{domain}.enable")
+
+    def call(self, method: str, **parameters: object) -> dict[str, Any]:
+        """Call a method of the protocol and return its result."""
+        self._last += 1
+        self._socket.send(json.dumps({"id": self._last, "method": method, "params": parameters}))
+        while True:
+            message = self._receive()
+            if message.get("id") == self._last:
+                assert "error" not in message, f"{method}: {message.get('error')}"
+                result: dict[str, Any] = message["result"]
+                return result
+
+    def open(self, page: Path, width_px: int, height_px: int = 900) -> None:
+        """Open a local page in a window of this size and wait until it has loaded."""
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width_px,
+            height=height_px,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+        self.complaints.clear()
+        self.requests.clear()
+        self.call("Page.navigate", url=page.resolve().as_uri())
+        while self._receive().get("method") != "Page.loadEventFired":
+            pass
+        self.settle()
+
+    def settle(self) -> None:
+        """Wait until scripts that are due and the frame after them have run."""
+        frames = (
+            "new Promise(r => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(r)), 200))"
+        )
+        self.evaluate(frames)
+
+    def evaluate(self, expression: str) -> Any:  # noqa: ANN401
+        """Return the value of a JavaScript expression, awaited if it is a promise."""
+        done = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in done, done["exceptionDetails"]
+        return done["result"].get("value")
+
+    def screenshot(self, path: Path) -> None:
+        """Save what the whole page looks like as PNG."""
+        shot = self.call("Page.captureScreenshot", captureBeyondViewport=True)
+        path.write_bytes(base64.b64decode(shot["data"]))
+
+    def close(self) -> None:
+        """Close the browser."""
+        with suppress(OSError, websocket.WebSocketException):
+            self.call("Browser.close")
+        self._socket.close()
+
+    def _receive(self) -> dict[str, Any]:
+        message: dict[str, Any] = json.loads(self._socket.recv())
+        self._note(str(message.get("method", "")), message.get("params", {}))
+        return message
+
+    def _note(self, event: str, content: dict[str, Any]) -> None:
+        """Keep what the page asks for, and every error that it or the browser reports."""
+        if event == "Network.requestWillBeSent":
+            self.requests.append(content["request"]["url"])
+        elif event == "Runtime.exceptionThrown":
+            self.complaints.append(json.dumps(content["exceptionDetails"]))
+        elif event == "Runtime.consoleAPICalled" and content["type"] in {"error", "assert"}:
+            self.complaints.append(json.dumps(content["args"]))
+        elif event == "Log.entryAdded" and content["entry"]["level"] == "error":
+            self.complaints.append(json.dumps(content["entry"]))
+        elif event == "Network.loadingFailed" and not content.get("canceled"):
+            self.complaints.append(json.dumps(content))
+
+
+def find_browser(names: Sequence[str] = NAMES) -> str:
+    """Return the browser's program; skip the test where there is none, but fail in CI."""
+    for name in names:
+        if program := shutil.which(name):
+            return program
+    reason = f"no browser found ({', '.join(names)}); on Debian: apt-get install chromium"
+    if os.environ.get("CI") == "true":
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+@contextmanager
+def browser() -> Iterator[Browser]:
+    """Run a browser with a new profile of its own."""
+    program = find_browser()
+    with tempfile.TemporaryDirectory(prefix="browser-", ignore_cleanup_errors=True) as profile:
+        command = [program, *FLAGS, f"--user-data-dir={profile}", "about:blank"]
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            page = Browser(_page_address(Path(profile) / "DevToolsActivePort", process))
+            try:
+                yield page
+            finally:
+                page.close()
+        finally:
+            _end(process)
+
+
+def _page_address(file: Path, process: subprocess.Popen[bytes]) -> str:
+    """Return the WebSocket address of the browser's page, once it has written its port."""
+    limit = time.monotonic() + PATIENCE_S
+    while time.monotonic() < limit and process.poll() is None:
+        if file.is_file() and len(lines := file.read_text().splitlines()) == 2:
+            return _first_page(int(lines[0]), lines[1])
+        time.sleep(0.05)
+    raise AssertionError(f"the browser did not start within {PATIENCE_S:g} s (exit code {process.poll()})")
+
+
+def _first_page(port: int, path: str) -> str:
+    """Ask the browser for its open page."""
+    root = f"ws://127.0.0.1:{port}"
+    connection = websocket.create_connection(f"{root}{path}", timeout=PATIENCE_S)
+    connection.send(json.dumps({"id": 1, "method": "Target.getTargets"}))
+    targets = json.loads(connection.recv())["result"]["targetInfos"]
+    connection.close()
+    page = next(target for target in targets if target["type"] == "page")
+    return f"{root}/devtools/page/{page['targetId']}"
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    try:
+        process.wait(timeout=10)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()

@@ -1,0 +1,138 @@
+"""Both reports of a finished study, opened in a browser: no error, every image, every link, at two widths."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+from browser import Browser, browser, find_browser
+from study_copy import StudyCopy
+
+pytestmark = pytest.mark.slow
+
+DESKTOP_PX, PHONE_PX = 1280, 390
+IMAGES = """Promise.all([...document.images].map(async image => {
+    await image.decode().catch(() => {});
+    return [image.currentSrc || image.src, image.naturalWidth, image.alt];
+}))"""
+LINKS = "[...document.querySelectorAll('a[href]')].map(link => link.href)"
+TARGETS = "[...document.querySelectorAll('[id]')].map(element => element.id)"
+TOO_WIDE = """(() => {
+    const width = document.documentElement.clientWidth;
+    const contained = element => element.closest('.scroll, pre') !== null && !element.matches('.scroll, pre');
+    return [...document.body.querySelectorAll('*')]
+        .filter(element => !contained(element) && element.getBoundingClientRect().right > width + 1)
+        .map(element => element.outerHTML.slice(0, 80));
+})()"""
+SCROLLS = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
+CATEGORIES = (
+    "Object.fromEntries(Object.entries(categories).map(([name, parts]) => [name, Object.keys(parts)]))"
+)
+SHOW_IMAGE = "app.setView({content: 'img', contentPath: results[PATH].data_uri, resultPath: PATH})"
+SHOWN_IMAGE = """(async () => {
+    const image = [...document.images].find(image => image.src === results[PATH].data_uri);
+    if (!image) return 0;
+    await image.decode();
+    return image.naturalWidth;
+})()"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def program() -> str:
+    """Skip these tests before any study is run where there is no browser; fail in CI."""
+    return find_browser()
+
+
+@pytest.fixture(scope="module")
+def page(program: str) -> Iterator[Browser]:
+    with browser() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def results(program: str, finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of a finished study, copied away from its project, with Snakemake's own report among them."""
+    finished.run("--report", "snakemake-report.html")
+    copy = tmp_path_factory.mktemp("elsewhere") / "results of a study"
+    shutil.copytree(finished.results, copy)
+    shutil.move(finished.folder / "snakemake-report.html", copy / "snakemake-report.html")
+    return copy
+
+
+def assert_no_trouble(page: Browser) -> None:
+    """The page has raised no error, and has asked for nothing but local files."""
+    assert page.complaints == []
+    assert {urlsplit(address).scheme for address in page.requests} <= {"file", "data", "blob"}
+
+
+@pytest.mark.parametrize("width_px", [DESKTOP_PX, PHONE_PX])
+def test_the_landing_page_shows_all_its_images_within_the_window(
+    page: Browser, results: Path, width_px: int
+) -> None:
+    page.open(results / "report.html", width_px)
+    page.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
+    images = page.evaluate(IMAGES)
+    assert len(images) >= 6
+    assert [source for source, width, _ in images if not width] == []
+    assert [source for source, _, alt in images if "virtual volunteers" not in alt] == []
+    assert page.evaluate("innerWidth") == width_px
+    assert not page.evaluate(SCROLLS)
+    assert page.evaluate(TOO_WIDE) == []
+    assert_no_trouble(page)
+
+
+def test_every_link_of_the_landing_page_leads_somewhere(page: Browser, results: Path) -> None:
+    page.open(results / "report.html", DESKTOP_PX)
+    links, targets = page.evaluate(LINKS), set(page.evaluate(TARGETS))
+    linked = set()
+    for link in links:
+        parts = urlsplit(link)
+        path = Path(unquote(parts.path))
+        assert parts.scheme == "file", link
+        assert path.is_relative_to(results.resolve()), link
+        assert path.is_file(), link
+        if path.name == "report.html":
+            assert parts.fragment in targets, link
+        else:
+            linked.add(path)
+    own = {"report.html", "snakemake-report.html"}
+    kept = {path for path in results.resolve().rglob("*") if path.is_file() and path.name not in own}
+    kept -= {path for path in kept if path.relative_to(results.resolve()).parts[0] in {"logs", "benchmarks"}}
+    assert kept - linked == set()
+
+
+def test_snakemakes_report_opens_every_category_without_error(page: Browser, results: Path) -> None:
+    page.open(results / "snakemake-report.html", DESKTOP_PX)
+    categories = page.evaluate(CATEGORIES)
+    assert {"Cohort", "Tables", "Configuration", "Experiment paper"} <= categories.keys()
+    assert {"Subject A", "Subject B", "Subject F"} <= set(categories["Experiment paper"])
+    for category in categories:
+        page.evaluate(f"app.showCategory({category!r})")
+        page.settle()
+        assert category in page.evaluate("document.body.innerText")
+    for content in ("stats", "rulegraph"):
+        page.evaluate(f"app.setView({{content: {content!r}}})")
+        page.settle()
+    assert page.evaluate("rules['predictive'] !== undefined")
+    assert all(link.startswith(("file:", "data:")) for link in page.evaluate(LINKS))
+    assert_no_trouble(page)
+
+
+@pytest.mark.parametrize("width_px", [DESKTOP_PX, PHONE_PX])
+def test_snakemakes_report_shows_every_figure_and_its_caption(
+    page: Browser, results: Path, width_px: int
+) -> None:
+    page.open(results / "snakemake-report.html", width_px)
+    figures = page.evaluate(
+        "Object.keys(results).filter(path => results[path].mime_type.startsWith('image/'))"
+    )
+    assert len(figures) >= 5 + 1 + 2 * 3
+    for path in figures:
+        assert page.evaluate(f"results[{path!r}].caption.length > 40"), path
+        page.evaluate(SHOW_IMAGE.replace("PATH", repr(path)))
+        page.settle()
+        assert page.evaluate(SHOWN_IMAGE.replace("PATH", repr(path))) > 0, path
+    assert_no_trouble(page)
