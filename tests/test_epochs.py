@@ -6,6 +6,7 @@ import matplotlib.image
 import numpy as np
 import pandas as pd
 import pytest
+import torch
 from matplotlib.figure import Figure
 from study_copy import StudyCopy
 
@@ -14,14 +15,16 @@ from swesbi.config import load_study, overlay, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.figures.epochs import COLUMNS, draw, read_epochs
 from swesbi.figures.training import read_history
-from swesbi.inference.dataset import read_posterior
+from swesbi.inference.dataset import read_pool, read_posterior
 from swesbi.inference.estimator import load_estimator
 from swesbi.inference.recovery import prior_variance
+from swesbi.inference.sampling import losses
 from swesbi.stages import epochs
 from swesbi.stages.origin import Origin
 from swesbi.tables.epochs import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
+    FRESH_LOSS,
     IN_PRIOR,
     RECOVERY_COVERAGE,
     RELATIVE_SD,
@@ -57,6 +60,7 @@ def test_every_checkpoint_has_every_quantity(finished: StudyCopy, table: pd.Data
     for epoch in expected:
         (loss,) = values(table, VALIDATION_LOSS, epoch)
         assert loss == pytest.approx(history["validation_loss"][epoch], rel=1e-6)
+        assert len(values(table, FRESH_LOSS, epoch)) == 1
         assert len(values(table, RECOVERY_COVERAGE, epoch)) == len(THETA_NAMES)
         assert len(values(table, RELATIVE_SD, epoch)) == len(THETA_NAMES) * len(SUBJECTS)
         for quantity in (IN_PRIOR, COVERAGE_GRID, COVERAGE_PHASES, RMSE):
@@ -93,6 +97,23 @@ def test_width_is_that_of_the_posterior_relative_to_the_prior(
                 assert ratio == pytest.approx(theta[:, j].std() / np.sqrt(prior_variance(prior)[j]), rel=0.15)
                 compared += 1
     assert compared >= len(THETA_NAMES)
+
+
+def test_loss_of_unseen_parameters_is_that_of_the_density(finished: StudyCopy, table: pd.DataFrame) -> None:
+    """The network's loss is minus its log density; the mean lies near the validation loss, not at it."""
+    pool = read_pool(finished.results / "paper" / "pool.h5")
+    estimator, _ = load_estimator(finished.results / "paper" / "estimator.pt")
+    theta, z = pool.theta[:40].astype(float), pool.z[:40].astype(float)
+    with torch.no_grad():
+        rows = (torch.from_numpy(pool.theta[:40])[None], torch.from_numpy(pool.z[:40]))
+        density = estimator.net.log_prob(*rows)[0].numpy()
+    np.testing.assert_allclose(losses(estimator, theta, z), -density, rtol=1e-5, atol=1e-5)
+    fresh = table[table["quantity"] == FRESH_LOSS]
+    assert ((fresh["ci_low"] < fresh["value"]) & (fresh["value"] < fresh["ci_high"])).all()
+    for epoch, value in zip(fresh["epoch"], fresh["value"], strict=True):
+        (validation,) = values(table, VALIDATION_LOSS, epoch)
+        assert value != validation
+        assert value == pytest.approx(validation, abs=1.5)
 
 
 def test_epochs_differ(table: pd.DataFrame) -> None:

@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, PercentFormatter
 from swesbi.artefacts import ArtefactError
 from swesbi.figures.style import CMAES, POSTERIOR, PRIOR, TEXT_WIDTH_IN, TRUTH, new_figure, style
 from swesbi.figures.text import percent, titled
-from swesbi.tables.epochs import COVERAGE_PHASES, RECOVERY_COVERAGE, RELATIVE_SD
+from swesbi.tables.epochs import COVERAGE_PHASES, FRESH_LOSS, RECOVERY_COVERAGE, RELATIVE_SD
 from swesbi.theta import THETA_NAMES
 
 HEIGHT_IN: Final = 4.2
@@ -58,7 +58,7 @@ def draw(
     with style():
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
         loss, recovery, observed, width = figure.subplots(2, 2, sharex=True).flat
-        _loss(loss, history)
+        _loss(loss, history, table)
         _recovery(recovery, table, interval)
         _observed(observed, table, interval)
         _width(width, table)
@@ -75,9 +75,15 @@ def draw(
     return figure
 
 
-def _loss(axes: Axes, history: pd.DataFrame) -> None:
+def _loss(axes: Axes, history: pd.DataFrame, table: pd.DataFrame) -> None:
+    fresh = table[table["quantity"] == FRESH_LOSS]
+    error = (fresh["value"] - fresh["ci_low"], fresh["ci_high"] - fresh["value"])
     axes.plot(history["epoch"], history["training_loss"], color=PRIOR, label="training")
     axes.plot(history["epoch"], history["validation_loss"], color="black", lw=0.9, label="validation")
+    axes.errorbar(
+        fresh["epoch"], fresh["value"], error, color=CMAES, ls="", marker="o", ms=MARKER_SIZE, lw=0.8,
+        label="parameters never seen",
+    )  # fmt: skip
     axes.set_ylabel(r"mean $-\log\,q(\theta\,|\,z)$")
     axes.set_title("(a) loss")
     axes.legend(loc="lower left")

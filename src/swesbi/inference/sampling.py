@@ -92,6 +92,14 @@ def draw_until(
     return np.concatenate(drawn)
 
 
+def losses(estimator: Sampler, theta: FloatArray, z: FloatArray) -> FloatArray:
+    """Return -log q(theta | z) of each row, as training counts it; theta (N, 3), z (N, C), result (N,)."""
+    rows = [torch.from_numpy(values.astype(np.float32)) for values in (theta, z)]
+    with reproducible(0), torch.no_grad():
+        loss: FloatArray = estimator.net.loss(*rows).numpy().astype(np.float64)
+    return loss
+
+
 def _draw(estimator: Sampler, row: torch.Tensor, draws: int) -> FloatArray:
     return np.concatenate(list(_batches(estimator, row, draws)))
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
+from scipy import stats
 
 from swesbi.artefacts import ArtefactError
 from swesbi.evaluation.curve_scores import score_theta
@@ -22,7 +23,7 @@ from swesbi.inference.recovery import (
     recover,
     score_recovery,
 )
-from swesbi.inference.sampling import draw_candidates, draw_until
+from swesbi.inference.sampling import draw_candidates, draw_until, losses
 from swesbi.inference.settings import SupportSettings
 from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
 from swesbi.inference.support import read_support
@@ -36,6 +37,7 @@ from swesbi.stages.recovery import RecoveryStageSettings, posterior_seed, synthe
 from swesbi.tables.epochs import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
+    FRESH_LOSS,
     IN_PRIOR,
     RECOVERY_COVERAGE,
     RELATIVE_SD,
@@ -90,6 +92,7 @@ def run(
     for net in nets:
         check_components(data, net, checkpoints)
         rows.append(_row(net, VALIDATION_LOSS, value=net.validation_loss))
+        rows.append(_fresh_loss(net, truth, z, settings.recovery.confidence))
         rows.extend(_recovery_rows(net, truth, z, settings, origin.seed))
         for subject in subjects:
             name = subject.observation.subject
@@ -101,6 +104,19 @@ def run(
 
 def _row(net: Checkpoint, quantity: str, **values: object) -> EpochRow:
     return EpochRow(epoch=net.epoch, best=net.best, quantity=quantity, **values)  # type: ignore[arg-type]
+
+
+def _fresh_loss(net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: float) -> EpochRow:
+    """Return the mean loss of synthetic recordings, whose theta no training has seen, with a t interval.
+
+    Augmentations of one simulation stand on both sides of the split into training and validation; here
+    none does.
+    """
+    each = losses(net, truth, z)
+    standard_error = each.std(ddof=1) / np.sqrt(len(each))
+    half = standard_error * stats.t.ppf(0.5 + 0.5 * confidence, len(each) - 1)
+    mean = float(each.mean())
+    return _row(net, FRESH_LOSS, value=mean, ci_low=mean - half, ci_high=mean + half, n=len(each))
 
 
 def _recovery_rows(

@@ -10,6 +10,7 @@ import pandas as pd
 
 NAN: Final = float("nan")
 VALIDATION_LOSS: Final = "validation_loss"
+FRESH_LOSS: Final = "fresh_loss"
 RECOVERY_COVERAGE: Final = "recovery_coverage"
 RELATIVE_SD: Final = "posterior_sd_over_prior_sd"
 IN_PRIOR: Final = "in_prior_share"
@@ -30,7 +31,8 @@ class EpochRow:
         parameter: The parameter, where it has one.
         value: The value; NaN where too few draws lie within the prior's bounds, or the subject is not
             supported.
-        ci_low: Lower end of the binomial interval on a coverage of synthetic recordings.
+        ci_low: Lower end of the interval on a mean or a coverage over synthetic recordings, which the
+            setting ``recovery.confidence`` sizes.
         ci_high: Its upper end.
         n: Synthetic recordings, or draws, behind the value.
     """
