@@ -37,6 +37,8 @@ from swesbi.tables.posterior import COLUMNS as POSTERIOR_COLUMNS
 from swesbi.tables.ppc import COLUMNS as PPC_COLUMNS
 
 TITLE = "virtual volunteers"
+LIGHT_STAGES = ("predictive", "ppc_figure", "posterior_figure", "cohort_figures", "tables")
+LIGHT_STAGES += ("workflow_figure", "experiments_figure", "paper_comparison")
 
 
 def run_predictive(files: Files, output: Path) -> None:
@@ -232,7 +234,15 @@ def test_posterior_table(table_files: dict[str, Path]) -> None:
     assert k0["ci_low"] < k0["median"] < k0["ci_high"] and k0["correlation_k_atp_per_s"] < -0.7
     assert table.loc[("E", "k_atp_per_s"), "unfiltered_median"] == pytest.approx(38.0, rel=0.01)
     assert table.loc["E"]["median"].isna().all() and table.loc["A"]["median"].notna().all()
-    assert "ejection_fraction" in table.loc["A"].index
+    derived = table.loc["A"]
+    volumes = derived.loc[["end_diastolic_volume_ml", "end_systolic_volume_ml"]]
+    context = make_model("A").observation.context
+    assert volumes["measured"].tolist() == [context.lvedv_ml, context.lvesv_ml]
+    fraction = 1.0 - volumes["median"].iloc[1] / volumes["median"].iloc[0]
+    assert derived.loc["ejection_fraction", "median"] == pytest.approx(fraction, abs=0.005)
+    measured = 1.0 - context.lvesv_ml / context.lvedv_ml
+    assert derived.loc["ejection_fraction", "measured"] == pytest.approx(measured, rel=1e-6)
+    assert derived.loc["attained_stiffness_kpa", "median"] < derived.loc["k0_kpa", "median"]
 
 
 def test_readers_and_figures_leave_torch_and_pyplot_alone() -> None:
