@@ -54,7 +54,7 @@ def page(program: str) -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def results(program: str, finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The results of a finished study, copied away from its project, with Snakemake's own report among them."""
+    """The results of a finished study, copied away from the project, with both reports among them."""
     finished.run("--report", "snakemake-report.html")
     copy = tmp_path_factory.mktemp("elsewhere") / "results of a study"
     shutil.copytree(finished.results, copy)

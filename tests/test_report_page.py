@@ -1,0 +1,216 @@
+"""The landing page: numbers, tables, links, and what it says when nothing is supported."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure as Drawing
+
+from swesbi.artefacts import ArtefactError
+from swesbi.figures.style import save_figure
+from swesbi.inference.support import Support
+from swesbi.report.experiments import comparison_table, differences_table, median_table
+from swesbi.report.figures import figure
+from swesbi.report.files import file_groups
+from swesbi.report.headline import headline
+from swesbi.report.names import component, protocol_entry, rejection, with_symbols
+from swesbi.report.numbers import fixed, mean_sd, percent, significant, span
+from swesbi.report.paper import paper_table, read_comparison
+from swesbi.report.recovery import recovery_table
+from swesbi.report.results import Experiment, Recovery
+from swesbi.report.subjects import derived_table, feature_table, posterior_table, score_table, verdict_table
+from swesbi.report.table import Link, Row, Table, words
+from swesbi.report.training import training_table
+from swesbi.tables.features import COLUMNS as FEATURE_COLUMNS
+from swesbi.tables.posterior import COLUMNS as POSTERIOR_COLUMNS
+from swesbi.tables.ppc import COLUMNS as PPC_COLUMNS
+from swesbi.theta import THETA_NAMES, THETA_UNITS
+
+TITLE = "virtual volunteers"
+SETTINGS = {
+    "posterior": {"interval": 0.9},
+    "predictive": {"interval": 0.9},
+    "support": {"max_abs_z": 3.0, "min_in_prior_draws": 1000, "candidate_draws": 500000},
+    "summary": {"use_trajectory": True},
+}
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.012345, "0.0123"),
+        (9.996, "10.0"),
+        (-154.67, "−155"),
+        (120000.0, "120,000"),
+        (0.0, "0"),
+        (28.0, "28.0"),
+        (math.nan, "–"),
+        (math.inf, "inf"),
+    ],
+)
+def test_significant_digits_are_kept_through_every_size(value: float, text: str) -> None:
+    assert significant(value) == text
+
+
+def test_numbers_have_a_true_minus_and_zero_has_none() -> None:
+    assert fixed(-0.8432, 2) == "−0.84"
+    assert fixed(-0.001, 2) == "0.00"
+    assert percent(0.905) == "90.5"
+    assert span("1.0", "2.0") == "1.0 to 2.0"
+    assert span(fixed(math.nan, 1), fixed(math.nan, 1)) == "–"
+
+
+def test_the_spread_is_that_of_a_sample() -> None:
+    assert mean_sd([1.0, 2.0, 4.0], 2) == "2.33 ± 1.53"
+    assert mean_sd([1.25], 2) == "1.25"
+    assert mean_sd([], 2) == "–"
+
+
+def test_names_are_words() -> None:
+    assert component("post_peak_auc_kpa") == "post-peak AUC"
+    assert component("hr_bpm") == "heart rate"
+    assert rejection("low_fit_r2") == "Low fit R²"
+    assert protocol_entry("push_frequency_mhz", 4.0) == "push frequency 4 MHz"
+    assert protocol_entry("probe", "GE 6S-D") == "probe GE 6S-D"
+    assert with_symbols("k_ATP < k_0") == "<i>k</i><sub>ATP</sub> &lt; <i>k</i><sub>0</sub>"
+
+
+def test_a_row_of_another_length_is_refused() -> None:
+    with pytest.raises(ValueError, match="1 cells under 2 columns"):
+        Table("numbers", words("a", "b"), (Row(("1",)),))
+
+
+def test_files_are_grouped_by_folder_and_linked_from_the_page(tmp_path: Path) -> None:
+    names = ["tables/ppc.csv", "paper/pool.h5", "paper/subjects/A/ppc.png", "cmaes/A.h5", "paper/pool.h5"]
+    groups = file_groups([tmp_path / name for name in names], tmp_path / "report.html")
+    assert [group.caption.split(":")[0] for group in groups] == ["tables/", "paper/", "cmaes/"]
+    assert groups[1].rows == (
+        Row(("whole cohort", (Link("pool.h5", "paper/pool.h5"),))),
+        Row(("A", (Link("ppc.png", "paper/subjects/A/ppc.png"),))),
+    )
+
+
+def test_a_figure_knows_its_size_and_its_pdf(tmp_path: Path) -> None:
+    png, pdf = tmp_path / "figures" / "ppc.png", tmp_path / "figures" / "ppc.pdf"
+    save_figure(Drawing(figsize=(2.0, 1.0)), png, pdf)
+    shown = figure(png, tmp_path / "report.html", "what", "caption", pdf)
+    assert (shown.source, shown.full) == ("figures/ppc.png", "figures/ppc.pdf")
+    assert (shown.width, shown.height) == (600, 300)
+    with pytest.raises(ArtefactError, match="is not a PNG"):
+        figure(pdf, tmp_path / "report.html", "what", "caption")
+
+
+def test_the_comparison_is_shown_as_written_and_escaped(tmp_path: Path) -> None:
+    path = tmp_path / "paper_comparison.csv"
+    path.write_text('quantity,paper,this_study,note\n"r(k_0, k_ATP)",-0.84 +- 0.15,-0.80,<b>near</b>\n')
+    cells = paper_table(read_comparison(path), TITLE).rows[0].cells
+    assert cells[0] == "r(<i>k</i><sub>0</sub>, <i>k</i><sub>ATP</sub>)"
+    assert cells[1:3] == ("−0.84 +- 0.15", "−0.80")
+    assert cells[3] == "&lt;b&gt;near&lt;/b&gt;"
+    path.write_text("quantity,paper\n")
+    with pytest.raises(ArtefactError, match="lacks the columns this_study, note"):
+        read_comparison(path)
+
+
+def make_experiment(name: str, supported: dict[str, bool], use_trajectory: bool = True) -> Experiment:
+    """Return an experiment with plain numbers; scores of unsupported subjects are missing."""
+    scores, posterior, features = [], [], []
+    for subject, known in supported.items():
+        one = 1.0 if known else math.nan
+        scores.append(
+            [name, subject, known, 10.0, *[one * value for value in (2, 80, 0.1, 0.99, 3, 0.6, 0.5)], 4.0]
+        )
+        features.append(
+            [name, subject, known, "maximum_kpa", 40.0, 1.0, 30.0, 10.0, 50.0, one, one, one, known]
+        )
+        for parameter, unit in zip(THETA_NAMES, THETA_UNITS, strict=True):
+            correlations = [one * -0.5] * 3
+            row = [
+                name,
+                subject,
+                known,
+                parameter,
+                unit,
+                one * 5,
+                one * 4,
+                one * 6,
+                math.nan,
+                *correlations,
+                7,
+                8,
+            ]
+            posterior.append(row)
+        posterior.append(
+            [name, subject, known, "ejection_fraction", "1", one, one, one, 0.6, *[math.nan] * 5]
+        )
+    recovery = pd.DataFrame(
+        [[p, level, 0.25, 0.2, 0.3, 400, -1.0, 0.9] for p in THETA_NAMES for level in (0.5, 0.9)],
+        columns=["parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "bias", "contraction"],
+    )
+    return Experiment(
+        name=name,
+        settings=SETTINGS | {"summary": {"use_trajectory": use_trajectory}},
+        supports={subject: make_support(known) for subject, known in supported.items()},
+        scores=pd.DataFrame(scores, columns=list(PPC_COLUMNS)),
+        features=pd.DataFrame(features, columns=list(FEATURE_COLUMNS)),
+        posterior=pd.DataFrame(posterior, columns=list(POSTERIOR_COLUMNS)),
+        recovery=Recovery(recovery, recovery.assign(coverage=0.125)),
+        training=pd.DataFrame(
+            {"epoch": [1, 2, 3], "training_loss": [3, 2, 1], "validation_loss": [3.0, 1.0, 2.0]}
+        ),
+    )
+
+
+def make_support(supported: bool) -> Support:
+    """Return a verdict."""
+    reasons = () if supported else ("none of the draws",)
+    medians = dict.fromkeys(THETA_NAMES, 7.0)
+    return Support(2.5, "auc_kpa", 1234, 500000, medians, supported, "the verdict", reasons)
+
+
+def test_means_are_over_the_supported_subjects_alone() -> None:
+    experiment = make_experiment("paper", {"A": True, "B": True, "E": False})
+    experiment.scores.loc[0, "rmse_kpa"] = 1.0
+    facts = {fact.name: str(fact.value) for fact in headline(experiment)}
+    assert facts["Subjects that the prior supports"] == "2 of 3"
+    assert "→ 1.50 ± 0.71 kPa" in facts["RMSE of the predictive median, prior → posterior"]
+    rows = score_table(experiment, TITLE).rows
+    assert [row.muted for row in rows] == [False, False, True, False]
+    assert rows[-1].cells[2] == "1.50 ± 0.71"
+    assert rows[2].cells[2] == "–"
+
+
+def test_both_recoveries_stand_side_by_side_at_the_level_of_the_credible_intervals() -> None:
+    rows = recovery_table([make_experiment("paper", {"A": True})]).rows
+    assert len(rows) == len(THETA_NAMES)
+    assert rows[0].cells[2:6] == ("90", "25.0 (20.0 to 30.0)", "400", "12.5 (20.0 to 30.0)")
+
+
+def test_experiments_differ_in_the_settings_that_were_changed() -> None:
+    main = make_experiment("paper", {"A": True, "B": True})
+    other = make_experiment("scalar_only", {"A": True, "B": False}, use_trajectory=False)
+    rows = differences_table([other], main).rows
+    assert [row.cells for row in rows] == [("scalar_only", "summary.use_trajectory", "true", "false")]
+    shown = {str(row.cells[0]): row.cells[1:] for row in comparison_table([main, other], TITLE).rows}
+    assert shown["Subjects supported"] == ("2 of 2 (A, B)", "1 of 2 (A)")
+    assert shown["Epochs trained"] == ("3", "3")
+    assert median_table([main, other], TITLE).rows[-1].cells[3:] == ("5.00 (4.00 to 6.00)", "–")
+
+
+def test_a_study_that_supports_nobody_is_shown() -> None:
+    nobody = make_experiment("paper", {"A": False, "B": False})
+    facts = headline(nobody)
+    assert facts[0].value == "0 of 2"
+    assert not any("RMSE" in fact.name for fact in facts)
+    for make in (verdict_table, score_table, feature_table, posterior_table):
+        assert all(row.muted for row in make(nobody, TITLE).rows)
+    assert derived_table(nobody, TITLE).rows == ()
+    assert comparison_table([nobody], TITLE).rows[1].cells[1] == "–"
+
+
+def test_training_names_the_epoch_of_the_lowest_validation_loss() -> None:
+    row = training_table([make_experiment("paper", {"A": True})]).rows[0]
+    assert row.cells == ("paper", "3", "2", "1.00", "2.00")
