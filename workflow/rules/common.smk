@@ -112,6 +112,46 @@ def study_outputs():
     ]
 
 
+def linked_artefacts():
+    """Return the results that the landing page leads to, in the order in which it lists them."""
+    shown = [path for path in study_outputs() if path != f"{RESULTS}/report.html"]
+    of_experiment = ["pool.h5", "estimator.pt", "checkpoints.pt", "training.csv"]
+    of_subject = ["support.json", "posterior.h5", "predictive.h5"]
+    priors = dict.fromkeys(CONFIG.experiments[name].prior for name in EXPERIMENTS)
+    return [
+        *(path for path in shown if path.startswith(f"{RESULTS}/tables/")),
+        *(path for path in shown if path.startswith(f"{RESULTS}/figures/")),
+        *expand(
+            f"{RESULTS}/figures/training-{{experiment}}.pdf", experiment=EXPERIMENTS
+        ),
+        *expand(
+            f"{RESULTS}/{{experiment}}/{{file}}",
+            experiment=EXPERIMENTS,
+            file=of_experiment,
+        ),
+        f"{RESULTS}/{MAIN}/epochs.csv",
+        *expand(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{file}}",
+            experiment=EXPERIMENTS,
+            subject=SUBJECTS,
+            file=of_subject,
+        ),
+        *shown,
+        *expand(
+            f"{RESULTS}/cohort/{{subject}}/{{file}}.h5",
+            subject=SUBJECTS,
+            file=["observation", "passive"],
+        ),
+        *of_subjects("cmaes/{subject}.h5"),
+        *expand(
+            f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
+            prior=priors,
+            subject=SUBJECTS,
+            shard=SHARDS,
+        ),
+    ]
+
+
 def shards_of_subject(wildcards):
     """Return the shards of one subject under the experiment's prior."""
     return expand(

@@ -1,44 +1,6 @@
 """The landing page of the results."""
 
 
-def linked_artefacts():
-    """Return the results that the page leads to, in the order in which it lists them."""
-    shown = [path for path in study_outputs() if path != f"{RESULTS}/report.html"]
-    of_experiment = ["pool.h5", "estimator.pt", "checkpoints.pt", "training.csv"]
-    of_subject = ["support.json", "posterior.h5", "predictive.h5"]
-    priors = dict.fromkeys(CONFIG.experiments[name].prior for name in EXPERIMENTS)
-    return [
-        *(path for path in shown if path.startswith(f"{RESULTS}/tables/")),
-        *(path for path in shown if path.startswith(f"{RESULTS}/figures/")),
-        *expand(rules.training_figure.output.figure_pdf, experiment=EXPERIMENTS),
-        *expand(
-            f"{RESULTS}/{{experiment}}/{{file}}",
-            experiment=EXPERIMENTS,
-            file=of_experiment,
-        ),
-        *expand(rules.epochs.output.epochs, experiment=MAIN),
-        *expand(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{file}}",
-            experiment=EXPERIMENTS,
-            subject=SUBJECTS,
-            file=of_subject,
-        ),
-        *shown,
-        *expand(
-            f"{RESULTS}/cohort/{{subject}}/{{file}}.h5",
-            subject=SUBJECTS,
-            file=["observation", "passive"],
-        ),
-        *of_subjects("cmaes/{subject}.h5"),
-        *expand(
-            f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
-            prior=priors,
-            subject=SUBJECTS,
-            shard=SHARDS,
-        ),
-    ]
-
-
 rule report:
     """A page that is read without Snakemake: verdicts, figures, tables, and where every file lies."""
     input:
