@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from figure_text import assert_text_apart
 from matplotlib.figure import Figure
 from study_copy import StudyCopy
 
@@ -188,6 +189,7 @@ def test_figure_shows_every_checkpoint_on_a_logarithmic_axis(
         shown = table[(table["quantity"] == RECOVERY_COVERAGE) & (table["parameter"] == name)]["value"]
         np.testing.assert_array_equal(line.get_ydata(), shown)
     assert width.get_yscale() == "log"
+    assert_text_apart(figure)
     assert len(observed.lines) >= 2
     image = matplotlib.image.imread(finished.results / "figures" / "epochs.png")
     assert image.shape[1] == pytest.approx(12.2 / 2.54 * 300, abs=2)

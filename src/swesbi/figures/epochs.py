@@ -132,7 +132,7 @@ def _width(axes: Axes, table: pd.DataFrame) -> None:
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: percent(round(value, 6))))
     axes.set_ylabel("posterior sd / prior sd")
-    axes.set_title("(d) width: median and each subject of (c)")
+    axes.set_title("(d) width (thin: each subject)")
     if len(rows):
         axes.legend(loc="lower left", ncols=3, columnspacing=1.0)
 

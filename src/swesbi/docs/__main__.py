@@ -1,0 +1,64 @@
+"""Command line: ``python -m swesbi.docs`` rewrites the marked parts of the documentation from results."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from swesbi.artefacts import ArtefactError, atomic_path
+from swesbi.config import ConfigError, load_study, overlay, read_yaml
+from swesbi.docs.marks import MarkError, fill
+from swesbi.docs.parts import PARTS
+from swesbi.docs.results import read_results
+
+PAGE: Final = "reproduction.md"
+FIGURES: Final = ("workflow", "ppc", "posterior", "epochs", "experiments")
+EXIT_USAGE: Final = 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the documentation's marked parts and figures; return 0, or 2 with a message."""
+    parser = argparse.ArgumentParser(
+        prog="python -m swesbi.docs",
+        description="Rewrite the marked parts of docs/reproduction.md, and copy the figures that the "
+        "documentation shows, from a finished study.",
+    )
+    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
+    parser.add_argument("--overlay", type=Path, help="configuration merged over it")
+    parser.add_argument("--docs", type=Path, default=Path("docs"), help="default: docs")
+    given = parser.parse_args(arguments)
+    try:
+        write_docs(given.config, given.overlay, given.docs)
+    except (ArtefactError, ConfigError, MarkError, FileNotFoundError) as error:
+        print(f"swesbi: {error}", file=sys.stderr)
+        return EXIT_USAGE
+    return 0
+
+
+def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
+    """Write the page and copy the figures; the results' folder is the configuration's.
+
+    Raises:
+        ArtefactError: The study is not finished.
+        ConfigError: The configuration is not valid.
+        MarkError: The page's marks do not fit.
+        FileNotFoundError: The page or a figure does not exist.
+    """
+    raw = read_yaml(config)
+    study = load_study(overlay(raw, read_yaml(changes)) if changes else raw, str(config))
+    folder, page = Path(study.config.results), docs / PAGE
+    results = read_results(folder, study)
+    text = fill(page.read_text(encoding="utf-8"), {name: part(results) for name, part in PARTS.items()})
+    for name in FIGURES:
+        with atomic_path(docs / "figures" / f"{name}.png") as temporary:
+            shutil.copyfile(folder / "figures" / f"{name}.png", temporary)
+    with atomic_path(page) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

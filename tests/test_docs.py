@@ -1,0 +1,142 @@
+"""The documentation's marked parts come from a finished study, and nothing else of the page changes."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from study_copy import ROOT, StudyCopy
+
+from swesbi.config import Study, load_study, overlay, read_yaml
+from swesbi.docs.__main__ import FIGURES, main
+from swesbi.docs.marks import PART, MarkError, fill
+from swesbi.docs.numbers import fixed, mean_sd, share
+from swesbi.docs.parts import PARTS, truth_part
+from swesbi.docs.results import Results, read_results
+from swesbi.inference.support import read_support
+
+SHIPPED = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
+
+
+def study_of(finished: StudyCopy) -> Study:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(finished.folder)
+        config = overlay(
+            read_yaml(finished.folder / "config.yaml"), read_yaml(finished.folder / "smoke.yaml")
+        )
+        study = load_study(config)
+    absolute = study.config.model_copy(update={"cohort": str(finished.folder / study.config.cohort)})
+    return replace(study, config=absolute)
+
+
+@pytest.fixture(scope="module")
+def results(finished: StudyCopy) -> Results:
+    return read_results(finished.results, study_of(finished))
+
+
+@pytest.fixture
+def written(finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(finished.folder)
+    (tmp_path / "reproduction.md").write_text(SHIPPED, encoding="utf-8")
+    assert main(["--overlay", "smoke.yaml", "--docs", str(tmp_path)]) == 0
+    return tmp_path
+
+
+def parts_of(page: str) -> dict[str, str]:
+    return {match["name"]: match["body"] for match in PART.finditer(page)}
+
+
+def test_every_part_stands_on_the_page() -> None:
+    assert sorted(parts_of(SHIPPED)) == sorted(PARTS)
+    assert all(body.strip() for body in parts_of(SHIPPED).values()), "run `make docs` after `make study`"
+
+
+def test_parts_are_reproduced_and_prose_is_kept(written: Path, results: Results) -> None:
+    page = (written / "reproduction.md").read_text(encoding="utf-8")
+    assert {name: body.strip() for name, body in parts_of(page).items()} == {
+        name: part(results).strip() for name, part in PARTS.items()
+    }
+    assert PART.sub("", page) == PART.sub("", SHIPPED)
+    assert fill(page, {name: part(results) for name, part in PARTS.items()}) == page
+
+
+def test_parts_hold_the_numbers_of_the_study(written: Path, finished: StudyCopy) -> None:
+    parts = parts_of((written / "reproduction.md").read_text(encoding="utf-8"))
+    scores = pd.read_csv(finished.results / "tables" / "ppc.csv")
+    for row in scores.itertuples():
+        support = read_support(finished.results / "paper" / "subjects" / row.subject / "support.json")
+        verdict = "yes" if row.supported else "no"
+        assert re.search(
+            rf"^\| {row.subject} \| {support.max_abs_z:.2f} .*\| {verdict} \|$",
+            parts["support"],
+            re.MULTILINE,
+        )
+        shown = re.search(rf"^\| {row.subject} \| .*$", parts["scores"], re.MULTILINE)
+        assert (shown is not None) == row.supported
+        if shown:
+            assert f"| {row.rmse_prior_kpa:.2f} | {row.rmse_kpa:.2f} |" in shown[0]
+    recovery = pd.read_csv(finished.results / "paper" / "recovery.csv").query("nominal == 0.9")
+    assert all(f"| {100 * value:.1f} % (" in parts["recovery"] for value in recovery["coverage"])
+    epochs = pd.read_csv(finished.results / "paper" / "epochs.csv")
+    assert len(parts["epochs"].strip().splitlines()) == 2 + epochs["epoch"].nunique()
+    comparison = pd.read_csv(finished.results / "tables" / "paper_comparison.csv")
+    assert f"All {len(comparison)} numbers" in parts["comparison"]
+
+
+def test_figures_are_those_of_the_study(written: Path, finished: StudyCopy) -> None:
+    for name in FIGURES:
+        copied = written / "figures" / f"{name}.png"
+        assert copied.read_bytes() == (finished.results / "figures" / f"{name}.png").read_bytes()
+
+
+def test_true_parameters_are_counted(results: Results) -> None:
+    assert results.supported, "needs a supported subject"
+    text = truth_part(results)
+    shown = int(re.match(r"True parameters inside .*: (\d+) of", text)[1])
+    inside = 0
+    for name in results.supported:
+        own = results.posterior[results.posterior["subject"] == name].set_index("parameter")
+        for value, parameter in zip(
+            results.true_theta[name], ("k0_kpa", "k_atp_per_s", "k_sr_per_s"), strict=True
+        ):
+            inside += own["ci_low"][parameter] <= value <= own["ci_high"][parameter]
+    assert shown == inside
+    assert "no known true parameters" in truth_part(replace(results, true_theta={}))
+
+
+def test_a_study_without_supported_subjects_can_be_shown(results: Results) -> None:
+    nobody = {name: replace(support, supported=False) for name, support in results.supports.items()}
+    scores = results.scores.assign(supported=False)
+    for name, part in PARTS.items():
+        assert "nan" not in part(replace(results, supports=nobody, scores=scores)), name
+
+
+def test_an_unfinished_study_is_named(
+    finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(finished.folder)
+    (tmp_path / "reproduction.md").write_text(SHIPPED, encoding="utf-8")
+    (tmp_path / "changes.yaml").write_text("results: nowhere\n")
+    assert main(["--overlay", str(tmp_path / "changes.yaml"), "--docs", str(tmp_path)]) == 2
+    assert "does not exist: finish the study first" in capsys.readouterr().err
+    assert (tmp_path / "reproduction.md").read_text(encoding="utf-8") == SHIPPED
+
+
+@pytest.mark.parametrize(
+    ("page", "message"),
+    [
+        ("<!-- begin run -->\n", "'run' has no partner"),
+        ("<!-- begin run -->\n<!-- end scores -->", "has no partner"),
+        ("<!-- begin other -->\n<!-- end other -->", "no part is called 'other'"),
+    ],
+)
+def test_marks_that_do_not_fit_are_refused(page: str, message: str) -> None:
+    with pytest.raises(MarkError, match=message):
+        fill(page, {"run": "text", "scores": "text"})
+
+
+def test_numbers_are_shown_with_care() -> None:
+    assert (fixed(-0.126, 2), fixed(float("nan"), 1), share(0.9275)) == ("−0.13", "–", "92.8 %")
+    assert mean_sd(pd.Series([1.0, 3.0]), 1) == "2.0 ± 1.4"
+    assert (mean_sd(pd.Series([2.0]), 1), mean_sd(pd.Series([], dtype=float), 1)) == ("2.0", "–")
