@@ -15,9 +15,9 @@ from swesbi.inference.support import Support
 from swesbi.report.experiments import comparison_table, differences_table, median_table
 from swesbi.report.figures import figure
 from swesbi.report.files import file_groups
-from swesbi.report.headline import headline
+from swesbi.report.headline import caution, headline
 from swesbi.report.names import component, protocol_entry, rejection, with_symbols
-from swesbi.report.numbers import fixed, mean_sd, percent, significant, span
+from swesbi.report.numbers import estimate, fixed, mean_sd, percent, significant, span
 from swesbi.report.paper import paper_table, read_comparison
 from swesbi.report.recovery import recovery_table
 from swesbi.report.results import Experiment, Recovery
@@ -63,6 +63,14 @@ def test_numbers_have_a_true_minus_and_zero_has_none() -> None:
     assert span(fixed(math.nan, 1), fixed(math.nan, 1)) == "–"
 
 
+def test_a_narrow_interval_has_the_digits_that_show_its_width() -> None:
+    assert estimate(53.66, 53.52, 53.83) == ("53.66", "53.52 to 53.83")
+    assert estimate(40.0, 16.4, 69.6) == ("40.0", "16.4 to 69.6")
+    assert estimate(114.2, 114.11, 114.31) == ("114.20", "114.11 to 114.31")
+    assert estimate(2.0, 2.0, 2.0) == ("2.00", "2.00 to 2.00")
+    assert estimate(math.nan, math.nan, math.nan) == ("–", "–")
+
+
 def test_the_spread_is_that_of_a_sample() -> None:
     assert mean_sd([1.0, 2.0, 4.0], 2) == "2.33 ± 1.53"
     assert mean_sd([1.25], 2) == "1.25"
@@ -84,9 +92,16 @@ def test_a_row_of_another_length_is_refused() -> None:
 
 
 def test_files_are_grouped_by_folder_and_linked_from_the_page(tmp_path: Path) -> None:
-    names = ["tables/ppc.csv", "paper/pool.h5", "paper/subjects/A/ppc.png", "cmaes/A.h5", "paper/pool.h5"]
+    names = [
+        "tables/ppc.csv",
+        "paper/pool.h5",
+        "paper/subjects/A/ppc.png",
+        "cmaes/A.h5",
+        "paper/pool.h5",
+        "notes.csv",
+    ]
     groups = file_groups([tmp_path / name for name in names], tmp_path / "report.html")
-    assert [group.caption.split(":")[0] for group in groups] == ["tables/", "paper/", "cmaes/"]
+    assert [group.caption.split(":")[0] for group in groups] == ["tables/", "paper/", "cmaes/", "./"]
     assert groups[1].rows == (
         Row(("whole cohort", (Link("pool.h5", "paper/pool.h5"),))),
         Row(("A", (Link("ppc.png", "paper/subjects/A/ppc.png"),))),
@@ -187,6 +202,14 @@ def test_both_recoveries_stand_side_by_side_at_the_level_of_the_credible_interva
     rows = recovery_table([make_experiment("paper", {"A": True})]).rows
     assert len(rows) == len(THETA_NAMES)
     assert rows[0].cells[2:6] == ("90", "25.0 (20.0 to 30.0)", "400", "12.5 (20.0 to 30.0)")
+
+
+def test_intervals_that_cover_too_little_are_pointed_out() -> None:
+    experiment = make_experiment("paper", {"A": True})
+    assert "cover the truth less often" in caution(experiment)
+    assert "<i>k</i><sub>SR</sub> (12.5 %)" in caution(experiment)
+    experiment.recovery.acquisition["ci_high"] = 0.95
+    assert caution(experiment) == ""
 
 
 def test_experiments_differ_in_the_settings_that_were_changed() -> None:

@@ -11,7 +11,7 @@ from typing import Any, Final
 from markupsafe import Markup
 
 from swesbi.report.names import PARAMETER_UNITS, PARAMETERS
-from swesbi.report.numbers import MISSING, count, fixed, mean_sd, percent, significant
+from swesbi.report.numbers import MISSING, count, estimate, fixed, mean_sd, percent
 from swesbi.report.recovery import level
 from swesbi.report.results import Experiment, records
 from swesbi.report.table import Cell, Column, Row, Table, body, words
@@ -118,8 +118,8 @@ def _medians(experiment: Experiment) -> dict[tuple[str, str], str]:
     table = experiment.posterior
     rows = records(table[table["parameter"].isin(PARAMETERS) & table["supported"]])
     return {
-        (str(row["subject"]), str(row["parameter"])): (
-            f"{significant(row['median'])} ({significant(row['ci_low'])} to {significant(row['ci_high'])})"
+        (str(row["subject"]), str(row["parameter"])): "{} ({})".format(
+            *estimate(row["median"], row["ci_low"], row["ci_high"])
         )
         for row in rows
     }

@@ -9,8 +9,10 @@ from typing import Final
 
 from swesbi.report.table import Link, Row, Table, words
 
+HERE: Final = "."
 WHOLE_COHORT: Final = "whole cohort"
 MEANING: Final = {
+    HERE: "beside this page.",
     "tables": "every table of the study, as CSV, and table 1 as LaTeX.",
     "figures": "figures of the cohort, as PDF and PNG.",
     "cohort": "observed curve with standard errors and rejected samples; passive baseline.",
@@ -33,7 +35,7 @@ def file_groups(paths: Sequence[Path], page: Path) -> tuple[Table, ...]:
     grouped: dict[str, dict[str, list[Link]]] = {}
     for path in dict.fromkeys(paths):
         href = relative(path, page)
-        folder, *rest = Path(href).parts
+        folder, *rest = Path(href).parts if "/" in href else (HERE, href)
         row, text = _row_and_text(rest)
         grouped.setdefault(folder, {}).setdefault(row, []).append(Link(text, href))
     return tuple(_group(folder, rows) for folder, rows in grouped.items())

@@ -11,7 +11,7 @@ from swesbi.report.experiments import PAIRS, correlations
 from swesbi.report.names import PARAMETERS
 from swesbi.report.numbers import mean_sd, percent
 from swesbi.report.recovery import level, nearest_level
-from swesbi.report.results import Experiment
+from swesbi.report.results import Experiment, records
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,27 @@ class Fact:
 def headline(experiment: Experiment) -> tuple[Fact, ...]:
     """Return the facts that an abstract would give."""
     return tuple(_facts(experiment))
+
+
+def caution(experiment: Experiment) -> Markup:
+    """Return a warning where credible intervals cover less than they claim, else nothing.
+
+    Judged by recordings with acquisition noise: the whole interval on the coverage lies below nominal.
+    """
+    table = experiment.recovery.acquisition
+    nominal = nearest_level(table, experiment)
+    rows = records(table[(table["nominal"] == nominal) & (table["ci_high"] < nominal)])
+    if not rows:
+        return Markup("")
+    covered = [
+        Markup("{} ({} %)").format(PARAMETERS[str(row["parameter"])], percent(row["coverage"]))
+        for row in rows
+    ]
+    return Markup(
+        "The {nominal} % credible intervals of this experiment cover the truth less often than they claim "
+        "when recordings carry the noise of an acquisition: {covered}. They say what the observation model of the "
+        "experiment implies, not how uncertain a measurement leaves the parameters."
+    ).format(nominal=percent(nominal, 0), covered=Markup(", ").join(covered))
 
 
 def _facts(experiment: Experiment) -> Iterator[Fact]:

@@ -24,8 +24,22 @@ def significant(value: float, digits: int = 3) -> str:
     if value == 0.0 or math.isinf(value):
         return _signed(f"{value:g}")
     rounded = float(f"{value:.{digits - 1}e}")
-    decimals = max(digits - 1 - math.floor(math.log10(abs(rounded))), 0)
-    return _signed(f"{rounded:,.{decimals}f}")
+    return _signed(f"{rounded:,.{_decimals(rounded, digits)}f}")
+
+
+def estimate(value: float, low: float, high: float) -> tuple[str, str]:
+    """Return a value and its interval, to three significant digits or more where the interval is narrow.
+
+    Two digits of the interval's width are kept, so that its ends differ: 53.7 within 53.52 and 53.83 as
+    "53.70" and "53.52 to 53.83".
+    """
+    if math.isnan(value):
+        return MISSING, MISSING
+    decimals = _decimals(value, 3)
+    if high > low:
+        decimals = max(decimals, _decimals(high - low, 2))
+    shown, start, end = (_signed(f"{number:,.{decimals}f}") for number in (value, low, high))
+    return shown, span(start, end)
 
 
 def percent(fraction: float, decimals: int = 1) -> str:
@@ -50,6 +64,11 @@ def mean_sd(values: Sequence[float] | NDArray[np.float64], decimals: int) -> str
         return MISSING
     mean = fixed(float(known.mean()), decimals)
     return f"{mean} ± {fixed(float(known.std(ddof=1)), decimals)}" if len(known) > 1 else mean
+
+
+def _decimals(value: float, digits: int) -> int:
+    """Return the decimals that show so many significant digits of a value."""
+    return max(digits - 1 - math.floor(math.log10(abs(value))), 0) if value else digits - 1
 
 
 def _signed(text: str) -> str:

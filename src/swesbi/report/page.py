@@ -9,11 +9,12 @@ from typing import Any, Final
 
 import yaml
 from jinja2 import DictLoader, Environment, StrictUndefined
+from markupsafe import Markup
 
 from swesbi.report.cohort import context_table, recording_table
 from swesbi.report.experiments import comparison_table, differences_table, median_table
 from swesbi.report.figures import Figure
-from swesbi.report.headline import Fact, headline
+from swesbi.report.headline import Fact, caution, headline
 from swesbi.report.paper import paper_table
 from swesbi.report.recovery import levels_table, recovery_table
 from swesbi.report.results import Results
@@ -76,6 +77,7 @@ class Page:
     main: str
     experiments: tuple[str, ...]
     facts: tuple[Fact, ...]
+    caution: Markup
     tables: Mapping[str, Table]
     levels: tuple[Table, ...]
     figures: Figures
@@ -93,6 +95,7 @@ def make_page(
         main=results.main.name,
         experiments=tuple(experiment.name for experiment in results.experiments),
         facts=headline(results.main),
+        caution=caution(results.main),
         tables=_tables(results, cohort.title),
         levels=tuple(map(levels_table, results.experiments)),
         figures=figures,

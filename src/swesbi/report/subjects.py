@@ -15,7 +15,7 @@ from swesbi.report.names import (
     feature_unit,
     quantity,
 )
-from swesbi.report.numbers import MISSING, count, fixed, mean_sd, percent, significant, span
+from swesbi.report.numbers import MISSING, count, estimate, fixed, mean_sd, percent, significant, span
 from swesbi.report.results import Experiment, records
 from swesbi.report.table import Column, Row, Table, words
 
@@ -160,8 +160,7 @@ def posterior_table(experiment: Experiment, cohort_title: str) -> Table:
             str(row["subject"]),
             PARAMETERS[name],
             PARAMETER_UNITS[name],
-            significant(row["median"]),
-            span(significant(row["ci_low"]), significant(row["ci_high"])),
+            *estimate(row["median"], row["ci_low"], row["ci_high"]),
             *correlations,
             significant(row["unfiltered_median"]),
             significant(row["cmaes"]),
@@ -186,8 +185,7 @@ def derived_table(experiment: Experiment, cohort_title: str) -> Table:
             str(row["subject"]),
             quantity(str(row["parameter"])),
             DERIVED_UNITS.get(str(row["unit"]), str(row["unit"])),
-            significant(row["median"]),
-            span(significant(row["ci_low"]), significant(row["ci_high"])),
+            *estimate(row["median"], row["ci_low"], row["ci_high"]),
             significant(row["measured"]),
         )
         rows.append(Row(cells))
