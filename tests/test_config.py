@@ -68,12 +68,30 @@ def test_the_paper_experiment_is_the_paper_s() -> None:
             {"experiments__tables": SHIPPED["experiments"]["paper"]},
             r"'tables' is the name of a results folder",
         ),
-        ({"experiments__paper__predictive__draws": 10**6}, r"predictive\.draws is 1000000, but only 10000"),
+        (
+            {"experiments__paper__predictive__draws": 10**6},
+            r"predictive\.draws is 1000000, but only 1000 are there",
+        ),
         (
             {"experiments__paper__support__min_in_prior_draws": 10**6},
             r"cannot be met by candidate_draws = 500000",
         ),
         ({"experiments__paper__estimator__model": "mfa"}, r"estimator\.model = 'mfa'"),
+        (
+            {"priors__wide__k_atp_per_s__high": 900.0},
+            r"priors\.wide\.k_atp_per_s: bounds 2 to 900 leave",
+        ),
+        (
+            {"passive__late_diastolic_window": [0.7, 0.9]},
+            r"= \[0\.7, 0\.9\] must equal recording\.late",
+        ),
+        ({"acquisition__missing_phases": [3]}, r"acquisition\.missing_phases = \[3\] must be empty"),
+        ({"acquisition__phases": 21}, r"acquisition\.phases = 21 must equal recording\.phases = 20"),
+        (
+            {"experiments__paper__predictive__features": ["peak"]},
+            r"names the feature 'peak'",
+        ),
+        ({"run": ["pepper"]}, r"run: 'pepper' is not one of paper"),
         ({"main_experiment": "pepper"}, r"main_experiment = 'pepper'"),
         ({"subjects": ["A", "Z"]}, r"subjects: 'Z' has no row in .*subjects\.csv; it knows A, B, C, D, E, F"),
         ({"subjects": ["A", "A"]}, r"each once"),
@@ -138,12 +156,12 @@ AFFECTED = {
 
 
 def another(value: str | float | list[int]) -> str | float | list[int]:
-    """Return another valid value: other device, shorter list, larger or smaller number."""
+    """Return another valid value: other device, shorter list, smaller number."""
     if isinstance(value, str):
         return {"auto": "cpu"}[value]
     if isinstance(value, list):
         return value[:-1]
-    return value * 2 if value > 1 else value / 2
+    return value // 2 if isinstance(value, int) else value / 2
 
 
 @pytest.mark.parametrize("key", AFFECTED)

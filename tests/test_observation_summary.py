@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -178,10 +176,3 @@ def test_nan_and_wrong_shapes_are_refused() -> None:
         summarise(np.ones(100), SETTINGS)
     with pytest.raises(ValueError, match="window"):
         SummarySettings(baseline_window=(0.9, 0.8), trajectory_points=30, use_trajectory=True)
-
-
-def test_summary_is_fast_enough_for_pools() -> None:
-    curves = np.tile(two_sided(analysis_grid(100)), (20_000, 1))
-    start = time.perf_counter()
-    summarise(curves, SETTINGS)
-    assert time.perf_counter() - start < 1.0

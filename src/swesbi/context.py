@@ -17,6 +17,10 @@ CONTEXT_NAMES: Final = (
     "lvesv_ml",
     "ivsd_cm",
 )
+# From a newborn to the most dilated heart, from sinus bradycardia to the fastest exercise (Lang et al. 2015).
+CONTEXT_RANGES: Final = {"hr_bpm": (30.0, 220.0), "lvedv_ml": (10.0, 500.0), "ivsd_cm": (0.2, 3.0)}
+# d_0 / R_0: 0.3 in health, 0.7 in the most severe hypertrophy; at 2 the mid-wall sphere has no cavity left.
+RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 CONTEXT_UNITS: Final = ("1", "year", "m2", "1/min", "mL", "mL", "cm")
 
 
@@ -55,3 +59,25 @@ class Context:
         """Return the seven context values in the order of ``CONTEXT_NAMES``; sex is 1 for male."""
         values = [self.age_years, self.bsa_m2, self.hr_bpm, self.lvedv_ml, self.lvesv_ml]
         return np.array([float(self.sex == "M"), *values, self.ivsd_cm])
+
+
+def check_ranges(context: Context) -> None:
+    """Refuse a context outside the ranges in which the forward model is declared.
+
+    Raises:
+        ValueError: Heart rate, end-diastolic volume, septal thickness or the wall's relative thickness.
+    """
+    for name, (low, high) in CONTEXT_RANGES.items():
+        value = getattr(context, name)
+        if not low <= value <= high:
+            raise ValueError(
+                f"subject {context.subject}: {name} = {value:g} is outside [{low:g}, {high:g}]; "
+                "check its unit"
+            )
+    relative = context.thickness_m / context.radius_m
+    low, high = RELATIVE_THICKNESS_RANGE
+    if not low <= relative <= high:
+        raise ValueError(
+            f"subject {context.subject}: ivsd_cm = {context.ivsd_cm:g} is {relative:.2f} of the radius of a "
+            f"sphere of lvedv_ml = {context.lvedv_ml:g}; expected {low:g} to {high:g}; check both units"
+        )

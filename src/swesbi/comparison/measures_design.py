@@ -37,7 +37,7 @@ def recorded_phases(study: StudyResults, asked: Asked) -> Measured:
     """Return the phases of a recording, and of how many recordings some are missing."""
     phases = sorted({len(observation.phase) for observation in study.observations})
     gaps = sum(not observation.measured.all() for observation in study.observations)
-    text = " or ".join(map(str, phases)) + (f" ({gaps} recordings miss some)" if gaps else "")
+    text = " or ".join(map(str, phases)) + (f" (incomplete recordings: {gaps})" if gaps else "")
     return Measured(text, float(phases[-1]))
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, StringConstraints, model_validator
 
+from swesbi.config.checks import CHECKS
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.forward_model import ForwardModelSettings
 from swesbi.inference.settings import (
@@ -24,7 +25,6 @@ from swesbi.simulations.prior import PriorSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=64)]
-RESERVED_NAMES = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "benchmarks"})
 
 
 class ExperimentSettings(Settings):
@@ -79,39 +79,9 @@ class Config(Settings):
     resources: ResourceSettings
 
     @model_validator(mode="after")
-    def _check_names(self) -> Self:
-        users = {f"experiments.{name}.prior": part.prior for name, part in self.experiments.items()}
-        users |= {"passive_reference_prior": self.passive_reference_prior, "cmaes.prior": self.cmaes.prior}
-        for key, prior in users.items():
-            if prior not in self.priors:
-                raise ValueError(f"{key} names the prior {prior!r}; known priors: {', '.join(self.priors)}")
-        if unknown := [name for name in self.experiments_run if name not in self.experiments]:
-            raise ValueError(f"run: {unknown[0]!r} is not one of {', '.join(self.experiments)}")
-        if self.main_experiment not in self.experiments_run:
-            raise ValueError(f"main_experiment = {self.main_experiment!r}: not one of the experiments run")
-        if reserved := RESERVED_NAMES & set(self.experiments):
-            raise ValueError(
-                f"experiments: {sorted(reserved)[0]!r} is the name of a results folder; choose another"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _check_protocol(self) -> Self:
-        for name in ("phases", "density_kg_m3"):
-            made, read = getattr(self.acquisition, name), getattr(self.recording, name)
-            if made != read:
-                raise ValueError(f"acquisition.{name} = {made} must equal recording.{name} = {read}")
-        return self
-
-    @model_validator(mode="after")
-    def _check_posterior_draws(self) -> Self:
-        for name, experiment in self.experiments.items():
-            available, wanted = experiment.posterior.draws, experiment.predictive.draws
-            if wanted > available:
-                raise ValueError(
-                    f"experiments.{name}.predictive.draws is {wanted}, but only {available} posterior "
-                    f"draws are kept (experiments.{name}.posterior.draws)"
-                )
+    def _check_across_parts(self) -> Self:
+        for check in CHECKS:
+            check(self)
         return self
 
     @property

@@ -1,7 +1,7 @@
 """The equations of the left ventricle and its circulation, one function per law, in SI units.
 
 Symbols follow Caruel et al. (2014, Biomech. Model. Mechanobiol. 13:897) for the spherical ventricle and
-Chapelle et al. (2012, Int. J. Multiscale Comput. Eng. 10:163) for the active law: displacement ``y`` of the
+Chapelle et al. (2012, Int. J. Multiscale Comput. Eng. 10:189) for the active law: displacement ``y`` of the
 mid-wall, stretch ``lambda = 1 + y / R_0``, ``C = lambda^2``, fibre strain ``e = y / R_0``.
 
 Every function is a scalar expression without branches that exclude each other's arithmetic, so that the

@@ -67,16 +67,13 @@ class ForwardModelSettings(Settings):
     initial_pulmonary_pressure_pa: float = Field(gt=0)
 
     steps_per_beat: int = Field(ge=50, le=100_000)
-    maximum_step_s: float = Field(
-        default=2.7e-3, gt=0, description="slow hearts take a multiple of steps_per_beat"
-    )
+    maximum_step_s: float = Field(gt=0, description="slow hearts take a multiple of steps_per_beat")
     samples_per_beat: int = Field(ge=10, description="M, points of a returned cycle; divides steps_per_beat")
     periodicity_tolerance: float = Field(
         gt=0, le=1e-2, description="relative change of the state over a beat"
     )
     maximum_beats: int = Field(ge=2, le=10_000)
     extrapolation_memory: int = Field(
-        default=2,
         ge=0,
         le=4,
         description="beats that the periodic state is extrapolated from; 0: beat after beat",

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.context import Context
+from swesbi.context import Context, check_ranges
 from swesbi.forward_model.beats import Beats, beats_of, empty_beats, place
 from swesbi.forward_model.model import Model, build_model
 from swesbi.forward_model.periodic import Records, Status, run_to_periodic
@@ -19,10 +19,6 @@ Array = NDArray[np.float64]
 # Declared ranges of the inputs: an order of magnitude beyond published myocardial parameters (Marchesseau et
 # al. 2013; Banus et al. 2021), so that any prior of a study fits inside, yet a wrong unit does not.
 THETA_RANGES: Final = ((1.0, 500.0), (0.1, 500.0), (0.1, 300.0))
-# From a newborn to the most dilated heart, from sinus bradycardia to the fastest exercise (Lang et al. 2015).
-CONTEXT_RANGES: Final = {"hr_bpm": (30.0, 220.0), "lvedv_ml": (10.0, 500.0), "ivsd_cm": (0.2, 3.0)}
-# d_0 / R_0: 0.3 in health, 0.7 in the most severe hypertrophy; at 2 the mid-wall sphere has no cavity left.
-RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 
 # How many times more steps a simulation gets that fails at the shipped step.
 REFINEMENT: Final = 4
@@ -45,7 +41,7 @@ def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> 
         ValueError: theta or the context is not finite or outside the declared ranges.
     """
     theta = _checked_theta(theta)
-    _check_context(context)
+    check_ranges(context)
     si = theta * np.array([1e3, 1.0, 1.0])
     model = build_model(context, settings)
     beats = empty_beats(si.shape[0], model)
@@ -80,20 +76,3 @@ def _checked_theta(theta: Array) -> Array:
                 f"theta row {wrong[0]}: {name} = {value:g} is outside [{low:g}, {high:g}]; check its unit"
             )
     return theta
-
-
-def _check_context(context: Context) -> None:
-    for name, (low, high) in CONTEXT_RANGES.items():
-        value = getattr(context, name)
-        if not low <= value <= high:
-            raise ValueError(
-                f"subject {context.subject}: {name} = {value:g} is outside [{low:g}, {high:g}]; "
-                "check its unit"
-            )
-    relative = context.thickness_m / context.radius_m
-    low, high = RELATIVE_THICKNESS_RANGE
-    if not low <= relative <= high:
-        raise ValueError(
-            f"subject {context.subject}: ivsd_cm = {context.ivsd_cm:g} is {relative:.2f} of the radius of a "
-            f"sphere of lvedv_ml = {context.lvedv_ml:g}; expected {low:g} to {high:g}; check both units"
-        )

@@ -1,5 +1,5 @@
 """Neural posterior estimation: the training pool, the estimator, prior support, posterior, recovery.
 
-Of its modules only ``torch_prior``, ``estimator``, ``training`` and ``sampling`` import torch, which
-costs seconds; readers of pools and posteriors need none of them.
+Its modules that import torch, which costs seconds, are ``checkpoints``, ``determinism``, ``estimator``,
+``sampling``, ``torch_files``, ``torch_prior`` and ``training``; readers of pools and posteriors need none.
 """

@@ -54,7 +54,7 @@ def summary_units(settings: SummarySettings) -> tuple[str, ...]:
 def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
     """Return the features x = S(E) of stiffness curves (paper, Eq. 4).
 
-    Every feature depends continuously on the curve; see ``crossings`` for levels never crossed.
+    Every feature depends continuously on a curve with one peak; see ``crossings`` for levels never crossed.
 
     Args:
         curves: Stiffness in kPa on the analysis grid; shape (n, G).

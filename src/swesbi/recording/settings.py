@@ -6,7 +6,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from swesbi.context import Context
+from swesbi.context import CONTEXT_RANGES, Context, check_ranges
 from swesbi.settings import Settings
 from swesbi.settings_types import CycleWindow
 
@@ -41,17 +41,17 @@ class RecordingSettings(Settings):
 class ContextRow(Settings):
     """One row of ``subjects.csv``: the plain twin of :class:`swesbi.context.Context`.
 
-    The bounds are those of human hearts from the newborn to the giant; they catch wrong units.
+    The bounds are those in which the forward model is declared; they catch wrong units.
     """
 
     subject: str = Field(pattern=SUBJECT_PATTERN, max_length=64)
     sex: Literal["F", "M"]
     age_years: float = Field(ge=0, le=120)
     bsa_m2: float = Field(ge=0.1, le=4)
-    hr_bpm: float = Field(ge=20, le=300)
-    lvedv_ml: float = Field(ge=3, le=600)
+    hr_bpm: float = Field(ge=CONTEXT_RANGES["hr_bpm"][0], le=CONTEXT_RANGES["hr_bpm"][1])
+    lvedv_ml: float = Field(ge=CONTEXT_RANGES["lvedv_ml"][0], le=CONTEXT_RANGES["lvedv_ml"][1])
     lvesv_ml: float = Field(ge=1, le=500)
-    ivsd_cm: float = Field(ge=0.1, le=4)
+    ivsd_cm: float = Field(ge=CONTEXT_RANGES["ivsd_cm"][0], le=CONTEXT_RANGES["ivsd_cm"][1])
 
     @model_validator(mode="after")
     def _ejects(self) -> Self:
@@ -59,6 +59,7 @@ class ContextRow(Settings):
             raise ValueError(
                 f"lvesv_ml ({self.lvesv_ml:g}) must be below lvedv_ml ({self.lvedv_ml:g}); are they swapped?"
             )
+        check_ranges(self.to_context())
         return self
 
     def to_context(self) -> Context:

@@ -30,6 +30,7 @@ from swesbi.settings import Settings
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, by_subject
+from swesbi.tables.files import write_csv
 from swesbi.tables.paper_values import read_paper
 
 
@@ -96,8 +97,7 @@ def run(
         fits={subject: read_cmaes(path)[0] for subject, path in by_subject(cmaes).items()},
     )
     table = comparison_table(numbers, study)
-    with atomic_path(comparison_csv) as temporary:
-        table.to_csv(temporary, index=False, lineterminator="\n")
+    write_csv(comparison_csv, table)
     with atomic_path(comparison_tex) as temporary:
         temporary.write_text(comparison_latex(numbers, table, settings.cohort_title), encoding="utf-8")
 

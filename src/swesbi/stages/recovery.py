@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.artefacts import atomic_path
 from swesbi.forward_model import ForwardModelSettings
 from swesbi.inference.dataset import read_pool
 from swesbi.inference.estimator import load_estimator
@@ -27,6 +26,7 @@ from swesbi.settings import Settings
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.posterior import check_components
+from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
@@ -100,8 +100,7 @@ def write_scores(
     """Score the posteriors of N recordings against their truth (N, 3) and write one row a score."""
     recovered = recover(truth, candidates, prior, settings)
     rows = score_recovery(recovered, prior, settings)
-    with atomic_path(path) as temporary:
-        pd.DataFrame([asdict(row) for row in rows]).to_csv(temporary, index=False, lineterminator="\n")
+    write_csv(path, pd.DataFrame([asdict(row) for row in rows]), float_format=None)
     LOGGER.info("%s: %d of %d recordings scored", path.stem, len(recovered.truth), len(truth))
     for row in rows:
         LOGGER.info("  %s, nominal %.2f: coverage %.3f", row.parameter, row.nominal, row.coverage)

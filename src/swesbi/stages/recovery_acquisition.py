@@ -5,11 +5,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import model_validator
 
 from swesbi.forward_model import ForwardModelSettings, simulate
 from swesbi.inference.pool import with_context
@@ -48,14 +46,6 @@ class RecoveryAcquisitionStageSettings(Settings):
     acquisition: AcquisitionSettings
     summary: SummarySettings
     recovery: RecoverySettings
-
-    @model_validator(mode="after")
-    def _check_protocol(self) -> Self:
-        for name in ("phases", "density_kg_m3"):
-            made, read = getattr(self.acquisition, name), getattr(self.recording, name)
-            if made != read:
-                raise ValueError(f"acquisition.{name} = {made} must equal recording.{name} = {read}")
-        return self
 
 
 def run(

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import pandas as pd
-
 from swesbi.artefacts import atomic_path
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.predictive_dataset import read_predictive
@@ -18,12 +16,11 @@ from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, by_subject, pick
 from swesbi.tables.case import Case
 from swesbi.tables.features import features_table
+from swesbi.tables.files import write_csv
 from swesbi.tables.latex import ppc_latex
 from swesbi.tables.posterior import posterior_table
 from swesbi.tables.posterior_latex import posterior_latex
 from swesbi.tables.ppc import ppc_table
-
-FLOAT_FORMAT = "%.8g"
 
 
 class TablesSettings(Settings):
@@ -50,10 +47,10 @@ def run(
     cases = read_cases(predictives, posteriors, supports, cmaes)
     scores = ppc_table(cases)
     reasons = {(case.experiment, case.subject): ", ".join(support_numbers(case.support)) for case in cases}
-    _write_csv(ppc_csv, scores)
-    _write_csv(features_csv, features_table(cases))
+    write_csv(ppc_csv, scores)
+    write_csv(features_csv, features_table(cases))
     posteriors_in_numbers = posterior_table(cases)
-    _write_csv(posterior_csv, posteriors_in_numbers)
+    write_csv(posterior_csv, posteriors_in_numbers)
     _write_text(ppc_tex, ppc_latex(scores, reasons, settings.cohort_title))
     _write_text(posterior_tex, posterior_latex(posteriors_in_numbers, reasons, settings.cohort_title))
 
@@ -86,8 +83,3 @@ def read_cases(
 def _write_text(path: Path, text: str) -> None:
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
-
-
-def _write_csv(path: Path, table: pd.DataFrame) -> None:
-    with atomic_path(path) as temporary:
-        table.to_csv(temporary, index=False, float_format=FLOAT_FORMAT, lineterminator="\n")

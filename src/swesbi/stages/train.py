@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from swesbi.artefacts import atomic_path
 from swesbi.inference.checkpoints import KIND as CHECKPOINTS
 from swesbi.inference.checkpoints import save_checkpoints
 from swesbi.inference.dataset import read_pool
@@ -20,6 +19,7 @@ from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
+from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -78,5 +78,4 @@ def run(
 def _write_epochs(path: Path, epochs: Sequence[Epoch]) -> None:
     frame = pd.DataFrame([asdict(epoch) for epoch in epochs]).rename(columns={"number": "epoch"})
     frame["best_so_far"] = frame["best_so_far"].astype(int)
-    with atomic_path(path) as temporary:
-        frame.to_csv(temporary, index=False, lineterminator="\n")
+    write_csv(path, frame, float_format=None)

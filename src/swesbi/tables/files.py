@@ -12,7 +12,7 @@ from swesbi.artefacts import atomic_path
 EIGHT_DIGITS: Final = "%.8g"
 
 
-def write_csv(path: Path, table: pd.DataFrame, float_format: str = EIGHT_DIGITS) -> None:
+def write_csv(path: Path, table: pd.DataFrame, float_format: str | None = EIGHT_DIGITS) -> None:
     """Write a table atomically, without its index; NaN becomes an empty field."""
     with atomic_path(path) as temporary:
         table.to_csv(temporary, index=False, float_format=float_format, lineterminator="\n")

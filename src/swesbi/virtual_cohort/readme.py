@@ -86,12 +86,16 @@ valve ends.
 {seeds}
 ## Sources
 
-- Diastolic septal speed: Song et al., J Ultrasound Med 35:1419 (2016), and paediatric series.
-- Systolic and valve-closure speed: Couade et al., IEEE Trans Med Imaging 30:295 (2011); Santos et al., IEEE
-  Trans Ultrason Ferroelectr Freq Control 66:442 (2019); Keijzer et al., ibid. 67:1590 (2020).
-- Repeatability of 4 to 8 %: Vos et al., Ultrasound Med Biol 43:753 (2017, online 2016).
+- Diastolic septal speed, parasternal long axis, in healthy volunteers: Song et al., J Ultrasound Med 35:1419
+  (2016), and paediatric series.
+- Systolic speed, by acoustic radiation force in open-chest sheep: Couade et al., IEEE Trans Med Imaging
+  30:295 (2011).
+- Speed of natural waves at valve closure, in volunteers: Santos et al., IEEE Trans Ultrason Ferroelectr Freq
+  Control 66:442 (2019); Keijzer et al., ibid. 67:1590 (2020).
+- Noise of 8 % and 4 %: chosen, of the order of the standard deviation of 7 % reported with acoustic radiation
+  force in pigs (Vos et al., IEEE International Ultrasonics Symposium 2016).
 - Volumes, wall thickness, ejection fraction: Lang et al., J Am Soc Echocardiogr 28:1 (2015).
-- Mechanics: Chapelle et al., Int J Multiscale Comput Eng 10:163 (2012); Caruel et al., Biomech Model
+- Mechanics: Chapelle et al., Int J Multiscale Comput Eng 10:189 (2012); Caruel et al., Biomech Model
   Mechanobiol 13:897 (2014).
 """
 

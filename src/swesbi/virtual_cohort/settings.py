@@ -55,4 +55,4 @@ ACQUISITION: Final = AcquisitionSettings(
     ectopic_beats=(),
     density_kg_m3=1000.0,
 )
-"""The common protocol: 20 phases as in the paper; noise as in published repeatability, 4-8 % (Vos 2017)."""
+"""The common protocol: 20 phases as in the paper; noise of the order of 7 % reported in pigs (Vos 2016)."""

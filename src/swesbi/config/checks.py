@@ -1,0 +1,115 @@
+"""What no part of the configuration can see alone: names, ranges and sizes that must fit each other.
+
+Each check raises a ValueError that names the key, its value and what it must fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+from swesbi.forward_model import THETA_RANGES
+from swesbi.observation import summary_names
+from swesbi.theta import THETA_NAMES
+
+if TYPE_CHECKING:
+    from swesbi.config.models import Config
+
+FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "benchmarks"})
+
+
+def check_prior_names(config: Config) -> None:
+    """Every prior that is named exists."""
+    users = {f"experiments.{name}.prior": part.prior for name, part in config.experiments.items()}
+    users |= {"passive_reference_prior": config.passive_reference_prior, "cmaes.prior": config.cmaes.prior}
+    for key, prior in users.items():
+        if prior not in config.priors:
+            raise ValueError(f"{key} names the prior {prior!r}; known priors: {', '.join(config.priors)}")
+
+
+def check_experiment_names(config: Config) -> None:
+    """Every experiment that is to run exists, the main one among them; none is called like a folder."""
+    if unknown := [name for name in config.experiments_run if name not in config.experiments]:
+        raise ValueError(f"run: {unknown[0]!r} is not one of {', '.join(config.experiments)}")
+    if config.main_experiment not in config.experiments_run:
+        raise ValueError(f"main_experiment = {config.main_experiment!r}: not one of the experiments run")
+    if reserved := FOLDERS & set(config.experiments):
+        raise ValueError(
+            f"experiments: {sorted(reserved)[0]!r} is the name of a results folder; choose another"
+        )
+
+
+def check_prior_ranges(config: Config) -> None:
+    """No prior leaves the range of theta in which the forward model is declared."""
+    for name, prior in config.priors.items():
+        for parameter, part, (low, high) in zip(THETA_NAMES, prior.parameters, THETA_RANGES, strict=True):
+            if part.low < low or part.high > high:
+                raise ValueError(
+                    f"priors.{name}.{parameter}: bounds {part.low:g} to {part.high:g} leave the range "
+                    f"{low:g} to {high:g} in which the forward model is declared; check the unit"
+                )
+
+
+def check_windows(config: Config) -> None:
+    """Phases are counted in the window from which the passive baseline is calibrated."""
+    counted, calibrated = config.recording.late_diastolic_window, config.passive.late_diastolic_window
+    if counted != calibrated:
+        raise ValueError(
+            f"passive.late_diastolic_window = {list(calibrated)} must equal "
+            f"recording.late_diastolic_window = {list(counted)}, in which measured phases are counted"
+        )
+
+
+def check_feature_names(config: Config) -> None:
+    """Noise and predictive checks name features that the experiment's summary has."""
+    for name, experiment in config.experiments.items():
+        known = summary_names(experiment.summary)
+        named = {
+            "observation_model.feature_noise_sd": experiment.observation_model.feature_noise_sd,
+            "predictive.features": experiment.predictive.features,
+        }
+        for key, features in named.items():
+            if unknown := [feature for feature in features if feature not in known]:
+                raise ValueError(
+                    f"experiments.{name}.{key} names the feature {unknown[0]!r}; known: {', '.join(known)}"
+                )
+
+
+def check_acquisition(config: Config) -> None:
+    """Synthetic recordings follow the protocol that ingestion expects."""
+    for name in ("phases", "density_kg_m3"):
+        made, read = getattr(config.acquisition, name), getattr(config.recording, name)
+        if made != read:
+            raise ValueError(f"acquisition.{name} = {made} must equal recording.{name} = {read}")
+    if config.acquisition.missing_phases:
+        raise ValueError(
+            f"acquisition.missing_phases = {list(config.acquisition.missing_phases)} must be empty: each "
+            "synthetic recording misses the phases that its subject's recording misses"
+        )
+
+
+def check_predictive_draws(config: Config) -> None:
+    """There are as many simulations and posterior draws as the predictive checks take."""
+    for name, experiment in config.experiments.items():
+        wanted = experiment.predictive.draws
+        available = {
+            "simulations_per_subject": experiment.simulations_per_subject,
+            "posterior.draws": experiment.posterior.draws,
+        }
+        for key, number in available.items():
+            if wanted > number:
+                raise ValueError(
+                    f"experiments.{name}.predictive.draws is {wanted}, but only {number} are there "
+                    f"(experiments.{name}.{key})"
+                )
+
+
+CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
+    check_prior_names,
+    check_experiment_names,
+    check_prior_ranges,
+    check_windows,
+    check_feature_names,
+    check_acquisition,
+    check_predictive_draws,
+)
