@@ -42,6 +42,7 @@ def test_plain_h5py_sees_units_and_dimension_scales(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "toy.h5") as file:
         assert file["speed_m_s"].attrs["units"] == "m s-1"
         assert file["speed_m_s"].dims[0][0].name == "/phase"
+        assert file["phase"].attrs["units"] == "1"
         assert file.attrs["kind"] == "toy"
 
 

@@ -41,12 +41,10 @@ def test_every_dataset_has_units_and_named_dimensions(finished: StudyCopy) -> No
 
 
 def check_item(path: Path, name: str, item: h5py.Group | h5py.Dataset) -> None:
-    """Check one dataset; labels and bare dimensions carry no units."""
+    """Check one dataset; a dimension without labels is no dataset."""
     if not isinstance(item, h5py.Dataset) or item.attrs.get("NAME", b"").decode().startswith(PHONY):
         return
-    is_label = h5py.check_string_dtype(item.dtype) is not None
-    is_index = item.is_scale and item.dtype.kind == "i"
-    assert is_label or is_index or item.attrs.get("units"), f"{path}: {name} has no units"
+    assert item.attrs.get("units"), f"{path}: {name} has no units"
     if not item.is_scale:
         assert all(len(dim) for dim in item.dims), f"{path}: {name} has a dimension without a name"
 

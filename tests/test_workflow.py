@@ -197,6 +197,21 @@ def test_one_core_and_two_give_equal_arrays_in_every_artefact(finished: StudyCop
             np.testing.assert_array_equal(one[key], two[key], err_msg=f"{name}: {key}")
 
 
+@pytest.mark.slow
+def test_every_experiment_runs_and_shares_what_it_can(tmp_path: Path) -> None:
+    study = copy_study(tmp_path)
+    study.run("--config", "run=all")
+    done = study.snakemake("--summary", "--config", "run=all")
+    assert "update pending" not in done.stdout
+    assert {path.name for path in (study.results / "simulations").iterdir()} == {"paper", "wide"}
+    for experiment in ("paper", "scalar_only", "wide_prior"):
+        assert (study.results / experiment / "subjects" / "A" / "ppc.png").is_file()
+    with edited(study, "config.yaml", "log_sd: 1.0,", "log_sd: 0.9,"):
+        jobs = study.planned("--config", "run=all")
+    assert {job.output.split("/")[2] for job in of_rule(jobs, "simulate")} == {"wide"}
+    assert {job.output.split("/")[1] for job in of_rule(jobs, "train")} == {"wide_prior"}
+
+
 def test_every_log_and_verdict_is_there(finished: StudyCopy) -> None:
     for subject in "ABF":
         support = json.loads((finished.results / "paper" / "subjects" / subject / "support.json").read_text())

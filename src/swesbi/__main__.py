@@ -22,7 +22,8 @@ WILDCARDS = ("subject", "experiment", "prior", "shard")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0, or 2 with one message for input that cannot be used."""
-    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    logging.basicConfig(format="%(message)s")
+    logging.getLogger("swesbi").setLevel(logging.INFO)
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         return _run_stage(given[0], given[1:]) if given and given[0] in STAGES else _overview(given)

@@ -45,11 +45,11 @@ def save(path: Path, groups: xr.Dataset | Mapping[str, xr.Dataset], provenance: 
 
     Args:
         path: File to write; its folder is made if need be.
-        groups: One dataset, or one a group; the group "/" is the root. Every variable needs ``units``.
+        groups: One dataset, or one a group; the group "/" is the root.
         provenance: Becomes the root attributes.
 
     Raises:
-        ArtefactError: A variable has no units, or the content differs from the schema of its kind.
+        ArtefactError: A dataset of the schema is missing, or has other dimensions or units.
     """
     named = {ROOT: groups} if isinstance(groups, xr.Dataset) else dict(groups)
     try:
@@ -58,9 +58,9 @@ def save(path: Path, groups: xr.Dataset | Mapping[str, xr.Dataset], provenance: 
         raise ArtefactError(f"{path}: {error}") from error
     root = named.pop(ROOT, xr.Dataset()).assign_attrs(provenance.attributes())
     with atomic_path(path) as temporary:
-        root.to_netcdf(temporary, mode="w", engine="h5netcdf")
+        _labelled(root).to_netcdf(temporary, mode="w", engine="h5netcdf")
         for name, dataset in named.items():
-            dataset.to_netcdf(temporary, mode="a", engine="h5netcdf", group=name)
+            _labelled(dataset).to_netcdf(temporary, mode="a", engine="h5netcdf", group=name)
 
 
 def load(path: Path, kind: str, group: str = ROOT) -> tuple[xr.Dataset, Provenance]:
@@ -86,6 +86,12 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write a JSON file atomically, indented, in the order given."""
     with atomic_path(path) as temporary:
         temporary.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _labelled(dataset: xr.Dataset) -> xr.Dataset:
+    """Give labels and indices the units of what has none."""
+    bare = {name: label for name, label in dataset.coords.items() if "units" not in label.attrs}
+    return dataset.assign_coords({name: label.assign_attrs(units="1") for name, label in bare.items()})
 
 
 def _check_identity(path: Path, kind: str, provenance: Provenance) -> None:

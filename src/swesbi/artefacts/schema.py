@@ -17,7 +17,7 @@ def check_groups(kind: str, groups: Mapping[str, xr.Dataset]) -> None:
     """Compare an artefact's content with the schema of its kind.
 
     Raises:
-        ValueError: The kind is unknown; a variable is missing, unexpected or without its units or dimensions.
+        ValueError: The kind is unknown; a group or variable is missing, or has other units or dimensions.
     """
     if kind not in SCHEMAS:
         raise ValueError(f"unknown artefact kind {kind!r}; known: {', '.join(SCHEMAS)}")
