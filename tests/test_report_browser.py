@@ -53,8 +53,10 @@ def page(program: str) -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def results(program: str, finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def results(program: str, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The results of a finished study, copied away from the project, with both reports among them."""
+    # asked for here, since pytest would otherwise run the study before it looks for the browser
+    finished: StudyCopy = request.getfixturevalue("finished")
     finished.run("--report", "snakemake-report.html")
     copy = tmp_path_factory.mktemp("elsewhere") / "results of a study"
     shutil.copytree(finished.results, copy)
