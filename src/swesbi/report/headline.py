@@ -43,8 +43,8 @@ def caution(experiment: Experiment) -> Markup:
     ]
     return Markup(
         "The {nominal} % credible intervals of this experiment cover the truth less often than they claim "
-        "when recordings carry the noise of an acquisition: {covered}. They say what the observation model of "
-        "the experiment implies, not how uncertain a measurement leaves the parameters."
+        "when recordings carry the noise of an acquisition: {covered}. They say what the observation model "
+        "of the experiment implies, not how uncertain a measurement leaves the parameters."
     ).format(nominal=percent(nominal, 0), covered=Markup(", ").join(covered))
 
 
