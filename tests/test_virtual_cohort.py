@@ -11,7 +11,7 @@ import yaml
 from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING
 
-from swesbi.recording import Samples, ingest, read_samples, read_subjects
+from swesbi.recording import RecordingError, Samples, ingest, read_samples, read_subjects
 from swesbi.recording.samples import FAILED_STATUSES
 from swesbi.seeds import generator
 from swesbi.virtual_cohort import (
@@ -180,6 +180,14 @@ def test_missing_phases_and_premature_beats_appear_where_they_are_asked_for() ->
     assert premature.sum() == 12
     assert set(samples.phase_index[premature]) == {6}
     assert set(samples.repeat[premature]) == {1}
+
+
+def test_two_neighbouring_phases_may_be_missing_however_the_beats_fall_and_three_may_not() -> None:
+    for recording in many(ACQUISITION.model_copy(update={"missing_phases": (10, 11)})):
+        assert (~ingest(recording, CONTEXT, RECORDING, 100).measured).sum() == 2
+    for recording in many(ACQUISITION.model_copy(update={"missing_phases": (10, 11, 12)}), recordings=5):
+        with pytest.raises(RecordingError, match="no phase was measured for 0.2"):
+            ingest(recording, CONTEXT, RECORDING, 100)
 
 
 def test_a_push_meets_the_stiffness_of_its_own_beat() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Protocol
 
@@ -16,7 +15,6 @@ from swesbi.simulations.prior import PriorSettings, in_bounds
 if TYPE_CHECKING:
     from sbi.neural_nets.estimators import ConditionalDensityEstimator
 
-LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
 
 ROWS_PER_BATCH = 10_000

@@ -11,6 +11,8 @@ from swesbi.recording.settings import RecordingSettings
 FloatArray = NDArray[np.float64]
 LATEST_BEAT_PHASE = 1.1
 ROUNDING = 1e-9
+# Beats differ in length, so neighbouring phases lie a little nearer or farther than the protocol puts them.
+BEAT_VARIATION = 0.01
 
 
 def locate_phases(samples: Samples, measured_phase: FloatArray, beats: NDArray[np.bool_]) -> FloatArray:
@@ -66,7 +68,7 @@ def check_completeness(
             f"{source}: {fraction:.0%} of the phases are missing, limit {limit:.0%}; {advice}"
         )
     gap, start = longest_gap(phase[measured])
-    if gap > settings.max_gap_fraction + ROUNDING:
+    if gap > settings.max_gap_fraction + BEAT_VARIATION:
         raise RecordingError(
             f"{source}: no phase was measured for {gap:.3f} of the cycle after {start:.3f}, "
             f"limit {settings.max_gap_fraction:g}; {advice}"

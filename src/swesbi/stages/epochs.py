@@ -75,7 +75,8 @@ def run(
     """Write what each checkpoint of a training says of synthetic recordings and of the subjects.
 
     Recordings and draws are those of the recovery and of the posteriors, so the rows of the best epoch
-    agree with the experiment's own results. Which subjects are supported is the study's verdict.
+    agree with the experiment's own results, save that the posterior sd is of the first draws, not of all.
+    Which subjects are supported is the study's verdict.
 
     Raises:
         ArtefactError: An input does not fit the others.
