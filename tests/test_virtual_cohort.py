@@ -186,7 +186,7 @@ def test_two_neighbouring_phases_may_be_missing_however_the_beats_fall_and_three
     for recording in many(ACQUISITION.model_copy(update={"missing_phases": (10, 11)})):
         assert (~ingest(recording, CONTEXT, RECORDING, 100).measured).sum() == 2
     for recording in many(ACQUISITION.model_copy(update={"missing_phases": (10, 11, 12)}), recordings=5):
-        with pytest.raises(RecordingError, match="no phase was measured for 0.2"):
+        with pytest.raises(RecordingError, match=r"no phase was measured for 0\.(19|20|21)"):
             ingest(recording, CONTEXT, RECORDING, 100)
 
 
