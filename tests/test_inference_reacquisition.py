@@ -19,7 +19,6 @@ from inference_study import (
     measured_subject,
     write_inputs,
 )
-from pydantic import ValidationError
 from recordings import RECORDING
 
 from swesbi.forward_model import simulate
@@ -159,13 +158,6 @@ def test_refused_recordings_are_not_scored(trained: tuple[Path, Inputs], tmp_pat
     with pytest.raises(ValueError, match="all 9 synthetic recordings were refused"):
         score(trained, tmp_path / "none.csv", hopeless)
     assert not (tmp_path / "none.csv").exists()
-
-
-def test_acquisition_and_recording_must_be_of_one_protocol() -> None:
-    plain = SETTINGS.to_plain()
-    plain["acquisition"]["phases"] = 24
-    with pytest.raises(ValidationError, match="acquisition.phases = 24 must equal recording.phases = 20"):
-        recovery_acquisition.RecoveryAcquisitionStageSettings.from_plain(plain)
 
 
 def test_missing_phases_of_the_subject_stay_missing() -> None:
