@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from swesbi.tables.latex import escape, ppc_latex
 from swesbi.tables.ppc import COLUMNS
@@ -65,12 +61,3 @@ def test_special_characters_are_escaped() -> None:
     assert escape(r"50%_a&b#c{d}\~^$") == (
         r"50\%\_a\&b\#c\{d\}\textbackslash{}\textasciitilde{}\textasciicircum{}\$"
     )
-
-
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs a TeX engine")
-def test_compiles(tmp_path: Path) -> None:
-    document = r"\documentclass{article}\usepackage{booktabs}\begin{document}" + render("paper", "wide_prior")
-    (tmp_path / "table.tex").write_text(document + r"\end{document}")
-    command = ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "table.tex"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
