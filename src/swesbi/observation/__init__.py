@@ -1,6 +1,6 @@
 """Measurement operator, passive baseline and summary: from simulated beats to what inference compares."""
 
-from swesbi.observation.interpolation import analysis_grid, sample_cycle, to_grid
+from swesbi.observation.interpolation import analysis_grid, sample_cycle, slope_cycle, to_grid
 from swesbi.observation.operator import total_at_phases, total_curves, total_cycle
 from swesbi.observation.passive import (
     PassiveBaseline,
@@ -39,6 +39,7 @@ __all__ = [
     "passive_scale",
     "passive_shape",
     "sample_cycle",
+    "slope_cycle",
     "summarise",
     "summary_names",
     "summary_units",

@@ -33,6 +33,16 @@ def sample_cycle(cycle_phase: FloatArray, curves: FloatArray, phase: FloatArray)
     return np.asarray(np.einsum("...m,pm->...p", curves, weights, optimize=False))
 
 
+def slope_cycle(cycle_phase: FloatArray, curves: FloatArray, phase: FloatArray) -> FloatArray:
+    """Differentiate simulated cycles at a recording's phases, by the spline of :func:`sample_cycle`.
+
+    Returns:
+        d curve / d phase, per cycle, of shape (..., P) for curves (..., M).
+    """
+    weights = _spline_weights(cycle_phase.tobytes(), phase.tobytes(), 1)
+    return np.asarray(np.einsum("...m,pm->...p", curves, weights, optimize=False))
+
+
 def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArray:
     """Interpolate values at some phases onto the analysis grid by periodic, monotone PCHIP.
 
@@ -64,13 +74,14 @@ def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArr
 
 
 @lru_cache(maxsize=256)
-def _spline_weights(cycle_phase: bytes, phase: bytes) -> FloatArray:
+def _spline_weights(cycle_phase: bytes, phase: bytes, derivative: int = 0) -> FloatArray:
     # The spline is linear in the values: its cardinal functions, once, serve every curve.
     nodes, at = np.frombuffer(cycle_phase), np.frombuffer(phase)
     closed = np.append(nodes, nodes[0] + 1.0)
     cardinal = np.vstack([np.eye(len(nodes)), np.eye(len(nodes))[:1]])
     wrapped = nodes[0] + (at - nodes[0]) % 1.0
-    weights: FloatArray = np.ascontiguousarray(CubicSpline(closed, cardinal, bc_type="periodic")(wrapped))
+    spline = CubicSpline(closed, cardinal, bc_type="periodic")
+    weights: FloatArray = np.ascontiguousarray(spline(wrapped, derivative))
     weights.flags.writeable = False
     return weights
 

@@ -6,7 +6,7 @@ the density is zero (paper, Sec. 2.4). The density is normalised over the box.
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,20 +47,28 @@ class PriorSettings(Settings):
         return self.k0_kpa, self.k_atp_per_s, self.k_sr_per_s
 
 
-def log_centre(prior: PriorSettings) -> FloatArray:
-    """Return the theta of shape (3,) on which the prior is log-centred."""
+class BoxPrior(Protocol):
+    """Anything with independent bounded log-Gaussian parameters: theta alone, or with others beside it."""
+
+    @property
+    def parameters(self) -> tuple[ParameterPrior, ...]:
+        """The priors of the d parameters, in order."""
+
+
+def log_centre(prior: BoxPrior) -> FloatArray:
+    """Return the parameters of shape (d,) on which the prior is log-centred."""
     return np.array([parameter.centre for parameter in prior.parameters])
 
 
-def bounds(prior: PriorSettings) -> tuple[FloatArray, FloatArray]:
-    """Return the hard bounds of theta, lower and upper, each of shape (3,)."""
+def bounds(prior: BoxPrior) -> tuple[FloatArray, FloatArray]:
+    """Return the hard bounds of the parameters, lower and upper, each of shape (d,)."""
     low = np.array([parameter.low for parameter in prior.parameters])
     high = np.array([parameter.high for parameter in prior.parameters])
     return low, high
 
 
-def quantile(u: FloatArray, prior: PriorSettings) -> FloatArray:
-    """Map uniforms of shape (n, 3) to theta of shape (n, 3) by the inverse distribution function."""
+def quantile(u: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Map uniforms of shape (n, d) to parameters of shape (n, d) by the inverse distribution function."""
     columns = [
         np.exp(truncnorm.ppf(u[:, j], *_log_shape(parameter))) for j, parameter in enumerate(prior.parameters)
     ]
@@ -68,8 +76,8 @@ def quantile(u: FloatArray, prior: PriorSettings) -> FloatArray:
     return theta
 
 
-def log_density(theta: FloatArray, prior: PriorSettings) -> FloatArray:
-    """Return log p(theta) of shape (n,) for theta of shape (n, 3); -inf outside the bounds.
+def log_density(theta: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Return log p(theta) of shape (n,) for parameters of shape (n, d); -inf outside the bounds.
 
     The density is per unit of theta, so each parameter brings the Jacobian 1/theta of the logarithm.
     """
@@ -82,8 +90,8 @@ def log_density(theta: FloatArray, prior: PriorSettings) -> FloatArray:
     return np.where(inside, np.sum(terms, axis=0), -np.inf)
 
 
-def in_bounds(theta: FloatArray, prior: PriorSettings) -> NDArray[np.bool_]:
-    """Tell for each theta of shape (n, 3) whether it lies within the prior's hard bounds."""
+def in_bounds(theta: FloatArray, prior: BoxPrior) -> NDArray[np.bool_]:
+    """Tell for each row of shape (n, d) whether it lies within the prior's hard bounds."""
     low, high = bounds(prior)
     inside: NDArray[np.bool_] = np.all((theta >= low) & (theta <= high), axis=1)
     return inside

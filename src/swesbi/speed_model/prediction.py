@@ -1,0 +1,100 @@
+"""From simulated beats to log speeds at a recording's phases: log c = 1/2 log((a g + E_act) / (3 rho))."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.context import Context
+from swesbi.forward_model import ForwardModelSettings, Status, simulate
+from swesbi.observation import active_stiffness_map, passive_shape, sample_cycle, slope_cycle
+
+FloatArray = NDArray[np.float64]
+PA_PER_KPA: Final = 1e3
+LEAST_STIFFNESS_KPA: Final = 1e-3  # the spline through a cycle near zero may dip below it
+
+
+@dataclass(frozen=True)
+class PassiveShape:
+    """The passive stiffness per unit of its scale, g(lambda_ref(s)), over the cycle; M points.
+
+    Attributes:
+        cycle_phase: Phases of the simulated cycle; shape (M,).
+        shape: g along the stretch of the reference beat, dimensionless; shape (M,).
+    """
+
+    cycle_phase: FloatArray
+    shape: FloatArray
+
+
+@dataclass(frozen=True)
+class ActivePhases:
+    """The active stiffness of n simulations at p phases, and its slope per cycle; (n, p) each, in kPa."""
+
+    stiffness_kpa: FloatArray
+    slope_kpa: FloatArray
+
+
+@dataclass(frozen=True)
+class PredictedSpeeds:
+    """Noiseless log speeds (c in m/s) of n simulations at p phases and their slope per cycle; (n, p) each."""
+
+    log_speed: FloatArray
+    slope: FloatArray
+
+    @property
+    def speed_m_s(self) -> FloatArray:
+        """The speeds themselves; shape (n, p)."""
+        return np.asarray(np.exp(self.log_speed))
+
+
+def reference_shape(
+    context: Context, reference_theta: FloatArray, forward_model: ForwardModelSettings, exponent_b: float
+) -> PassiveShape:
+    """Simulate the reference beat at ``reference_theta`` (3,) and return g along its stretch.
+
+    Raises:
+        ValueError: The reference beat does not become periodic.
+    """
+    beats = simulate(reference_theta[None], context, forward_model)
+    if beats.status[0] != Status.PERIODIC:
+        raise ValueError(
+            f"subject {context.subject}: the reference beat did not become periodic; check the context"
+        )
+    return PassiveShape(beats.cycle_phase, passive_shape(beats.stretch[0], exponent_b))
+
+
+def active_at_phases(
+    cycle_phase: FloatArray, active_stiffness_kpa: FloatArray, phase: FloatArray, map_name: str
+) -> ActivePhases:
+    """Return E_act of simulated cycles (n, M) at the phases (p,), by the named map from k_c to E_act."""
+    active = active_stiffness_map(map_name)(active_stiffness_kpa)
+    return ActivePhases(sample_cycle(cycle_phase, active, phase), slope_cycle(cycle_phase, active, phase))
+
+
+def predict_speeds(
+    scale_kpa: FloatArray, active: ActivePhases, shape: PassiveShape, phase: FloatArray, density_kg_m3: float
+) -> PredictedSpeeds:
+    """Return the noiseless log speeds of n simulations, and their slopes.
+
+    E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = 1/2 log(E / (3 rho))
+    and d log c / ds = 1/2 E' / E.
+
+    Args:
+        scale_kpa: Passive scale a of each simulation; shape (n,).
+        active: Active stiffness at the phases.
+        shape: g over the cycle.
+        phase: The phases; shape (p,).
+        density_kg_m3: rho.
+    """
+    g = sample_cycle(shape.cycle_phase, shape.shape[None], phase)
+    g_slope = slope_cycle(shape.cycle_phase, shape.shape[None], phase)
+    stiffness = np.maximum(scale_kpa[:, None] * g + active.stiffness_kpa, LEAST_STIFFNESS_KPA)
+    slope = scale_kpa[:, None] * g_slope + active.slope_kpa
+    return PredictedSpeeds(
+        log_speed=0.5 * np.log(PA_PER_KPA * stiffness / (3.0 * density_kg_m3)),
+        slope=0.5 * slope / stiffness,
+    )
