@@ -19,6 +19,13 @@ SUBJECTS = list(STUDY.subjects)
 EXPERIMENTS = list(CONFIG.experiments_run)
 SHARDS = range(CONFIG.resources.shards_per_subject)
 MAIN = CONFIG.main_experiment
+FEATURE_EXPERIMENTS = [
+    name for name in EXPERIMENTS if name in CONFIG.feature_experiments
+]
+SPEED_EXPERIMENTS = [name for name in EXPERIMENTS if name in CONFIG.speed_experiments]
+NONE = "(?!)"  # a pattern that matches no name
+FEATURES = "|".join(CONFIG.feature_experiments) or NONE
+SPEEDS = "|".join(CONFIG.speed_experiments) or NONE
 
 
 wildcard_constraints:

@@ -2,7 +2,6 @@
 
 
 rule pool:
-    """Features of every simulation, noise augmentation, pooled standardisation."""
     input:
         observations=of_subjects("cohort/{subject}/observation.h5"),
         passives=of_subjects("cohort/{subject}/passive.h5"),
@@ -13,6 +12,9 @@ rule pool:
         f"{RESULTS}/logs/pool/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/pool/{{experiment}}.tsv"
+    """Features of every simulation, noise augmentation, pooled standardisation."""
+    wildcard_constraints:
+        experiment=FEATURES,
     params:
         stage=stage("pool"),
     message:
@@ -32,6 +34,8 @@ rule train:
         f"{RESULTS}/logs/train/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/train/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=FEATURES,
     # the longest job by far: it starts as soon as it can
     priority: 100
     params:
@@ -59,6 +63,8 @@ rule posterior:
         f"{RESULTS}/logs/posterior/{{experiment}}/{{subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/posterior/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=FEATURES,
     params:
         stage=stage("posterior"),
     message:
@@ -68,7 +74,6 @@ rule posterior:
 
 
 rule recovery:
-    """Fresh theta from the prior, under the experiment's own observation model: what do intervals cover?"""
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
@@ -86,6 +91,9 @@ rule recovery:
         f"{RESULTS}/logs/recovery/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/recovery/{{experiment}}.tsv"
+    """Fresh theta from the prior, under the experiment's own observation model: what do intervals cover?"""
+    wildcard_constraints:
+        experiment=FEATURES,
     params:
         stage=stage("recovery"),
     message:
@@ -95,7 +103,6 @@ rule recovery:
 
 
 rule recovery_acquisition:
-    """The same theta, but recorded with acquisition noise and passed through the whole pipeline."""
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
@@ -113,6 +120,9 @@ rule recovery_acquisition:
         f"{RESULTS}/logs/recovery_acquisition/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/recovery_acquisition/{{experiment}}.tsv"
+    """The same theta, but recorded with acquisition noise and passed through the whole pipeline."""
+    wildcard_constraints:
+        experiment=FEATURES,
     params:
         stage=stage("recovery_acquisition"),
     message:

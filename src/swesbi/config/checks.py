@@ -5,7 +5,7 @@ Each check raises a ValueError that names the key, its value and what it must fi
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Final
 
 from swesbi.forward_model import THETA_RANGES
@@ -33,6 +33,10 @@ def check_experiment_names(config: Config) -> None:
         raise ValueError(f"run: {unknown[0]!r} is not one of {', '.join(config.experiments)}")
     if config.main_experiment not in config.experiments_run:
         raise ValueError(f"main_experiment = {config.main_experiment!r}: not one of the experiments run")
+    if config.main_experiment not in config.feature_experiments:
+        raise ValueError(
+            f"main_experiment = {config.main_experiment!r}: the paper's figures need kind: features"
+        )
     if reserved := FOLDERS & set(config.experiments):
         raise ValueError(
             f"experiments: {sorted(reserved)[0]!r} is the name of a results folder; choose another"
@@ -64,10 +68,10 @@ def check_feature_names(config: Config) -> None:
     """Noise and predictive checks name features that the experiment's summary has."""
     for name, experiment in config.experiments.items():
         known = summary_names(experiment.summary)
-        named = {
-            "observation_model.feature_noise_sd": experiment.observation_model.feature_noise_sd,
-            "predictive.features": experiment.predictive.features,
-        }
+        named: dict[str, Iterable[str]] = {"predictive.features": experiment.predictive.features}
+        if name in config.feature_experiments:
+            noise = config.feature_experiments[name].observation_model
+            named["observation_model.feature_noise_sd"] = noise.feature_noise_sd
         for key, features in named.items():
             if unknown := [feature for feature in features if feature not in known]:
                 raise ValueError(
@@ -92,10 +96,9 @@ def check_predictive_draws(config: Config) -> None:
     """There are as many simulations and posterior draws as the predictive checks take."""
     for name, experiment in config.experiments.items():
         wanted = experiment.predictive.draws
-        available = {
-            "simulations_per_subject": experiment.simulations_per_subject,
-            "posterior.draws": experiment.posterior.draws,
-        }
+        available = {"simulations_per_subject": experiment.simulations_per_subject}
+        if name in config.feature_experiments:
+            available["posterior.draws"] = config.feature_experiments[name].posterior.draws
         for key, number in available.items():
             if wanted > number:
                 raise ValueError(

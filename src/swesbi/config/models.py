@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, StringConstraints, model_validator
 
 from swesbi.config.checks import CHECKS
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
+from swesbi.flow.settings import FlowSettings
 from swesbi.forward_model import ForwardModelSettings
 from swesbi.inference.settings import (
     AcquisitionSeedsSettings,
@@ -21,15 +23,17 @@ from swesbi.inference.settings import (
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
 from swesbi.recording.settings import RecordingSettings
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings
+from swesbi.simulations.prior import ParameterPrior, PriorSettings
+from swesbi.speed_model.settings import SpeedObservationSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=64)]
 
 
 class ExperimentSettings(Settings):
-    """One experiment: a prior, a summary, an observation model, an estimator, and how it is judged."""
+    """One experiment with noise on features, as in the paper: from its prior to how it is judged."""
 
+    kind: Literal["features"] = Field(description="where noise enters: on features of the curve")
     prior: Name = Field(description="name of one of the priors")
     simulations_per_subject: int = Field(ge=10, description="successful simulations from the prior")
     summary: SummarySettings
@@ -40,6 +44,24 @@ class ExperimentSettings(Settings):
     predictive: PredictiveSettings
     recovery: RecoverySettings
     epoch_study: EpochStudySettings
+
+
+class SpeedExperimentSettings(Settings):
+    """One experiment with noise on the measured speeds, and an exact likelihood."""
+
+    kind: Literal["speeds"] = Field(description="where noise enters: on the measured speeds")
+    prior: Name = Field(description="name of one of the priors")
+    simulations_per_subject: int = Field(ge=10, description="successful simulations from the prior")
+    passive_scale_kpa: ParameterPrior = Field(
+        description="prior of the passive scale a, a nuisance parameter"
+    )
+    summary: SummarySettings
+    observation_model: SpeedObservationSettings
+    estimator: FlowSettings
+    predictive: PredictiveSettings
+
+
+AnyExperiment = Annotated[ExperimentSettings | SpeedExperimentSettings, Field(discriminator="kind")]
 
 
 class CmaesStudySettings(Settings):
@@ -71,7 +93,7 @@ class Config(Settings):
     passive_reference_prior: Name = Field(description="prior on whose log-centre the reference beat runs")
     acquisition: AcquisitionSettings
     priors: dict[Name, PriorSettings] = Field(min_length=1)
-    experiments: dict[Name, ExperimentSettings] = Field(min_length=1)
+    experiments: dict[Name, AnyExperiment] = Field(min_length=1)
     run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments")
     main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
     cmaes: CmaesStudySettings
@@ -88,6 +110,18 @@ class Config(Settings):
     def experiments_run(self) -> tuple[str, ...]:
         """The experiments that the study runs, each once, in the order given."""
         return tuple(self.experiments) if self.run == "all" else tuple(dict.fromkeys(self.run))
+
+    @property
+    def feature_experiments(self) -> Mapping[str, ExperimentSettings]:
+        """The experiments with noise on features, by name."""
+        parts = self.experiments.items()
+        return {name: part for name, part in parts if isinstance(part, ExperimentSettings)}
+
+    @property
+    def speed_experiments(self) -> Mapping[str, SpeedExperimentSettings]:
+        """The experiments with noise on the measured speeds, by name."""
+        parts = self.experiments.items()
+        return {name: part for name, part in parts if isinstance(part, SpeedExperimentSettings)}
 
     def simulations_per_subject(self, prior: str) -> int:
         """Return how many simulations the experiments that use this prior need, the most of any."""

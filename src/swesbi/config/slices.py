@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from swesbi.config.errors import ConfigError
-from swesbi.config.models import Config, ExperimentSettings
+from swesbi.config.models import Config
 from swesbi.config.study import Study
 from swesbi.simulations.shards import shard_draws
 
@@ -100,6 +100,28 @@ def _acquisition_seeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return common | own | {"passive_reference_prior": reference, "seeds": seeds}
 
 
+def _speed_model(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return the settings of the model of a recording, shared by the stages of experiments on speeds."""
+    config = study.config
+    own = _of_experiment(study, wildcards, "prior", "passive_scale_kpa", "observation_model")
+    return {
+        "prior": {"theta": own["prior"], "passive_scale_kpa": own["passive_scale_kpa"]},
+        "discrepancy": own["observation_model"]["discrepancy"],
+        "passive": config.passive.to_plain(),
+        "passive_reference_prior": config.priors[config.passive_reference_prior].to_plain(),
+        "density_kg_m3": config.recording.density_kg_m3,
+    } | _common(config, "forward_model", "measurement")
+
+
+def _speed_pool(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _of_experiment(study, wildcards, "simulations_per_subject") | _common(study.config, "measurement")
+
+
+def _train_flow(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    own = _of_experiment(study, wildcards, "estimator", "summary")
+    return own | {"model": _speed_model(study, wildcards)}
+
+
 def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     config = study.config
     own = {"search": config.cmaes.search.to_plain(), "prior": config.priors[config.cmaes.prior].to_plain()}
@@ -164,7 +186,7 @@ def _common(config: Config, *names: str) -> dict[str, Any]:
 def _of_experiment(study: Study, wildcards: Wildcards, *names: str) -> dict[str, Any]:
     """Return parts of one experiment's section; its prior as the prior itself, not its name."""
     config = study.config
-    experiment: ExperimentSettings = config.experiments[_named(study, wildcards, "experiment")]
+    experiment = config.experiments[_named(study, wildcards, "experiment")]
     plain = experiment.to_plain() | {"prior": config.priors[experiment.prior].to_plain()}
     return {name: plain[name] for name in names}
 
@@ -205,6 +227,8 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "epochs": _epochs,
     "epochs_figure": _epochs_figure,
     "acquisition_seeds": _acquisition_seeds,
+    "speed_pool": _speed_pool,
+    "train_flow": _train_flow,
     "cmaes": _cmaes,
     "ppc_figure": _figure,
     "posterior_figure": _figure_with_prior,

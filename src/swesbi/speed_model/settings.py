@@ -16,3 +16,9 @@ class DiscrepancySettings(Settings):
 
     speed_fraction: float = Field(ge=0, le=0.5, description="sd of the relative error of the speed")
     timing_cycle: float = Field(ge=0, le=0.1, description="sd of the error in phase, fraction of the cycle")
+
+
+class SpeedObservationSettings(Settings):
+    """Noise on the measured speeds, estimated from the cohort's repeats, and what the model may miss."""
+
+    discrepancy: DiscrepancySettings

@@ -1,0 +1,75 @@
+"""The trained flow as ``estimator.pt``: a state_dict with plain metadata, nothing to execute."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from swesbi.artefacts import Provenance
+from swesbi.flow.conditioning import Conditioner, ConditioningSettings
+from swesbi.flow.net import TrainedFlow, build_net
+from swesbi.flow.settings import FlowSettings
+from swesbi.inference.determinism import reproducible
+from swesbi.inference.standardisation import Standardisation
+from swesbi.inference.torch_files import read_plain, write_plain
+from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
+
+KIND: Final = "flow"
+STATISTICS: Final = ("features", "context", "eta")
+
+
+def save_flow(path: Path, flow: TrainedFlow, provenance: Provenance) -> None:
+    """Write the flow atomically; equal flows give equal bytes."""
+    statistics = (flow.conditioner.features, flow.conditioner.context, flow.eta)
+    metadata = {
+        **provenance.attributes(),
+        "flow": flow.settings.model_dump_json(),
+        "prior": flow.prior.model_dump_json(),
+        "conditioning": flow.conditioner.settings.model_dump_json(),
+        "parameters": list(PHI_NAMES),
+        "components": list(flow.components),
+        **{f"{name}_mean": part.mean.tolist() for name, part in zip(STATISTICS, statistics, strict=True)},
+        **{f"{name}_scale": part.scale.tolist() for name, part in zip(STATISTICS, statistics, strict=True)},
+        "best_epoch": flow.best_epoch,
+        "epochs_run": flow.epochs_run,
+        "best_validation_loss": flow.best_validation_loss,
+    }
+    write_plain(path, {"metadata": metadata, "state_dict": dict(flow.net.state_dict())})
+
+
+def load_flow(path: Path) -> tuple[TrainedFlow, Provenance]:
+    """Rebuild a flow from its file, on the CPU, ready to draw.
+
+    Raises:
+        ArtefactError: The file is not a flow that this package can read.
+    """
+    return read_plain(path, KIND, _rebuild)
+
+
+def _rebuild(content: Mapping[str, Any]) -> TrainedFlow:
+    metadata = content["metadata"]
+    settings = FlowSettings.model_validate_json(metadata["flow"])
+    features, context, eta = (_statistics(metadata, name) for name in STATISTICS)
+    with reproducible(0):
+        net = build_net(settings, len(metadata["components"]))
+    net.load_state_dict(dict(content["state_dict"]))
+    net.eval()
+    return TrainedFlow(
+        net=net,
+        settings=settings,
+        prior=JointPriorSettings.model_validate_json(metadata["prior"]),
+        conditioner=Conditioner(
+            ConditioningSettings.model_validate_json(metadata["conditioning"]), features, context
+        ),
+        eta=eta,
+        best_epoch=metadata["best_epoch"],
+        epochs_run=metadata["epochs_run"],
+        best_validation_loss=metadata["best_validation_loss"],
+    )
+
+
+def _statistics(metadata: Mapping[str, Any], name: str) -> Standardisation:
+    return Standardisation(np.array(metadata[f"{name}_mean"]), np.array(metadata[f"{name}_scale"]))

@@ -1,0 +1,173 @@
+"""Training the flow by maximum likelihood of fresh rows every epoch (paper, Eq. 8)."""
+
+from __future__ import annotations
+
+import copy
+import logging
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import torch
+import zuko
+from torch import Tensor
+
+from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.epochs import Rows, fit_statistics, make_rows, split_by_theta
+from swesbi.flow.net import TrainedFlow, build_net
+from swesbi.flow.settings import FlowSettings
+from swesbi.flow.simulations import SubjectSimulations
+from swesbi.inference.determinism import reproducible
+from swesbi.progress import Progress
+from swesbi.seeds import integer_seed
+
+LOGGER = logging.getLogger("swesbi")
+VALIDATION_COPIES: Final = 2  # noise draws for each held-out theta; fixed over the epochs
+MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
+
+
+class TrainingDivergedError(RuntimeError):
+    """Too many batches had no finite loss; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class FlowEpoch:
+    """One epoch: its number from 1, mean -log q over training and held-out rows, batches left out."""
+
+    number: int
+    training_loss: float
+    validation_loss: float
+    best_so_far: bool
+    skipped_batches: int
+
+
+@dataclass(frozen=True)
+class FlowTraining:
+    """The trained flow and every epoch in order."""
+
+    flow: TrainedFlow
+    epochs: tuple[FlowEpoch, ...]
+
+
+def train_flow(
+    subjects: Sequence[SubjectSimulations],
+    conditioning: ConditioningSettings,
+    settings: FlowSettings,
+    seed: int,
+    label: str = "training",
+) -> FlowTraining:
+    """Fit q(phi | z) on the simulations of all subjects, noise drawn anew every epoch.
+
+    Theta are split into training and held-out ones; standardisation comes from the training ones; the
+    weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats to the bit.
+
+    Args:
+        subjects: Simulations of each subject, under one joint prior.
+        conditioning: How speeds become features.
+        settings: Architecture and schedule.
+        seed: Seed of noise, initial weights and batches.
+        label: Name in progress lines.
+
+    Raises:
+        ValueError: Too few simulations for a split.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    training, held_out = split_by_theta(subjects, settings.validation_fraction)
+    conditioner, eta = fit_statistics(training, conditioning, seed)
+    validation = [
+        make_rows(held_out, conditioner, eta, seed, "validation", k) for k in range(VALIDATION_COPIES)
+    ]
+    with reproducible(integer_seed(seed, "flow", "torch")):
+        course = _Course(settings, sum(len(part.theta) for part in training), len(validation[0].z[0]), label)
+        for number in range(1, settings.epochs + 1):
+            course.run(make_rows(training, conditioner, eta, seed, "epoch", number), validation)
+    best = min(course.epochs, key=lambda epoch: epoch.validation_loss)
+    LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, course.best_loss)
+    flow = TrainedFlow(
+        net=course.best_net(),
+        settings=settings,
+        prior=subjects[0].model.settings.prior,
+        conditioner=conditioner,
+        eta=eta,
+        best_epoch=best.number,
+        epochs_run=settings.epochs,
+        best_validation_loss=best.validation_loss,
+    )
+    return FlowTraining(flow, tuple(course.epochs))
+
+
+class _Course:
+    """The course of one training: network, optimiser, schedule, and the epochs so far."""
+
+    def __init__(self, settings: FlowSettings, rows: int, components: int, label: str) -> None:
+        self.epochs: list[FlowEpoch] = []
+        self.best_loss = float("inf")
+        self._settings = settings
+        self._net = build_net(settings, components)
+        self._best = copy.deepcopy(self._net.state_dict())
+        self._batches = max(rows // settings.batch_size, 1)
+        self._optimiser = torch.optim.Adam(self._net.parameters(), lr=settings.learning_rate, fused=True)
+        # One cycle of the learning rate: up within the warm-up, then down (Smith and Topin 2019).
+        self._schedule = torch.optim.lr_scheduler.OneCycleLR(
+            self._optimiser,
+            settings.learning_rate,
+            total_steps=settings.epochs * self._batches,
+            pct_start=settings.warm_up_fraction,
+        )
+        self._progress = Progress(label, settings.epochs, unit="epoch", every_s=0.0)
+
+    def run(self, rows: Rows, validation: Sequence[Rows]) -> None:
+        """Train one epoch on these rows and judge it on the held-out ones."""
+        start = time.monotonic()
+        training_loss, skipped = self._pass(_tensor(rows.eta), _tensor(rows.z))
+        loss = float(np.mean([self._judge(part) for part in validation]))
+        improved = loss < self.best_loss
+        if improved:
+            self.best_loss, self._best = loss, copy.deepcopy(self._net.state_dict())
+        self.epochs.append(FlowEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
+        note = f"loss {training_loss:.4f}, validation {loss:.4f}{' (best)' if improved else ''}"
+        self._progress.step(note=f"{note}, {time.monotonic() - start:.1f} s")
+
+    def best_net(self) -> zuko.flows.Flow:
+        """Return the network with the weights of the best epoch, ready to draw."""
+        self._net.load_state_dict(self._best)
+        self._net.eval()
+        return self._net
+
+    def _pass(self, eta: Tensor, z: Tensor) -> tuple[float, int]:
+        self._net.train()
+        order = torch.randperm(len(eta))
+        losses: list[float] = []
+        for batch in torch.split(order, self._settings.batch_size)[: self._batches]:
+            losses.append(self._step(eta[batch], z[batch]))
+        finite = [loss for loss in losses if np.isfinite(loss)]
+        skipped = len(losses) - len(finite)
+        if skipped > MAX_BAD_FRACTION * len(losses):
+            raise TrainingDivergedError(
+                f"epoch {len(self.epochs) + 1}: {skipped} of {len(losses)} batches had no finite loss; "
+                "lower learning_rate or clip_max_norm"
+            )
+        return float(np.mean(finite)), skipped
+
+    def _step(self, eta: Tensor, z: Tensor) -> float:
+        """Take one step, unless the loss is not finite; the schedule moves on in any case."""
+        self._optimiser.zero_grad()
+        loss = -self._net(z).log_prob(eta).mean()
+        if torch.isfinite(loss):
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(self._net.parameters(), self._settings.clip_max_norm)
+            self._optimiser.step()
+        self._schedule.step()
+        return float(loss)
+
+    def _judge(self, rows: Rows) -> float:
+        self._net.eval()
+        with torch.no_grad():
+            loss: Tensor = -self._net(_tensor(rows.z)).log_prob(_tensor(rows.eta)).mean()
+        return float(loss)
+
+
+def _tensor(values: np.typing.NDArray[np.float64]) -> Tensor:
+    return torch.from_numpy(values.astype(np.float32))

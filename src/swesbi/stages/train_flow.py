@@ -1,0 +1,79 @@
+"""Stage: training the flow of an experiment on measured speeds."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import pandas as pd
+
+from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.files import KIND, save_flow
+from swesbi.flow.pool import of_subject, read_pool
+from swesbi.flow.settings import FlowSettings
+from swesbi.flow.simulations import SubjectSimulations
+from swesbi.flow.training import FlowEpoch, train_flow
+from swesbi.observation import SummarySettings
+from swesbi.seeds import integer_seed
+from swesbi.settings import Settings
+from swesbi.speed_model.model import SpeedModelSettings
+from swesbi.speed_model.subjects import read_speed_models
+from swesbi.stages.origin import Origin
+from swesbi.tables.files import write_csv
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class TrainFlowStageSettings(Settings):
+    """What the trained flow depends on, beside its input files."""
+
+    model: SpeedModelSettings
+    summary: SummarySettings
+    estimator: FlowSettings
+
+    @property
+    def conditioning(self) -> ConditioningSettings:
+        """How measured speeds become the flow's input."""
+        return ConditioningSettings(
+            summary=self.summary,
+            grid_points=self.model.measurement.grid_points,
+            density_kg_m3=self.model.density_kg_m3,
+        )
+
+
+def run(
+    *,
+    pool: Path,
+    observations: Sequence[Path],
+    noise: Path,
+    estimator: Path,
+    training: Path,
+    settings: TrainFlowStageSettings,
+    origin: Origin,
+) -> None:
+    """Train q(phi | z) on the pool of all subjects; write its weights and the losses of every epoch.
+
+    Runs on the CPU, on one thread, and repeats to the bit.
+
+    Raises:
+        ArtefactError: The pool lacks a subject.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    label, pooled = f"training {estimator.parent.name}", read_pool(pool)
+    models = read_speed_models(observations, noise, settings.model)
+    parts = [of_subject(pooled, model.recording.subject, pool) for model in models]
+    subjects = [
+        SubjectSimulations(model, part.theta, part.active) for model, part in zip(models, parts, strict=True)
+    ]
+    seed = integer_seed(origin.seed, "flow training")
+    result = train_flow(subjects, settings.conditioning, settings.estimator, seed, label)
+    save_flow(estimator, result.flow, origin.provenance(KIND, settings))
+    _write_epochs(training, result.epochs)
+
+
+def _write_epochs(path: Path, epochs: Sequence[FlowEpoch]) -> None:
+    frame = pd.DataFrame([asdict(epoch) for epoch in epochs]).rename(columns={"number": "epoch"})
+    frame["best_so_far"] = frame["best_so_far"].astype(int)
+    write_csv(path, frame, float_format=None)
