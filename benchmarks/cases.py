@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swesbi.config.read import parse_config, read_yaml
 from swesbi.context import Context
 from swesbi.forward_model import Beats, ForwardModelSettings, simulate
-from swesbi.recording.reader import read_subjects
+from swesbi.recording import read_subjects
 from swesbi.seeds import generator
 from swesbi.simulations.prior import PriorSettings, quantile
 

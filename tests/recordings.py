@@ -10,9 +10,10 @@ from swesbi.recording import RecordingSettings, Samples
 
 CONTEXT = Context("T", "F", 25.0, 1.7, 60.0, 90.0, 34.0, 0.8)
 PHASES = 20
+DENSITY = 1000.0
 RECORDING = RecordingSettings(
     phases=PHASES,
-    density_kg_m3=1000.0,
+    density_kg_m3=DENSITY,
     min_fit_r2=0.6,
     max_rr_deviation_fraction=0.2,
     outlier_max_abs_z=3.5,

@@ -202,7 +202,7 @@ def test_a_push_after_the_end_of_its_beat_is_refused() -> None:
 
 def test_an_unknown_status_is_refused_in_memory_too() -> None:
     samples = make_samples()
-    with pytest.raises(RecordingError, match="status 'fine' is none of"):
+    with pytest.raises(RecordingError, match="column 'status': 'fine' is none of"):
         replace(samples, status=np.full(samples.status.shape, "fine"))
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recordings import PHASES, make_samples
+from recordings import DENSITY, PHASES, make_samples
 
 from swesbi.recording import RecordingError, read_context_rows, read_samples, read_subjects
 
@@ -36,7 +36,7 @@ def test_byte_order_mark_spaces_and_trailing_blank_lines_do_no_harm(tmp_path: Pa
     ("lines", "message"),
     [
         ((HEADER.replace(",ivsd_cm", ""), "A,M,24,1.88,57,118,45"), "row 1: lacks the columns ivsd_cm"),
-        ((HEADER.replace(",", ";"), ROW.replace(",", ";")), "separated by commas"),
+        ((HEADER.replace(",", "|"), ROW.replace(",", "|")), "separated by commas"),
         ((HEADER, ROW.replace(",M,", ",male,")), "row 2, column 'sex': 'male'"),
         (
             (HEADER, ROW, ROW.replace("A,", "B,").replace("57", "fast")),
@@ -66,7 +66,7 @@ def test_samples_survive_the_round_trip(tmp_path: Path) -> None:
     samples.speed_m_s[3] = np.nan
     samples.status[3] = "motion"
     samples.frame().to_csv(tmp_path / "A.csv", index=False)
-    read = read_samples(tmp_path / "A.csv", PHASES)
+    read = read_samples(tmp_path / "A.csv", PHASES, DENSITY)
     for name in ("phase_index", "trigger_delay_ms", "rr_ms", "repeat", "sample", "speed_m_s", "status"):
         np.testing.assert_array_equal(getattr(read, name), getattr(samples, name))
     assert read.source.endswith("A.csv")
@@ -99,13 +99,13 @@ def test_bad_samples_are_refused_with_place_and_value(
     lines = [",".join(table.columns), *(",".join(row) for row in table.itertuples(index=False))]
     write(path, *lines)
     with pytest.raises(RecordingError, match=message) as caught:
-        read_samples(path, PHASES)
+        read_samples(path, PHASES, DENSITY)
     assert str(path) in str(caught.value)
 
 
 def test_a_missing_or_unreadable_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="nowhere.csv: no such file"):
-        read_samples(tmp_path / "nowhere.csv", PHASES)
+        read_samples(tmp_path / "nowhere.csv", PHASES, DENSITY)
     (tmp_path / "latin.csv").write_bytes("größe,ß\n1,2\n".encode("latin-1"))
     with pytest.raises(RecordingError, match="latin.csv: cannot be read as UTF-8"):
-        read_samples(tmp_path / "latin.csv", PHASES)
+        read_samples(tmp_path / "latin.csv", PHASES, DENSITY)

@@ -49,7 +49,7 @@ def truth_of(name: str) -> Truth:
 
 
 def shipped(name: str) -> Samples:
-    return read_samples(SHIPPED / "swe" / f"{name}.csv", 20)
+    return read_samples(SHIPPED / "swe" / f"{name}.csv", 20, 1000.0)
 
 
 def flat_curve(stiffness_kpa: float = 12.0) -> TruthCurve:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from swesbi.config.errors import ConfigError
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config
-from swesbi.recording import ContextRow, RecordingError, read_context_rows
+from swesbi.recording import ContextRow, Problem, RecordingError, read_context_rows
+from swesbi.recording.files import PROTOCOL, SUBJECTS, check_file, find_recording
+from swesbi.recording.problems import listed
 
 
 @dataclass(frozen=True)
@@ -31,8 +34,12 @@ class Study:
         return Path(self.config.cohort)
 
     def recording(self, subject: str) -> Path:
-        """Return the path of a subject's raw samples."""
-        return self.cohort / "swe" / f"{subject}.csv"
+        """Return the path of a subject's raw samples, CSV or .mat.
+
+        Raises:
+            RecordingError: There is no such file, more than one, or it leads out of the cohort.
+        """
+        return find_recording(self.cohort, subject)
 
 
 def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
@@ -42,8 +49,9 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
         ConfigError: The configuration, the table of subjects, or a subject's file is missing or wrong.
     """
     config = parse_config(raw, source)
-    table = Path(config.cohort) / "subjects.csv"
+    table = Path(config.cohort) / SUBJECTS
     try:
+        check_file(table, table.parent)
         known = {row.subject: row for row in read_context_rows(table)}
     except RecordingError as error:
         raise ConfigError(f"{source}: cohort = {config.cohort!r}: {error}") from error
@@ -67,9 +75,13 @@ def _select(
 
 
 def _check_files(study: Study, source: str) -> None:
-    wanted = [study.recording(subject) for subject in study.subjects] + [study.cohort / "recording.yaml"]
-    if missing := [str(path) for path in wanted if not path.is_file()]:
-        raise ConfigError(
-            f"{source}: cohort = {study.config.cohort!r}: there is no file {', '.join(missing)}; "
-            "put it there, or take the subject out of `subjects`"
-        )
+    problems: list[Problem] = []
+    checks: list[Callable[[], object]] = [partial(study.recording, subject) for subject in study.subjects]
+    checks.append(partial(check_file, study.cohort / PROTOCOL, study.cohort))
+    for check in checks:
+        try:
+            check()
+        except RecordingError as error:
+            problems.extend(error.problems)
+    if problems:
+        raise ConfigError(f"{source}: cohort = {study.config.cohort!r}: {listed(problems)}")

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swesbi.context import Context
 from swesbi.observation.interpolation import analysis_grid, to_grid
+from swesbi.recording.completeness import incomplete
+from swesbi.recording.elasticity import youngs_modulus_kpa
 from swesbi.recording.observation import Observation
-from swesbi.recording.phases import check_completeness, locate_phases
+from swesbi.recording.phases import locate_phases
+from swesbi.recording.plausibility import implausible
+from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.quality import ACCEPTED, REASONS, count_by_phase, ectopic, rejection
-from swesbi.recording.samples import RecordingError, Samples
+from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import average_speeds
-
-FloatArray = NDArray[np.float64]
-PA_PER_KPA = 1e3
-
-
-def youngs_modulus_kpa(speed_m_s: FloatArray, density_kg_m3: float) -> FloatArray:
-    """Return the apparent Young's modulus E = 3 rho c_s^2 in kPa (paper, Sec. 2.1)."""
-    return 3.0 * density_kg_m3 * speed_m_s**2 / PA_PER_KPA
 
 
 def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid_size: int) -> Observation:
@@ -37,20 +32,22 @@ def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid
         grid_size: Number of grid points G.
 
     Raises:
-        RecordingError: The recording is too incomplete, or its phases make no sense.
+        RecordingError: The recording is too incomplete, its phases make no sense, or it cannot be of
+            this context.
     """
     verdict = rejection(samples, settings)
     accepted, rejected = count_by_phase(samples, verdict, settings.phases)
     if not accepted.any():
         counts = ", ".join(f"{reason} {n}" for reason, n in zip(REASONS, rejected.sum(axis=1), strict=True))
-        raise RecordingError(f"{samples.source}: no sample is acceptable ({counts}); record again")
+        raise RecordingError(Problem(samples.source, f"no sample is acceptable ({counts})", "record again"))
+    raise_any(implausible(samples, verdict == ACCEPTED, context, settings))
     speeds = average_speeds(samples, verdict == ACCEPTED, settings.phases)
     regular = ~ectopic(samples, settings.max_rr_deviation_fraction)
     located = locate_phases(samples, speeds.beat_phase, regular)
     order = np.argsort(located)
     phase, speed, error = located[order], speeds.speed_m_s[order], speeds.speed_se_m_s[order]
     measured = ~np.isnan(speed)
-    check_completeness(phase, measured, settings, samples.source)
+    raise_any(incomplete(phase, measured, settings, samples.source))
     stiffness = youngs_modulus_kpa(speed, settings.density_kg_m3)
     return Observation(
         context=context,
@@ -67,3 +64,6 @@ def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid
         samples_rejected=rejected[:, order],
         noise=speeds.noise,
     )
+
+
+__all__ = ["ingest", "youngs_modulus_kpa"]

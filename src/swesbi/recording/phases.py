@@ -1,18 +1,17 @@
-"""The phases of a recording: where each lies in the cycle, and whether enough of them were measured."""
+"""The phases of a recording: where each lies in the cycle."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.recording.samples import RecordingError, Samples
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.samples import Samples
 
 FloatArray = NDArray[np.float64]
 LATEST_BEAT_PHASE = 1.1
-ROUNDING = 1e-9
-# Beats differ in length, so neighbouring phases lie a little nearer or farther than the protocol puts them.
-BEAT_VARIATION = 0.01
+# Between one step from phase to phase, where nothing is missing, and the two that one missing phase leaves.
+STEPS_OF_A_GAP = 1.5
 
 
 def locate_phases(samples: Samples, measured_phase: FloatArray, beats: NDArray[np.bool_]) -> FloatArray:
@@ -20,7 +19,7 @@ def locate_phases(samples: Samples, measured_phase: FloatArray, beats: NDArray[n
 
     A measured phase keeps the mean over its accepted repeats. A phase whose attempts all failed still
     has rows, and lies at their mean trigger delay / RR. A phase without rows lies between its
-    neighbours, in proportion to the phase index.
+    neighbours, in proportion to the phase index; then the indices must follow the cycle.
 
     Args:
         samples: The recording, N attempted samples.
@@ -28,65 +27,17 @@ def locate_phases(samples: Samples, measured_phase: FloatArray, beats: NDArray[n
         beats: Which samples lie in a beat of regular RR; shape (N,).
 
     Raises:
-        RecordingError: A push lies beyond the end of its beat, no phase has a row, or two phases coincide.
+        RecordingError: A push lies beyond the end of its beat, no phase has a row, two phases coincide, or
+            phases without rows have no place.
     """
     attempted = _mean_by_phase(samples, beats, len(measured_phase))
     phase = np.where(np.isnan(measured_phase), attempted, measured_phase)
-    if np.isnan(phase).all():
-        raise RecordingError(f"{samples.source}: no phase was attempted in a regular beat; check rr_ms")
-    if np.nanmax(phase) >= LATEST_BEAT_PHASE:
-        index = int(np.nanargmax(phase))
-        raise RecordingError(
-            f"{samples.source}: phase_index {index} lies at {phase[index]:.2f} of its beat "
-            "(trigger_delay_ms / rr_ms), after its end; check both columns"
-        )
+    _check_beats(phase, samples.source)
+    if np.isnan(phase).any():
+        _check_absent(phase, samples.source)
     wrapped = _between_neighbours(phase) % 1.0
     _check_distinct(wrapped, samples.source)
     return wrapped
-
-
-def check_completeness(
-    phase: FloatArray, measured: NDArray[np.bool_], settings: RecordingSettings, source: str
-) -> None:
-    """Refuse a recording with too many missing phases, too long a gap, or too little late diastole.
-
-    Args:
-        phase: Phases in ascending order; shape (P,).
-        measured: Which of them were measured; shape (P,).
-        settings: Holds the three limits.
-        source: The recording, for messages.
-
-    Raises:
-        RecordingError: A limit is exceeded; the message gives the value, the limit and the phases.
-    """
-    missing = ", ".join(f"{value:.3f}" for value in phase[~measured])
-    advice = f"missing phases: {missing or 'none'}; record them again or leave the subject out"
-    fraction = float(np.mean(~measured))
-    if fraction > settings.max_missing_fraction + ROUNDING:
-        limit = settings.max_missing_fraction
-        raise RecordingError(
-            f"{source}: {fraction:.0%} of the phases are missing, limit {limit:.0%}; {advice}"
-        )
-    gap, start = longest_gap(phase[measured])
-    if gap > settings.max_gap_fraction + BEAT_VARIATION:
-        raise RecordingError(
-            f"{source}: no phase was measured for {gap:.3f} of the cycle after {start:.3f}, "
-            f"limit {settings.max_gap_fraction:g}; {advice}"
-        )
-    low, high = settings.late_diastolic_window
-    late = int(np.count_nonzero(measured & (phase >= low) & (phase <= high)))
-    if late < settings.min_late_diastolic_phases:
-        raise RecordingError(
-            f"{source}: {late} phases were measured in late diastole, [{low:g}, {high:g}] of the cycle, "
-            f"but the passive baseline needs {settings.min_late_diastolic_phases}; {advice}"
-        )
-
-
-def longest_gap(measured_phase: FloatArray) -> tuple[float, float]:
-    """Return the longest distance between neighbouring phases around the cycle, and where it starts."""
-    steps = np.diff(measured_phase, append=measured_phase[0] + 1.0)
-    longest = int(np.argmax(steps))
-    return float(steps[longest]), float(measured_phase[longest])
 
 
 def _mean_by_phase(samples: Samples, chosen: NDArray[np.bool_], phases: int) -> FloatArray:
@@ -104,11 +55,38 @@ def _between_neighbours(phase: FloatArray) -> FloatArray:
     return np.asarray(np.interp(every, index, value))
 
 
+def _check_beats(phase: FloatArray, source: str) -> None:
+    if np.isnan(phase).all():
+        raise RecordingError(Problem(source, "no phase was attempted in a regular beat", "check rr_ms"))
+    if np.nanmax(phase) >= LATEST_BEAT_PHASE:
+        index = int(np.nanargmax(phase))
+        place = f"{phase[index]:.2f} of its beat (trigger_delay_ms / rr_ms)"
+        reason = f"phase_index {index} lies at {place}, after its end"
+        raise RecordingError(Problem(source, reason, "check both columns"))
+
+
+def _check_absent(phase: FloatArray, source: str) -> None:
+    """Refuse phases without rows where there is no room for them, or no telling where they lie."""
+    absent = np.isnan(phase)
+    known = phase[~absent]
+    steps = np.diff(known, append=known[0] + 1.0)
+    listed = ", ".join(map(str, np.flatnonzero(absent)))
+    add = "add a row with its delay and status no_wave for every phase that was attempted"
+    if (steps <= 0.0).any():
+        reason = f"phase_index {listed} has no row, and the others do not follow the order of the cycle"
+        raise RecordingError(Problem(source, reason, add))
+    if absent[-1] and steps[-1] < STEPS_OF_A_GAP * np.median(steps):
+        reason = (
+            f"its {len(known)} phases fill the cycle, but recording.phases in config.yaml is {len(phase)}: "
+            f"phase_index {listed} has no row"
+        )
+        raise RecordingError(Problem(source, reason, f"set recording.phases to {len(known)}, or {add}"))
+
+
 def _check_distinct(phase: FloatArray, source: str) -> None:
     ordered = np.sort(phase)
     close = np.flatnonzero(np.diff(ordered) < 1e-6)
     if close.size:
-        raise RecordingError(
-            f"{source}: two phase indices lie at the same phase {ordered[close[0]]:.4f}; "
-            "check trigger_delay_ms, or give them one phase_index and several repeats"
-        )
+        reason = f"two phase indices lie at the same phase {ordered[close[0]]:.4f}"
+        remedy = "check trigger_delay_ms, or give them one phase_index and several repeats"
+        raise RecordingError(Problem(source, reason, remedy))

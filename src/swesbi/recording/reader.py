@@ -1,84 +1,89 @@
-"""Reading the raw recordings of a cohort: ``subjects.csv`` and ``swe/<subject>.csv``."""
+"""Reading the raw samples of one subject: ``swe/<subject>.csv`` or ``swe/<subject>.mat``."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 
-from pydantic import ValidationError
+import numpy as np
+from numpy.typing import NDArray
 
-from swesbi.context import Context
-from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, STATUS_OK, RecordingError, Samples
-from swesbi.recording.settings import ContextRow
-from swesbi.recording.table import Table, read_table
+from swesbi.recording.csv_table import SAVE_AS_CSV, read_table
+from swesbi.recording.elasticity import shear_wave_speed_m_s, youngs_modulus_kpa
+from swesbi.recording.mat_table import read_mat_table
+from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK, Samples
+from swesbi.recording.table import Table
 
-CONTEXT_COLUMNS = tuple(ContextRow.model_fields)
-
-
-def read_context_rows(path: Path) -> tuple[ContextRow, ...]:
-    """Read ``subjects.csv``: one row a subject, in the file's order; further columns are ignored.
-
-    Raises:
-        RecordingError: The table is malformed, a value is impossible or a subject is named twice; the
-            message names file, row, column and value.
-    """
-    table = read_table(path, CONTEXT_COLUMNS)
-    table.unique(["subject"])
-    for column in CONTEXT_COLUMNS[2:]:
-        table.number(column, -float("inf"), float("inf"), "")
-    return tuple(_context_row(table, row) for row in range(len(table.cells)))
+MEASURED: Final = (SPEED, MODULUS)
+REQUIRED: Final = tuple(name for name in COLUMNS if name != SPEED)
+READERS: Final = {".csv": read_table, ".mat": read_mat_table}
+WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
+SPEED_RANGE_M_S: Final = (0.05, 30.0)
 
 
-def read_subjects(path: Path) -> tuple[Context, ...]:
-    """Read ``subjects.csv`` as contexts, in the file's order.
+def read_samples(path: Path, phases: int, density_kg_m3: float) -> Samples:
+    """Read one row (CSV) or element (.mat) per attempted push sample; further columns are ignored.
 
-    Raises:
-        RecordingError: As :func:`read_context_rows`.
-    """
-    return tuple(row.to_context() for row in read_context_rows(path))
-
-
-def read_samples(path: Path, phases: int) -> Samples:
-    """Read ``swe/<subject>.csv``: one row per attempted push sample; further columns are ignored.
+    A recording has either the column ``shear_wave_speed_m_s`` or, in its place, ``youngs_modulus_kpa``, of
+    which each value E becomes the speed sqrt(E / (3 rho)).
 
     Args:
-        path: The recording.
+        path: The recording; its suffix tells the format.
         phases: Number of gated phases; ``phase_index`` runs from 0 to ``phases - 1``.
+        density_kg_m3: Density rho behind a Young's modulus.
 
     Raises:
-        RecordingError: The table is malformed, a value is impossible or a sample is given twice; the
-            message names file, row, column and value.
+        RecordingError: The table is malformed, a value is impossible or a sample is given twice; it lists
+            every problem with file, row, column and value.
     """
-    table = read_table(path, COLUMNS)
+    table = _table(path)
     table.unique(["phase_index", "repeat", "sample"])
-    return Samples(
-        phase_index=table.integer("phase_index", 0, phases - 1, f"this study expects {phases} phases"),
-        trigger_delay_ms=table.number("trigger_delay_ms", 0, 5000, "give the delay from the R peak in ms"),
-        rr_ms=table.number("rr_ms", 150, 5000, "give the RR interval in ms"),
-        repeat=table.integer("repeat", 0, 10_000, "number the repeats of a phase from 0 or 1"),
-        sample=table.integer("sample", 0, 1_000_000, "number the samples of a repeat from 0 or 1"),
-        speed_m_s=table.number(
-            "shear_wave_speed_m_s",
-            0.05,
-            30,
-            "give it in m/s, or leave it empty if it failed",
-            may_be_empty=True,
-        ),
-        fit_r2=table.number("fit_r2", -1, 1, "R2 is a fraction; leave it empty if none", may_be_empty=True),
-        status=table.choice("status", (STATUS_OK, *FAILED_STATUSES)),
-        source=str(path),
-    )
+    phase_index = _phase_index(table, phases)
+    delay = table.number("trigger_delay_ms", 0, 5000, "give the delay from the R peak in ms")
+    rr = table.number("rr_ms", 150, 5000, "give the RR interval in ms")
+    repeat = table.integer("repeat", 0, 10_000, "number the repeats of a phase from 0 or 1")
+    sample = table.integer("sample", 0, 1_000_000, "number the samples of a repeat from 0 or 1")
+    speed = _speed(table, density_kg_m3)
+    r2 = table.number("fit_r2", -1, 1, "R2 is a fraction, empty if there is none", may_be_empty=True)
+    status = table.choice("status", (STATUS_OK, *FAILED_STATUSES))
+    table.finish()
+    return Samples(phase_index, delay, rr, repeat, sample, speed, r2, status, str(path))
 
 
-def _context_row(table: Table, row: int) -> ContextRow:
-    cells = table.cells.iloc[row]
-    values = {name: cells[name] for name in CONTEXT_COLUMNS[:2]}
-    numbers = {name: float(cells[name]) for name in CONTEXT_COLUMNS[2:]}
-    try:
-        return ContextRow.from_plain(values | numbers)
-    except ValidationError as error:
-        first = error.errors()[0]
-        column = str(first["loc"][0]) if first["loc"] else "lvesv_ml"
-        raise table.fail(row, column, f"is refused: {first['msg']}; correct the cell (units?)") from error
+def _table(path: Path) -> Table:
+    suffix = path.suffix.lower()
+    if suffix in WORKBOOKS:
+        raise RecordingError(Problem(str(path), "is a workbook", SAVE_AS_CSV))
+    if suffix not in READERS:
+        raise RecordingError(
+            Problem(str(path), "is neither .csv nor .mat", "give it in one of these formats")
+        )
+    table = READERS[suffix](path, REQUIRED, MEASURED)
+    found = [name for name in MEASURED if name in table.cells]
+    if len(found) != 1:
+        reason = f"has {'both' if found else 'none'} of the columns {' and '.join(MEASURED)}"
+        raise RecordingError(
+            Problem(str(path), reason, "give exactly one of them, the one that was measured")
+        )
+    return table
 
 
-__all__ = ["RecordingError", "read_context_rows", "read_samples", "read_subjects"]
+def _phase_index(table: Table, phases: int) -> NDArray[np.int64]:
+    agree = f"this study expects {phases} phases, numbered 0 to {phases - 1}"
+    index = table.cells["phase_index"]
+    if (index == str(phases)).any() and not index.isin(["0", "0.0"]).any():
+        remedy = f"{agree}; number them from 0, not from 1"
+    else:
+        remedy = f"{agree}; correct the cell, or set recording.phases in config.yaml to what was recorded"
+    return table.integer("phase_index", 0, phases - 1, remedy)
+
+
+def _speed(table: Table, density_kg_m3: float) -> NDArray[np.float64]:
+    if SPEED in table.cells:
+        remedy = "give it in m/s, or leave it empty if it failed"
+        return table.number(SPEED, *SPEED_RANGE_M_S, remedy, may_be_empty=True)
+    low, high = youngs_modulus_kpa(np.array(SPEED_RANGE_M_S), density_kg_m3)
+    remedy = "give it in kPa, or leave it empty if it failed"
+    modulus = table.number(MODULUS, float(low), float(high), remedy, may_be_empty=True)
+    return shear_wave_speed_m_s(np.maximum(modulus, 0.0), density_kg_m3)

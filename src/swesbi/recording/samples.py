@@ -9,22 +9,22 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from swesbi.recording.problems import Problem, RecordingError
+
 STATUS_OK: Final = "ok"
 FAILED_STATUSES: Final = ("no_wave", "motion", "low_r2", "bound_hit")
+SPEED: Final = "shear_wave_speed_m_s"
+MODULUS: Final = "youngs_modulus_kpa"
 COLUMNS: Final = (
     "phase_index",
     "trigger_delay_ms",
     "rr_ms",
     "repeat",
     "sample",
-    "shear_wave_speed_m_s",
+    SPEED,
     "fit_r2",
     "status",
 )
-
-
-class RecordingError(ValueError):
-    """A recording or context table that cannot be used; the message says where, why and what to do."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,10 @@ class Samples:
     def __post_init__(self) -> None:
         known = np.isin(self.status, (STATUS_OK, *FAILED_STATUSES))
         if not known.all():
+            reason = f"is none of {', '.join((STATUS_OK, *FAILED_STATUSES))}"
+            value = str(self.status[~known][0])
             raise RecordingError(
-                f"{self.source}: status {str(self.status[~known][0])!r} is none of "
-                f"{', '.join((STATUS_OK, *FAILED_STATUSES))}"
+                Problem(self.source, reason, "use one of them", column="status", value=value)
             )
 
     @property

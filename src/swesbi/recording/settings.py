@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
@@ -11,6 +12,16 @@ from swesbi.settings import Settings
 from swesbi.settings_types import CycleWindow
 
 SUBJECT_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_-]*$"
+SUBJECT_LENGTH = 64
+# In health 0.5 to 0.75, in the most dilated heart 0.1 (Lang et al. 2015); beyond, a volume has another unit.
+EJECTION_FRACTION_RANGE = (0.03, 0.9)
+# In health 29 to 75 mL/m2; from small restrictive to the most dilated ventricles (Lang et al. 2015).
+LVEDV_INDEX_RANGE_ML_M2 = (15.0, 300.0)
+
+
+def is_subject(name: str) -> bool:
+    """Tell whether a subject's name is safe as the name of a file."""
+    return len(name) <= SUBJECT_LENGTH and re.fullmatch(SUBJECT_PATTERN, name) is not None
 
 
 class RecordingSettings(Settings):
@@ -20,7 +31,10 @@ class RecordingSettings(Settings):
     density_kg_m3: float = Field(gt=0, description="Tissue density rho of E = 3 rho c_s^2.")
     min_fit_r2: float = Field(ge=0, le=1, description="Samples whose wave fit has a lower R2 are rejected.")
     max_rr_deviation_fraction: float = Field(
-        gt=0, lt=1, description="Beats whose RR differs by more from the recording's median are ectopic."
+        gt=0,
+        lt=1,
+        description="Beats whose RR differs by more from the recording's median are ectopic; the median "
+        "itself may differ by no more from 60 / HR of the context.",
     )
     outlier_max_abs_z: float = Field(
         gt=0, description="Largest robust z-score, against the phase median, of an accepted speed."
@@ -44,7 +58,7 @@ class ContextRow(Settings):
     The bounds are those in which the forward model is declared; they catch wrong units.
     """
 
-    subject: str = Field(pattern=SUBJECT_PATTERN, max_length=64)
+    subject: str = Field(pattern=SUBJECT_PATTERN, max_length=SUBJECT_LENGTH)
     sex: Literal["F", "M"]
     age_years: float = Field(ge=0, le=120)
     bsa_m2: float = Field(ge=0.1, le=4)
@@ -60,7 +74,24 @@ class ContextRow(Settings):
                 f"lvesv_ml ({self.lvesv_ml:g}) must be below lvedv_ml ({self.lvedv_ml:g}); are they swapped?"
             )
         check_ranges(self.to_context())
+        self._check_volumes()
         return self
+
+    def _check_volumes(self) -> None:
+        fraction = 1.0 - self.lvesv_ml / self.lvedv_ml
+        low, high = EJECTION_FRACTION_RANGE
+        if not low <= fraction <= high:
+            raise ValueError(
+                f"lvesv_ml ({self.lvesv_ml:g}) and lvedv_ml ({self.lvedv_ml:g}) make an ejection fraction of "
+                f"{fraction:.2f}, expected {low:g} to {high:g}"
+            )
+        index = self.lvedv_ml / self.bsa_m2
+        low, high = LVEDV_INDEX_RANGE_ML_M2
+        if not low <= index <= high:
+            raise ValueError(
+                f"lvedv_ml ({self.lvedv_ml:g}) over bsa_m2 ({self.bsa_m2:g}) is {index:.3g} mL/m2, "
+                f"expected {low:g} to {high:g}"
+            )
 
     def to_context(self) -> Context:
         """Return the same values as a :class:`Context`."""

@@ -1,119 +1,116 @@
-"""Reading CSV tables cell by cell, so that every complaint names file, row, column and value."""
+"""A table cell by cell, as text: checked column by column, every complaint with row, column and value."""
 
 from __future__ import annotations
 
-import csv
+import difflib
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.recording.samples import RecordingError
+from swesbi.recording.problems import Problem, raise_any
+
+SHOWN_ROWS: Final = 5
+MISSING: Final = ("", "NaN", "nan", "NAN")  # MATLAB writes an empty number as NaN
 
 
 @dataclass(frozen=True)
 class Table:
-    """The cells of a CSV file as text; row k of the frame is line k + 2 of the file."""
+    """The cells of the columns that are used, as text, and the problems found in them so far.
 
-    path: Path
+    Attributes:
+        source: The file, for messages.
+        cells: One column a name, every cell a string.
+        rows: Where each row of ``cells`` stands in the file.
+        unit: What ``rows`` counts: "row" of a text file, or "element" of a vector.
+        problems: Grows with every check; :meth:`finish` raises them together.
+    """
+
+    source: str
     cells: pd.DataFrame
-
-    def fail(self, row: int, column: str, reason: str) -> RecordingError:
-        """Return the error for one cell, to be raised: file, row, column, value and ``reason``."""
-        value = self.cells[column].iloc[row]
-        return RecordingError(f"{self.path}, row {row + 2}, column {column!r}: {value!r} {reason}")
+    rows: NDArray[np.int64]
+    unit: str = "row"
+    problems: list[Problem] = field(default_factory=list)
 
     def number(
-        self, column: str, low: float, high: float, hint: str, *, may_be_empty: bool = False
+        self, column: str, low: float, high: float, remedy: str, *, may_be_empty: bool = False
     ) -> NDArray[np.float64]:
-        """Return a column of numbers within [low, high]; empty cells become NaN where allowed.
-
-        Raises:
-            RecordingError: A cell is not a number or lies outside the bounds.
-        """
+        """Return a column of numbers within [low, high]; NaN where empty, which may be allowed, or wrong."""
         text = self.cells[column]
-        values = pd.to_numeric(text, errors="coerce").to_numpy(dtype=np.float64)
-        empty = (text == "").to_numpy() & may_be_empty
-        self._check(column, ~(np.isfinite(values) | empty), "is not a number; write it with a decimal point")
-        outside = ~empty & ~((values >= low) & (values <= high))
-        self._check(column, outside, f"is outside [{low:g}, {high:g}]; {hint}")
-        return values
+        values = np.asarray(pd.to_numeric(text, errors="coerce"), dtype=np.float64)
+        empty = text.isin(MISSING).to_numpy() & may_be_empty
+        known = np.isfinite(values)
+        self.flag(column, ~known & ~empty, "is not a number", "write a number with a decimal point")
+        self.flag(column, known & ~((values >= low) & (values <= high)), _outside(low, high), remedy)
+        return np.where(known, values, np.nan)
 
-    def integer(self, column: str, low: int, high: int, hint: str) -> NDArray[np.int64]:
-        """Return a column of whole numbers within [low, high].
-
-        Raises:
-            RecordingError: A cell is not a whole number or lies outside the bounds.
-        """
-        values = self.number(column, low, high, hint)
-        self._check(column, values != np.round(values), "is not a whole number; correct the cell")
-        return values.astype(np.int64)
+    def integer(self, column: str, low: int, high: int, remedy: str) -> NDArray[np.int64]:
+        """Return a column of whole numbers within [low, high]; what is wrong becomes ``low``."""
+        values = self.number(column, low, high, remedy)
+        fraction = np.isfinite(values) & (values != np.round(values))
+        self.flag(column, fraction, "is not a whole number", "correct the cell")
+        return np.clip(np.nan_to_num(values, nan=low), low, high).astype(np.int64)
 
     def choice(self, column: str, allowed: Sequence[str]) -> NDArray[np.str_]:
-        """Return a column whose cells are all among ``allowed``.
-
-        Raises:
-            RecordingError: A cell holds something else.
-        """
+        """Return a column whose cells should all be among ``allowed``."""
         text = self.cells[column]
-        self._check(column, ~text.isin(list(allowed)).to_numpy(), f"is none of {', '.join(allowed)}")
+        options = ", ".join(allowed)
+        wrong = ~text.isin(list(allowed)).to_numpy()
+        self.flag(column, wrong, f"is none of {options}", "write one of them, in this spelling")
         return text.to_numpy(dtype=np.str_)
 
     def unique(self, columns: Sequence[str]) -> None:
-        """Refuse a row that repeats the ``columns`` of an earlier one.
+        """Refuse rows that repeat the ``columns`` of an earlier one."""
+        repeated = self.cells.duplicated(list(columns)).to_numpy()
+        self.flag(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row", "keep one")
+
+    def flag(self, column: str, wrong: NDArray[np.bool_], reason: str, remedy: str) -> None:
+        """Note a problem for each wrong row: the first few one by one, the rest as a number."""
+        found = np.flatnonzero(wrong)
+        for index in found[:SHOWN_ROWS]:
+            self.note(int(index), column, reason, remedy)
+        if more := len(found) - SHOWN_ROWS:
+            if more < 0:
+                return
+            last = self.rows[found[-1]]
+            text = f"likewise in {more} more {self.unit}s, the last of them {last}: {reason}"
+            self.problems.append(Problem(self.source, text, remedy, column=column))
+
+    def note(self, index: int, column: str, reason: str, remedy: str) -> None:
+        """Note a problem of one cell."""
+        value, row = str(self.cells[column].iloc[index]), int(self.rows[index])
+        self.problems.append(Problem(self.source, reason, remedy, row, column, value, self.unit))
+
+    def finish(self) -> None:
+        """Raise all problems found.
 
         Raises:
-            RecordingError: Two rows agree in all of ``columns``.
+            RecordingError: There is at least one.
         """
-        repeated = self.cells.duplicated(list(columns)).to_numpy()
-        self._check(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row; keep one")
-
-    def _check(self, column: str, wrong: NDArray[np.bool_], reason: str) -> None:
-        if wrong.any():
-            raise self.fail(int(np.argmax(wrong)), column, reason)
+        raise_any(self.problems)
 
 
-def read_table(path: Path, columns: Sequence[str]) -> Table:
-    """Read a comma-separated table that has at least ``columns``; others are kept and ignored.
-
-    Raises:
-        RecordingError: The file is missing, empty, not UTF-8, ragged, or lacks columns.
-    """
-    lines = _lines(path)
-    header = [name.strip() for name in lines[0]]
-    if missing := [name for name in columns if name not in header]:
-        raise RecordingError(
-            f"{path}, row 1: lacks the columns {', '.join(missing)}; it has {', '.join(header)}. "
-            "Name them in the first row, separated by commas"
-        )
-    if len(set(header)) < len(header):
-        raise RecordingError(f"{path}, row 1: names a column twice: {', '.join(header)}; rename one")
-    rows = [_cells(path, row, cells, len(header)) for row, cells in enumerate(lines[1:], start=2)]
-    return Table(path, pd.DataFrame(rows, columns=header, dtype=object))
+def check_names(source: str, names: Sequence[str], required: Sequence[str], remedy: str) -> list[Problem]:
+    """Return the problems of a table's column names: missing ones, and ones that stand there twice."""
+    problems = []
+    if missing := [name for name in required if name not in names]:
+        known = ", ".join(name for name in names if name)
+        reason = f"lacks the columns {', '.join(missing)}; it has {known or 'none'}{_close(missing, names)}"
+        problems.append(Problem(source, reason, remedy, row=None))
+    if twice := sorted({name for name in names if name and list(names).count(name) > 1}):
+        problems.append(Problem(source, f"names a column twice: {', '.join(twice)}", "rename or remove one"))
+    return problems
 
 
-def _lines(path: Path) -> list[list[str]]:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = list(csv.reader(file))
-    except FileNotFoundError as error:
-        raise RecordingError(f"{path}: no such file; put the table there or correct the path") from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise RecordingError(f"{path}: cannot be read as UTF-8 CSV ({error}); save it as such") from error
-    while lines and not any(cell.strip() for cell in lines[-1]):
-        lines.pop()
-    if len(lines) < 2:
-        raise RecordingError(f"{path}: holds no data row; it needs a header and at least one row")
-    return lines
+def _close(missing: Sequence[str], names: Sequence[str]) -> str:
+    lowered = {name.lower(): name for name in names}
+    found = {name: difflib.get_close_matches(name, lowered, n=1, cutoff=0.8) for name in missing}
+    pairs = [f"{lowered[close[0]]!r} should be {name!r}" for name, close in found.items() if close]
+    return f" ({', '.join(pairs)}?)" if pairs else ""
 
 
-def _cells(path: Path, row: int, cells: list[str], expected: int) -> list[str]:
-    if len(cells) != expected:
-        raise RecordingError(
-            f"{path}, row {row}: has {len(cells)} cells, the header has {expected}; "
-            "remove blank lines, and decimal commas, and complete the row"
-        )
-    return [cell.strip() for cell in cells]
+def _outside(low: float, high: float) -> str:
+    return f"is outside [{low:g}, {high:g}]"

@@ -24,12 +24,12 @@ class IngestStageSettings(Settings):
 
 
 def run(*, recording: Path, observation: Path, settings: IngestStageSettings, origin: Origin) -> None:
-    """Read ``swe/<subject>.csv`` and write the observed curve.
+    """Read ``swe/<subject>.csv`` or ``.mat`` and write the observed curve.
 
     Raises:
         RecordingError: The recording is malformed or too incomplete.
     """
-    samples = read_samples(recording, settings.recording.phases)
+    samples = read_samples(recording, settings.recording.phases, settings.recording.density_kg_m3)
     observed = ingest(
         samples, settings.context.to_context(), settings.recording, settings.measurement.grid_points
     )

@@ -1,0 +1,75 @@
+"""What is wrong with a cohort: each problem with its place, its value and its remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+LONGEST_VALUE: Final = 60
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong, and what to do about it.
+
+    Attributes:
+        file: The file, or what stands for it.
+        reason: What is wrong; follows the value, where there is one.
+        remedy: What to do.
+        row: Line of a text file, or number of an element, counted from 1.
+        column: Name of the column.
+        value: The offending value, as text.
+        unit: What ``row`` counts: "row" or "element".
+    """
+
+    file: str
+    reason: str
+    remedy: str
+    row: int | None = None
+    column: str | None = None
+    value: str | None = None
+    unit: str = "row"
+
+    def __str__(self) -> str:
+        place = [self.file]
+        if self.row is not None:
+            place.append(f"{self.unit} {self.row}")
+        if self.column is not None:
+            place.append(f"column {self.column!r}")
+        value = "" if self.value is None else f"{_shortened(self.value)!r} "
+        return f"{', '.join(place)}: {value}{self.reason}; {self.remedy}"
+
+
+class RecordingError(ValueError):
+    """A recording or context table that cannot be used; the message lists every problem found.
+
+    Attributes:
+        problems: What is wrong, one entry a problem.
+    """
+
+    def __init__(self, *problems: Problem) -> None:
+        self.problems = problems
+        super().__init__(listed(problems))
+
+
+def listed(problems: Iterable[Problem]) -> str:
+    """Return one problem as it is, or several as a list with their number."""
+    lines = [str(problem) for problem in problems]
+    if len(lines) == 1:
+        return lines[0]
+    return f"{len(lines)} problems\n" + "\n".join(f"  - {line}" for line in lines)
+
+
+def raise_any(problems: Iterable[Problem]) -> None:
+    """Raise if there is any problem.
+
+    Raises:
+        RecordingError: There is.
+    """
+    if found := tuple(problems):
+        raise RecordingError(*found)
+
+
+def _shortened(value: str) -> str:
+    return value if len(value) <= LONGEST_VALUE else value[:LONGEST_VALUE] + "..."

@@ -1,0 +1,122 @@
+"""Reading ``subjects.csv``: one row a subject, its context c_d."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from swesbi.context import Context
+from swesbi.recording.csv_table import read_table
+from swesbi.recording.problems import Problem, raise_any
+from swesbi.recording.settings import ContextRow, is_subject
+from swesbi.recording.table import Table
+
+CONTEXT_COLUMNS: Final = tuple(ContextRow.model_fields)
+REMEDIES: Final = {
+    "subject": "use letters, digits, '-' and '_', a letter or digit first, at most 64 of them",
+    "sex": "write F or M",
+    "age_years": "correct the cell (units? the column is in years)",
+    "bsa_m2": "correct the cell (units? the column is in m2)",
+    "hr_bpm": "correct the cell (units? the column is in beats per minute)",
+    "lvedv_ml": "correct the cell (units? the column is in mL)",
+    "lvesv_ml": "correct the cell (units? the column is in mL)",
+    "ivsd_cm": "correct the cell (units? the column is in cm)",
+}
+
+
+@dataclass(frozen=True)
+class SubjectTable:
+    """What ``subjects.csv`` says, as far as it can be used.
+
+    Attributes:
+        names: The subjects that have a usable name, in the file's order, those with other problems included.
+        rows: The rows without a problem, by subject.
+        problems: Every problem of the cells.
+    """
+
+    names: tuple[str, ...]
+    rows: Mapping[str, ContextRow]
+    problems: tuple[Problem, ...]
+
+
+def examine_subjects(path: Path) -> SubjectTable:
+    """Read ``subjects.csv`` as far as it goes; further columns are ignored.
+
+    Raises:
+        RecordingError: The file cannot be read as a table with these columns.
+    """
+    table = read_table(path, CONTEXT_COLUMNS)
+    _check_names(table)
+    numbers = {
+        name: table.number(name, -np.inf, np.inf, REMEDIES[name])
+        for name in CONTEXT_COLUMNS
+        if _numeric(name)
+    }
+    rows = (_context_row(table, index, numbers) for index in range(len(table.cells)))
+    good = {row.subject: row for row in rows if row is not None}
+    names = tuple(dict.fromkeys(name for name in table.cells["subject"] if is_subject(name)))
+    return SubjectTable(names, good, tuple(table.problems))
+
+
+def read_context_rows(path: Path) -> tuple[ContextRow, ...]:
+    """Read ``subjects.csv``: one row a subject, in the file's order; further columns are ignored.
+
+    Raises:
+        RecordingError: The table is malformed, a value is impossible or a subject is named twice; it lists
+            every problem with file, row, column and value.
+    """
+    table = examine_subjects(path)
+    raise_any(table.problems)
+    return tuple(table.rows.values())
+
+
+def read_subjects(path: Path) -> tuple[Context, ...]:
+    """Read ``subjects.csv`` as contexts, in the file's order.
+
+    Raises:
+        RecordingError: As :func:`read_context_rows`.
+    """
+    return tuple(row.to_context() for row in read_context_rows(path))
+
+
+def _numeric(name: str) -> bool:
+    return ContextRow.model_fields[name].annotation is float
+
+
+def _check_names(table: Table) -> None:
+    """Subjects are named once, and not alike: folders of results may ignore upper and lower case."""
+    table.unique(["subject"])
+    name = table.cells["subject"]
+    alike = name.str.lower().duplicated().to_numpy() & ~name.duplicated().to_numpy()
+    table.flag("subject", alike, "differs from an earlier subject in upper and lower case only", "rename one")
+
+
+def _context_row(table: Table, index: int, numbers: Mapping[str, Any]) -> ContextRow | None:
+    cells = table.cells.iloc[index]
+    known = {name: float(values[index]) for name, values in numbers.items() if np.isfinite(values[index])}
+    texts = {name: cells[name] for name in CONTEXT_COLUMNS if name not in numbers}
+    try:
+        return ContextRow.from_plain(texts | known)
+    except ValidationError as error:
+        for details in error.errors():
+            if details["type"] != "missing":  # said already: the cell is not a number
+                _note(table, index, details)
+        return None
+
+
+def _note(table: Table, index: int, details: ErrorDetails) -> None:
+    message = details["msg"].removeprefix("Value error, ")
+    column = str(details["loc"][0]) if details["loc"] else _blamed(message)
+    table.note(index, column, f"is refused: {message}", REMEDIES[column])
+
+
+def _blamed(message: str) -> str:
+    """Return the column that a complaint about several columns names first."""
+    named = {message.find(name): name for name in CONTEXT_COLUMNS if name in message}
+    return named[min(named)]
