@@ -6,12 +6,17 @@ from typing import Any
 
 import pytest
 
-from swesbi.config import ConfigError, load_study, overlay, parse_config, read_yaml
-from swesbi.config.slices import STAGES, stage_settings
+from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml
+from swesbi.config.slices import SPEED_STAGES, STAGES, stage_settings
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "shard": "0"}
+
+
+def settings_of(study: Study, stage: str) -> dict[str, Any]:
+    kind = {"experiment": "calibrated"} if stage in SPEED_STAGES else {}
+    return stage_settings(study, stage, **(WILDCARDS | kind))
 
 
 def changed(**changes: object) -> dict[str, Any]:
@@ -91,6 +96,14 @@ def test_the_paper_experiment_is_the_paper_s() -> None:
             {"experiments__paper__predictive__features": ["peak"]},
             r"names the feature 'peak'",
         ),
+        (
+            {"experiments__calibrated__estimator__bons": 8},
+            r"experiments\.calibrated\.estimator\.bons = 8: .*did you mean 'bins'",
+        ),
+        (
+            {"main_experiment": "calibrated", "run": "all"},
+            r"main_experiment = 'calibrated': .*kind: features",
+        ),
         ({"run": ["pepper"]}, r"run: 'pepper' is not one of paper"),
         ({"main_experiment": "pepper"}, r"main_experiment = 'pepper'"),
         ({"subjects": ["A", "Z"]}, r"subjects: 'Z' has no row in .*subjects\.csv; it knows A, B, C, D, E, F"),
@@ -135,7 +148,9 @@ AFFECTED = {
     "experiments__paper__observation_model__augmentations": {"pool", "predictive", "recovery", "epochs"},
     "experiments__paper__support__candidate_draws": {"posterior", "epochs", "acquisition_seeds"},
     "experiments__paper__recovery__recordings": {"recovery", "epochs", "recovery_acquisition"},
-    "passive__exponent_b": {"passive", "recovery_acquisition", "acquisition_seeds"},
+    "experiments__calibrated__estimator__learning_rate": {"train_flow"},
+    "experiments__calibrated__simulations_per_subject": {"speed_pool"},
+    "passive__exponent_b": {"passive", "recovery_acquisition", "acquisition_seeds", "train_flow"},
     "recording__min_samples_per_phase": {"ingest", "recovery_acquisition", "acquisition_seeds"},
     "cmaes__search__generations": {"cmaes"},
     "forward_model__steps_per_beat": {
@@ -147,6 +162,7 @@ AFFECTED = {
         "recovery_acquisition",
         "epochs",
         "acquisition_seeds",
+        "train_flow",
     },
     "experiments__paper__epoch_study__candidate_draws": {"epochs"},
     "acquisition_seeds__seeds": {"acquisition_seeds"},
@@ -170,11 +186,7 @@ def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
     for part in key.split("__"):
         value = value[part]
     before, after = load_study(SHIPPED), load_study(changed(**{key: another(value)}))
-    differing = {
-        stage
-        for stage in STAGES
-        if stage_settings(before, stage, **WILDCARDS) != stage_settings(after, stage, **WILDCARDS)
-    }
+    differing = {stage for stage in STAGES if settings_of(before, stage) != settings_of(after, stage)}
     assert differing - SHOWING == AFFECTED[key]
     assert AFFECTED[key] or not differing
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -21,12 +21,18 @@ def describe(error: ValidationError, source: str, model: type[BaseModel]) -> Con
 
 
 def _line(details: ErrorDetails, model: type[BaseModel]) -> str:
-    location = [part for part in details["loc"] if part != "[key]"]
+    location = _location(details["loc"])
     key = ".".join(map(str, location)) or "(whole file)"
     remedy = _remedy(details, location, model)
     message = details["msg"].removeprefix("Value error, ")
     shown = "" if _is_container(details["input"]) else f" = {details['input']!r}"
     return f"{key}{shown}: {message}{'; ' + remedy if remedy else ''}"
+
+
+def _location(parts: Sequence[str | int]) -> list[str | int]:
+    """Return the keys as they stand in the file: pydantic puts the kind of an experiment behind its name."""
+    keys = [part for part in parts if part != "[key]"]
+    return keys[:2] + keys[3:] if keys[:1] == ["experiments"] and len(keys) > 2 else keys
 
 
 def _is_container(value: object) -> bool:
@@ -47,20 +53,21 @@ def _remedy(details: ErrorDetails, location: Sequence[str | int], model: type[Ba
 
 def _known_keys(model: type[BaseModel], location: Sequence[str | int]) -> list[str]:
     """Return the keys that a settings model knows at a location of the file."""
-    current: Any = model
+    types: list[Any] = [model]
     for part in location:
-        current = _step(current, part)
-    return list(current.model_fields) if _is_model(current) else []
+        types = [found for current in types for found in _step(current, part)]
+    return [key for found in types if _is_model(found) for key in found.model_fields]
 
 
-def _step(current: Any, part: str | int) -> Any:  # noqa: ANN401
-    """Return the type of one key of a model, or of any value of a mapping of models."""
+def _step(current: Any, part: str | int) -> tuple[Any, ...]:  # noqa: ANN401
+    """Return the types that one key of a model, or a value of a mapping of models, may have."""
     if _is_model(current):
         field = current.model_fields.get(str(part))
-        current = field.annotation if field else None
-    elif getattr(current, "__origin__", None) in {dict, Mapping}:
-        current = current.__args__[1]
-    return current
+        return (field.annotation,) if field else ()
+    if get_origin(current) in {dict, Mapping}:
+        value = get_args(current)[1]
+        return get_args(get_args(value)[0]) if get_origin(value) is Annotated else (value,)
+    return ()
 
 
 def _is_model(value: object) -> bool:

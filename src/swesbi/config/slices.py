@@ -188,6 +188,11 @@ def _of_experiment(study: Study, wildcards: Wildcards, *names: str) -> dict[str,
     config = study.config
     experiment = config.experiments[_named(study, wildcards, "experiment")]
     plain = experiment.to_plain() | {"prior": config.priors[experiment.prior].to_plain()}
+    if missing := [name for name in names if name not in plain]:
+        raise ConfigError(
+            f"the experiment {wildcards['experiment']!r} is of kind {experiment.kind!r} and has no "
+            f"{missing[0]}; this stage is for experiments of another kind"
+        )
     return {name: plain[name] for name in names}
 
 
@@ -241,3 +246,5 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "report": _report,
 }
 STAGES: Final = tuple(_SLICES)
+SPEED_STAGES: Final = ("speed_pool", "train_flow")
+"""The stages of experiments of kind `speeds`; those that name an experiment and are not here: `features`."""
