@@ -160,7 +160,7 @@ class _Course:
             torch.nn.utils.clip_grad_norm_(self._net.parameters(), self._settings.clip_max_norm)
             self._optimiser.step()
         self._schedule.step()
-        return float(loss)
+        return float(loss.detach())
 
     def _judge(self, rows: Rows) -> float:
         self._net.eval()

@@ -1,0 +1,52 @@
+"""A speed model made for tests: the shipped settings, one context, a recording without a file."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from swesbi.config import Config, parse_config, read_yaml
+from swesbi.context import Context
+from swesbi.speed_model.model import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.speed_model.recording import SpeedRecording
+
+ROOT = Path(__file__).parents[1]
+CONTEXT = Context("T", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
+PHI = np.array([60.0, 6.0, 29.0, 2.2])
+RELATIVE_SE = 0.028
+
+
+@cache
+def shipped() -> Config:
+    return parse_config(read_yaml(ROOT / "config.yaml"))
+
+
+@cache
+def settings() -> SpeedModelSettings:
+    config = shipped()
+    experiment = config.speed_experiments["calibrated"]
+    plain = {
+        "prior": {
+            "theta": config.priors["calibrated"].to_plain(),
+            "passive_scale_kpa": experiment.passive_scale_kpa.to_plain(),
+        },
+        "discrepancy": experiment.observation_model.discrepancy.to_plain(),
+        "forward_model": config.forward_model.to_plain(),
+        "measurement": config.measurement.to_plain(),
+        "passive": config.passive.to_plain(),
+        "passive_reference_prior": config.priors["paper"].to_plain(),
+        "density_kg_m3": 1000.0,
+    }
+    return SpeedModelSettings.from_plain(plain)
+
+
+@cache
+def model(phases: int = 20) -> SpeedModel:
+    """Return the model of a noiseless recording made with ``PHI``."""
+    phase = (np.arange(phases) + 0.5) / phases
+    blank = SpeedRecording(CONTEXT, phase, np.ones(phases), np.full(phases, RELATIVE_SE))
+    made = speed_model(blank, settings())
+    speeds = made.predict(PHI[None]).speed_m_s[0]
+    return SpeedModel(SpeedRecording(CONTEXT, phase, speeds, blank.relative_se), made.shape, settings())

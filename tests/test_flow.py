@@ -1,0 +1,139 @@
+"""The flow: fresh noise, split by theta, a normalised density in the box, files that repeat."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import speed_case
+import torch
+
+from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.flow.conditioning import ConditioningSettings, raw_features
+from swesbi.flow.epochs import fit_statistics, make_rows, split_by_theta
+from swesbi.flow.files import KIND, load_flow, save_flow
+from swesbi.flow.net import draw_phi, log_q
+from swesbi.flow.simulations import SubjectSimulations
+from swesbi.flow.training import FlowTraining, TrainingDivergedError, _Course, train_flow
+from swesbi.simulations.prior import in_bounds, quantile
+from swesbi.speed_model.prediction import active_at_phases
+
+EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]
+CONDITIONING = ConditioningSettings(summary=EXPERIMENT.summary, grid_points=100, density_kg_m3=1000.0)
+TINY = EXPERIMENT.estimator.model_copy(
+    update={"transforms": 2, "hidden_features": 24, "hidden_layers": 1, "epochs": 6, "batch_size": 128}
+)
+PROVENANCE = Provenance(KIND, "", 1, {}, "0" * 16)
+
+
+@cache
+def simulations(count: int = 2000) -> SubjectSimulations:
+    model = speed_case.model()
+    theta = quantile(np.random.default_rng(1).random((count, 3)), model.settings.prior.theta)
+    beats = model.simulate(np.column_stack([theta, np.full(count, 2.2)]))
+    good = beats.status == 0
+    active = active_at_phases(
+        beats.cycle_phase, beats.active_stiffness_kpa[good], model.recording.phase, "identity"
+    )
+    return SubjectSimulations(model, theta[good], active)
+
+
+@cache
+def trained() -> FlowTraining:
+    return train_flow([simulations()], CONDITIONING, TINY, seed=3)
+
+
+def test_no_theta_is_on_both_sides_of_the_split() -> None:
+    training, held_out = split_by_theta([simulations()], 0.25)
+    assert not set(training[0].theta[:, 0]) & set(held_out[0].theta[:, 0])
+    assert len(held_out[0].theta) == 500
+    with pytest.raises(ValueError, match="validation_fraction = 0.0001"):
+        split_by_theta([simulations()], 0.0001)
+
+
+def test_noise_is_fresh_every_epoch_and_repeats_under_the_seed() -> None:
+    conditioner, eta = fit_statistics([simulations()], CONDITIONING, 3)
+    first, again, second = (
+        make_rows([simulations()], conditioner, eta, 3, "epoch", number) for number in (1, 1, 2)
+    )
+    np.testing.assert_array_equal(first.z, again.z)
+    assert np.abs(first.z[:, :46] - second.z[:, :46]).mean() > 0.01
+    np.testing.assert_array_equal(first.eta[:, :3], second.eta[:, :3])
+    assert not np.array_equal(first.eta[:, 3], second.eta[:, 3])
+
+
+def test_features_pass_the_operator_of_the_data() -> None:
+    model = speed_case.model()
+    raw = raw_features(model.recording.speed_m_s[None], model.recording.phase, CONDITIONING)[0]
+    highest = np.log(3.0 * model.recording.speed_m_s.max() ** 2)  # kPa for rho = 1000 kg/m3
+    names = CONDITIONING.components
+    assert raw[names.index("maximum_kpa")] == pytest.approx(highest, abs=0.02)
+    peak = model.recording.phase[model.recording.speed_m_s.argmax()]
+    assert raw[names.index("time_to_peak_cycle")] == pytest.approx(peak, abs=0.05)
+
+
+def test_training_learns_and_keeps_the_best_epoch() -> None:
+    epochs, flow = trained().epochs, trained().flow
+    assert [epoch.number for epoch in epochs] == [1, 2, 3, 4, 5, 6]
+    assert min(epoch.validation_loss for epoch in epochs) == flow.best_validation_loss
+    standard_normal = 2.0 * np.log(2.0 * np.pi * np.e)  # entropy of eta without any data, 4 dimensions
+    assert flow.best_validation_loss < standard_normal - 2.0
+    assert all(epoch.skipped_batches == 0 for epoch in epochs)
+
+
+def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed() -> None:
+    flow, prior = trained().flow, speed_case.settings().prior
+    z = flow.conditioner.condition(speed_case.model().recording)
+    phi = draw_phi(flow, z[None], 4000, seed=1)[0]
+    assert in_bounds(phi, prior).all()
+    other = draw_phi(flow, z[None], 4000, seed=2)[0]
+    width = 0.3 * other.std(axis=0)
+    near = np.all(np.abs(phi - np.median(phi, axis=0)) < width, axis=1)
+    rng = np.random.default_rng(0)
+    uniform = np.median(phi, axis=0) + width * rng.uniform(-1, 1, (20_000, 4))
+    mass = np.exp(log_q(flow, z, uniform)).mean() * np.prod(2 * width)
+    assert mass == pytest.approx(near.mean(), rel=0.15)
+
+
+def test_the_draws_of_several_recordings_are_those_of_their_own() -> None:
+    flow, recording = trained().flow, speed_case.model().recording
+    stiffer = replace(recording, speed_m_s=recording.speed_m_s * 1.3)
+    z = np.stack([flow.conditioner.condition(part) for part in (recording, stiffer)])
+    draws = draw_phi(flow, z, 500, seed=1)
+    assert draws.shape == (2, 500, 4)
+    assert np.median(draws[1, :, 0]) > 1.3 * np.median(draws[0, :, 0])
+
+
+def test_files_repeat_to_the_byte_and_give_back_the_same_flow(tmp_path: Path) -> None:
+    flow = trained().flow
+    again = train_flow([simulations()], CONDITIONING, TINY, seed=3).flow
+    for name, part in (("one.pt", flow), ("two.pt", again)):
+        save_flow(tmp_path / name, part, PROVENANCE)
+    assert (tmp_path / "one.pt").read_bytes() == (tmp_path / "two.pt").read_bytes()
+    loaded, _ = load_flow(tmp_path / "one.pt")
+    z = flow.conditioner.condition(speed_case.model().recording)
+    np.testing.assert_array_equal(draw_phi(loaded, z[None], 50, 1), draw_phi(flow, z[None], 50, 1))
+    (tmp_path / "broken.pt").write_bytes((tmp_path / "one.pt").read_bytes()[:-500])
+    with pytest.raises(ArtefactError, match=r"broken\.pt"):
+        load_flow(tmp_path / "broken.pt")
+
+
+def test_a_wrong_conditioning_vector_is_refused() -> None:
+    flow = trained().flow
+    with pytest.raises(ValueError, match="the flow takes 53 components"):
+        draw_phi(flow, np.zeros((1, 5)), 10, 1)
+    with pytest.raises(ValueError, match="not finite"):
+        draw_phi(flow, np.full((1, 53), np.nan), 10, 1)
+
+
+def test_a_loss_that_is_not_finite_changes_no_weight_and_too_many_stop_the_training() -> None:
+    course = _Course(TINY, rows=256, components=53, label="test")
+    before = {name: value.clone() for name, value in course._net.state_dict().items()}
+    bad = torch.full((128, 53), torch.nan)
+    assert not np.isfinite(course._step(torch.zeros(128, 4), bad))
+    assert all(torch.equal(value, before[name]) for name, value in course._net.state_dict().items())
+    with pytest.raises(TrainingDivergedError, match="lower learning_rate"):
+        course._pass(torch.zeros(256, 4), torch.full((256, 53), torch.nan))
