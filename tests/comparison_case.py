@@ -48,6 +48,7 @@ def observation(subject: str) -> Observation:
         grid=np.linspace(0.0, 1.0, 100),
         curve_kpa=np.linspace(3.0, 48.0, 100),
         samples_accepted=np.full(20, 36),
+        samples_by_repeat=np.full((20, 3), 12),
         samples_rejected=np.zeros((len(REASONS), 20), dtype=np.int64),
         noise=NoiseComponents(0.04, 0.08),
     )

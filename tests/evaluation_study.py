@@ -134,6 +134,7 @@ def _observation(
         grid=analysis_grid(MEASUREMENT.grid_points),
         curve_kpa=to_grid(phase[measured], stiffness[measured], MEASUREMENT.grid_points),
         samples_accepted=np.where(measured, 36, 0),
+        samples_by_repeat=np.where(measured[:, None], (12, 12, 12), 0),
         samples_rejected=np.zeros((len(REASONS), phase.size), dtype=np.int64),
         noise=NoiseComponents(0.04, 0.08),
     )

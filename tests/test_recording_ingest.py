@@ -44,6 +44,19 @@ def test_clean_recording_gives_its_speeds_back() -> None:
     assert sum(observed.rejected.values()) == 0
 
 
+def test_samples_are_counted_by_repeat_in_the_order_of_the_phases() -> None:
+    samples = make_samples(sample_sd=0.02)
+    lost = (samples.phase_index == 3) & (samples.repeat == 1)
+    lost |= (samples.phase_index == 5) & (samples.repeat == 2) & (samples.sample < 5)
+    failed = replace(samples, status=np.where(lost, "no_wave", samples.status))
+    observed = ingest(without_phases(failed, 9), CONTEXT, RECORDING, 100)
+    np.testing.assert_array_equal(observed.samples_by_repeat.sum(axis=1), observed.samples_accepted)
+    counts = observed.samples_by_repeat[np.argsort(observed.phase_index)]
+    assert counts[3, 1] == 0
+    assert counts[5].tolist() == [12, 12, 7]
+    assert not counts[9].any()
+
+
 def test_speeds_are_averaged_before_they_are_squared() -> None:
     samples = make_samples(sample_sd=0.1, repeat_sd=0.05)
     observed = ingest(samples, CONTEXT, RECORDING, 100)

@@ -27,6 +27,7 @@ ARRAYS = (
     "grid",
     "curve_kpa",
     "samples_accepted",
+    "samples_by_repeat",
     "samples_rejected",
 )
 NOISE = {"repeat_noise_fraction": "repeat_fraction", "sample_noise_fraction": "sample_fraction"}

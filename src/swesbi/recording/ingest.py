@@ -12,7 +12,7 @@ from swesbi.recording.observation import Observation
 from swesbi.recording.phases import locate_phases
 from swesbi.recording.plausibility import implausible
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.quality import ACCEPTED, REASONS, count_by_phase, ectopic, rejection
+from swesbi.recording.quality import ACCEPTED, REASONS, count_by_phase, count_by_repeat, ectopic, rejection
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import average_speeds
@@ -61,6 +61,7 @@ def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid
         grid=analysis_grid(grid_size),
         curve_kpa=to_grid(phase[measured], stiffness[measured], grid_size),
         samples_accepted=accepted[order],
+        samples_by_repeat=count_by_repeat(samples, verdict == ACCEPTED, settings.phases)[order],
         samples_rejected=rejected[:, order],
         noise=speeds.noise,
     )

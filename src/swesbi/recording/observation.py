@@ -30,6 +30,7 @@ class Observation:
         grid: Uniform analysis grid on [0, 1], both ends included; shape (G,).
         curve_kpa: E on the grid, through the measured phases; shape (G,).
         samples_accepted: Accepted samples per phase; shape (P,).
+        samples_by_repeat: Accepted samples of each phase and repeat, repeats ascending; shape (P, repeats).
         samples_rejected: Rejected samples by reason and phase; shape (reasons, P), rows as ``REASONS``.
         noise: Relative standard deviation between repeats and between samples, of this recording.
     """
@@ -45,6 +46,7 @@ class Observation:
     grid: FloatArray
     curve_kpa: FloatArray
     samples_accepted: NDArray[np.int64]
+    samples_by_repeat: NDArray[np.int64]
     samples_rejected: NDArray[np.int64]
     noise: NoiseComponents
 

@@ -55,6 +55,17 @@ def count_by_phase(
     return counts[ACCEPTED], counts[:ACCEPTED]
 
 
+def count_by_repeat(samples: Samples, accepted: NDArray[np.bool_], phases: int) -> NDArray[np.int64]:
+    """Count the accepted samples of each phase and repeat; shape (P, repeats).
+
+    Columns are the repeats that the recording has, in ascending order, whether or not a phase has them.
+    """
+    repeats, column = np.unique(samples.repeat, return_inverse=True)
+    counts = np.zeros((phases, repeats.size), dtype=np.int64)
+    np.add.at(counts, (samples.phase_index[accepted], column[accepted]), 1)
+    return counts
+
+
 def _reject(verdict: NDArray[np.int64], wrong: NDArray[np.bool_], reason: str) -> None:
     verdict[wrong & (verdict == ACCEPTED)] = REASONS.index(reason)
 

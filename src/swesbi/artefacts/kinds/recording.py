@@ -17,6 +17,7 @@ SCHEMAS = {
             "grid": Variable(("grid",), "1", "uniform analysis grid, fraction of the cycle"),
             "curve_kpa": Variable(("grid",), "kPa", "observed stiffness E_obs on the analysis grid"),
             "samples_accepted": Variable(("phase",), "1", "accepted samples"),
+            "samples_by_repeat": Variable(("phase", "repeat"), "1", "accepted samples of each repeat"),
             "reason": Variable(("reason",), "1", "reasons of rejection"),
             "samples_rejected": Variable(("reason", "phase"), "1", "rejected samples by reason"),
             "repeat_noise_fraction": Variable((), "1", "relative standard deviation between repeats"),
