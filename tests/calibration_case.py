@@ -1,0 +1,97 @@
+"""A linear-Gaussian stand-in with a known posterior, shared by the tests of calibration.
+
+x = log(phi / centre) / log_sd is standard normal (the prior's bounds lie 6 standard deviations away), the
+data are y = A x + noise, so the posterior of x is normal and known, and so is each way of getting it wrong.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.calibration.levels import equal_weights
+from swesbi.calibration.quantities import quantities
+from swesbi.calibration.scores import Scores, score, stack_scores
+from swesbi.calibration.tarp import reference_points
+from swesbi.speed_model.joint_prior import JointPriorSettings
+
+FloatArray = NDArray[np.float64]
+CENTRE = np.array([45.0, 5.0, 30.0, 2.2])
+LOG_SD = np.array([0.5, 0.6, 0.45, 0.4])
+NOISE_SD = 0.4
+DURATION_S = 0.32
+MIXING = np.array(
+    [
+        [1.0, 0.8, 0.0, 0.2],
+        [0.6, 1.0, -0.3, 0.0],
+        [0.2, 0.0, 1.0, 0.0],
+        [0.0, 0.3, 0.5, 1.0],
+        [0.5, 0.5, 0.5, 0.5],
+    ]
+)
+
+
+def _wide(centre: float, log_sd: float) -> dict[str, float]:
+    reach = float(np.exp(6.0 * log_sd))
+    return {"centre": centre, "log_sd": log_sd, "low": centre / reach, "high": centre * reach}
+
+
+_PARTS = [_wide(float(c), float(s)) for c, s in zip(CENTRE, LOG_SD, strict=True)]
+PRIOR = JointPriorSettings.from_plain(
+    {
+        "theta": dict(zip(("k0_kpa", "k_atp_per_s", "k_sr_per_s"), _PARTS[:3], strict=True)),
+        "passive_scale_kpa": _PARTS[3],
+    }
+)
+
+
+def phi_of(x: FloatArray) -> FloatArray:
+    return np.asarray(CENTRE * np.exp(LOG_SD * x))
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """A posterior sampler: right by default, wrong in the ways that the fields say."""
+
+    noise_factor: float = 1.0
+    times_used: int = 1
+    data_used: bool = True
+    shift: float = 0.0
+
+    def draw(self, y: FloatArray, draws: int, rng: np.random.Generator) -> FloatArray:
+        """Return x of shape (draws, 4)."""
+        if not self.data_used:
+            return rng.standard_normal((draws, 4))
+        weight = self.times_used * MIXING.T / (self.noise_factor * NOISE_SD) ** 2
+        covariance = np.linalg.inv(weight @ MIXING + np.eye(4))
+        centre = covariance @ weight @ y + self.shift * np.sqrt(np.diag(covariance))
+        return np.asarray(rng.multivariate_normal(centre, covariance, draws, method="cholesky"))
+
+
+def log_likelihood(x: FloatArray, y: FloatArray) -> FloatArray:
+    return np.asarray(-0.5 * (((y - x @ MIXING.T) / NOISE_SD) ** 2).sum(axis=1))
+
+
+def quantities_of(x: FloatArray, y: FloatArray) -> FloatArray:
+    return quantities(phi_of(x), log_likelihood(x, y), DURATION_S)
+
+
+def prior_variances(recordings: int) -> FloatArray:
+    """Variances by simulation, shape (recordings, 6)."""
+    x = np.random.default_rng(5).standard_normal((200_000, 4))
+    variance = quantities(phi_of(x), np.zeros(len(x)), DURATION_S).var(axis=0)
+    return np.tile([*variance[:-1], np.nan], (recordings, 1))
+
+
+def simulate(recordings: int, sampler: Sampler, draws: int = 199, seed: int = 1) -> Scores:
+    """Score a sampler on fresh recordings; the recordings are the same for every sampler."""
+    rng = np.random.default_rng(seed)
+    truth = rng.standard_normal((recordings, 4))
+    data = truth @ MIXING.T + NOISE_SD * rng.standard_normal((recordings, len(MIXING)))
+    references = reference_points(recordings, PRIOR, rng)
+    scores = []
+    for x, y, reference in zip(truth, data, references, strict=True):
+        drawn = quantities_of(sampler.draw(y, draws, rng), y)
+        known = quantities_of(x[None], y)[0]
+        scores.append(score(known, drawn, equal_weights(draws), reference, PRIOR))
+    return stack_scores(scores)

@@ -1,0 +1,138 @@
+"""The checks pass the right posterior and catch each way of breaking it."""
+
+import numpy as np
+import pytest
+from calibration_case import (
+    MIXING,
+    NOISE_SD,
+    PRIOR,
+    Sampler,
+    phi_of,
+    prior_variances,
+    quantities_of,
+    simulate,
+)
+
+from swesbi.calibration.checks import CONTRACTION, COVERAGE, SBC, TARP, Check, check_scores, flagged
+from swesbi.calibration.levels import equal_weights, level_of_truth, moments
+from swesbi.calibration.quantities import QUANTITY_NAMES
+from swesbi.calibration.scores import Scores, score, stack_scores
+from swesbi.calibration.tarp import reference_points, tarp_level
+from swesbi.calibration.uniformity import uniformity
+
+RECORDINGS = 1000
+PARAMETERS = QUANTITY_NAMES[:4]
+
+
+def checks_of(scores: Scores, groups: int = 1) -> tuple[Check, ...]:
+    variance = prior_variances(len(scores.tarp))
+    return check_scores(scores, variance, QUANTITY_NAMES, 0.05, 0.2, groups)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_right_posterior_passes_every_check(seed: int) -> None:
+    assert flagged(checks_of(simulate(RECORDINGS, Sampler(), seed=seed))) == ()
+
+
+def test_noise_a_fifth_too_small_is_caught() -> None:
+    checks = checks_of(simulate(RECORDINGS, Sampler(noise_factor=0.8)))
+    assert set(flagged(checks, COVERAGE)) >= {"k_sr_per_s", "attained_stiffness_kpa"}
+    assert flagged(checks, TARP) == ("joint",)
+
+
+def test_data_used_twice_are_caught() -> None:
+    checks = checks_of(simulate(RECORDINGS, Sampler(times_used=2)))
+    assert set(flagged(checks, SBC)) & set(PARAMETERS)
+    assert set(flagged(checks, COVERAGE)) >= {"k_sr_per_s", "attained_stiffness_kpa"}
+    assert flagged(checks, TARP) == ("joint",)
+
+
+def test_the_prior_returned_passes_ranks_of_parameters_but_not_contraction() -> None:
+    checks = checks_of(simulate(RECORDINGS, Sampler(data_used=False)))
+    assert not set(flagged(checks, SBC, COVERAGE)) & set(PARAMETERS)
+    assert flagged(checks, TARP) == ()
+    assert set(flagged(checks, CONTRACTION)) >= set(PARAMETERS)
+    # the one ranked quantity that depends on the data finds it as well
+    assert "log_likelihood" in flagged(checks, SBC)
+
+
+def test_a_shift_by_a_quarter_of_the_posterior_sd_is_caught() -> None:
+    assert flagged(checks_of(simulate(RECORDINGS, Sampler(shift=0.25))), SBC)
+
+
+def test_contraction_and_coverage_stand_beside_the_ranks() -> None:
+    sampler = Sampler()
+    sbc = {c.quantity: c for c in checks_of(simulate(RECORDINGS, sampler)) if c.test == SBC}
+    covariance = np.linalg.inv(MIXING.T @ MIXING / NOISE_SD**2 + np.eye(4))
+    expected = 1.0 - covariance[2, 2]  # of log theta; of theta itself it is near
+    assert sbc["k_sr_per_s"].contraction == pytest.approx(expected, abs=0.05)
+    assert sbc["k_sr_per_s"].coverage_90 == pytest.approx(0.9, abs=0.04)  # binomial standard deviation 0.0095
+    assert np.isnan(sbc["log_likelihood"].contraction)
+
+
+def test_the_limit_is_shared_by_quantities_and_groups() -> None:
+    checks = checks_of(simulate(50, Sampler()), groups=3)
+    assert {c.limit for c in checks if c.test == SBC} == {0.05 / 6 / 3}
+    assert {c.limit for c in checks if c.test == TARP} == {0.05 / 3}
+
+
+def weighted_scores(recordings: int, use_weights: bool, seed: int = 8) -> Scores:
+    """Draws of a proposal that is wider and shifted, with its importance weights."""
+    rng = np.random.default_rng(seed)
+    covariance = np.linalg.inv(MIXING.T @ MIXING / NOISE_SD**2 + np.eye(4))
+    root, scores = np.linalg.cholesky(covariance), []
+    for reference in reference_points(recordings, PRIOR, rng):
+        truth = rng.standard_normal(4)
+        y = MIXING @ truth + NOISE_SD * rng.standard_normal(len(MIXING))
+        standard = 1.3 * rng.standard_normal((400, 4)) + 0.3
+        x = covariance @ MIXING.T @ y / NOISE_SD**2 + standard @ root.T
+        log_weight = 0.5 * (((standard - 0.3) / 1.3) ** 2 - standard**2).sum(axis=1)
+        weight = np.exp(log_weight - log_weight.max()) if use_weights else np.ones(400)
+        known, drawn = quantities_of(truth[None], y)[0], quantities_of(x, y)
+        scores.append(score(known, drawn, weight / weight.sum(), reference, PRIOR))
+    return stack_scores(scores)
+
+
+def test_weighted_draws_are_ranked_by_their_weight() -> None:
+    assert flagged(checks_of(weighted_scores(RECORDINGS, use_weights=True))) == ()
+
+
+def test_without_their_weights_they_are_caught() -> None:
+    assert set(flagged(checks_of(weighted_scores(RECORDINGS, use_weights=False)), SBC)) >= set(PARAMETERS)
+
+
+def test_equal_weights_give_exactly_uniform_mid_ranks() -> None:
+    draws = np.arange(9.0)[:, None]
+    levels = [level_of_truth(np.array([t]), draws, equal_weights(9))[0] for t in (-1.0, 3.5, 9.0)]
+    assert levels == pytest.approx([0.05, 0.45, 0.95])
+    tied = level_of_truth(np.array([2.0]), draws, equal_weights(9))[0]
+    assert tied == pytest.approx((2.5 + 0.5) / 10)
+
+
+def test_a_weight_counts_like_repeated_draws() -> None:
+    draws, weight = np.array([[0.0], [1.0], [2.0]]), np.array([0.5, 0.25, 0.25])
+    repeated = np.array([[0.0], [0.0], [1.0], [2.0]])
+    one, other = moments(draws, weight), moments(repeated, equal_weights(4))
+    assert one.mean == pytest.approx(other.mean)
+    assert one.sd == pytest.approx(other.sd)
+
+
+def test_draws_without_weight_may_hold_anything() -> None:
+    found = moments(np.array([[1.0], [3.0], [-np.inf]]), np.array([0.5, 0.5, 0.0]))
+    assert found.mean == pytest.approx([2.0])
+    assert found.sd == pytest.approx([1.0])
+
+
+@pytest.mark.parametrize(("sign", "caught"), [(1.0, False), (-1.0, True)])
+def test_joint_coverage_sees_a_wrong_correlation_that_no_margin_shows(sign: float, caught: bool) -> None:
+    """Every margin is right; the correlation of k_0 and k_ATP has the wrong sign."""
+    rng = np.random.default_rng(9)
+    covariance, wrong = np.eye(4), np.eye(4)
+    covariance[0, 1] = covariance[1, 0] = -0.9
+    wrong[0, 1] = wrong[1, 0] = sign * -0.9
+    levels = []
+    for reference in reference_points(800, PRIOR, rng):
+        truth = rng.multivariate_normal(np.zeros(4), covariance)
+        draws = rng.multivariate_normal(np.zeros(4), wrong, 199)
+        levels.append(tarp_level(phi_of(truth), phi_of(draws), equal_weights(199), reference, PRIOR))
+    assert (uniformity(np.array(levels)).p_value < 1e-3) == caught
