@@ -1,4 +1,4 @@
-"""The command line: every stage of the study without Snakemake."""
+"""The command line: every stage of the study without Snakemake, and commands around a cohort."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import importlib
 import inspect
 import logging
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -18,6 +18,7 @@ from swesbi.stages.origin import Origin
 
 EXIT_USAGE = 2
 WILDCARDS = ("subject", "experiment", "prior", "shard")
+COMMANDS = {"validate": "swesbi.validation.command", "template": "swesbi.validation.template"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -26,31 +27,38 @@ def main(arguments: Sequence[str] | None = None) -> int:
     logging.getLogger("swesbi").setLevel(logging.INFO)
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
+        if given and given[0] in COMMANDS:
+            return int(importlib.import_module(COMMANDS[given[0]]).main(given[1:]))
         return _run_stage(given[0], given[1:]) if given and given[0] in STAGES else _overview(given)
-    except (ConfigError, ValueError, FileNotFoundError) as error:
+    except (ConfigError, ValueError, OSError) as error:
         print(f"swesbi: {error}", file=sys.stderr)
         return EXIT_USAGE
 
 
 def _overview(given: Sequence[str]) -> int:
-    """Show the list of stages; anything but a call for help is a mistake."""
+    """Show the lists of commands and stages; anything but a call for help is a mistake."""
     parser = argparse.ArgumentParser(
         prog="python -m swesbi",
-        description="The stages of the study, one at a time, in the order of the workflow. "
-        "`snakemake --cores 2` runs them all; `python -m swesbi STAGE --help` names a stage's files.",
+        description="Commands around a cohort, and the stages of the study, one at a time, in the order of\n"
+        "the workflow. `snakemake --cores 2` runs all stages; `python -m swesbi NAME --help` says what\n"
+        "each needs.",
     )
-    width = max(map(len, STAGES)) + 2
-    listing = "\n".join(f"  {name:<{width}}{_summary(name)}" for name in STAGES)
+    stages = {name: f"swesbi.stages.{name}" for name in STAGES}
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.epilog = f"stages:\n{listing}"
-    parser.add_argument("stage", choices=STAGES, metavar="STAGE", help="one of the stages below")
+    parser.epilog = f"commands:\n{_listing(COMMANDS)}\n\nstages:\n{_listing(stages)}"
+    parser.add_argument("name", choices=[*COMMANDS, *STAGES], metavar="NAME", help="one of those below")
     parser.parse_args(given)
     return 0
 
 
-def _summary(stage: str) -> str:
-    """Return the first line of a stage's docstring, without importing the stage."""
-    path = Path(__file__).parent / "stages" / f"{stage}.py"
+def _listing(modules: Mapping[str, str]) -> str:
+    width = max(map(len, STAGES)) + 2
+    return "\n".join(f"  {name:<{width}}{_summary(module)}" for name, module in modules.items())
+
+
+def _summary(module: str) -> str:
+    """Return the first line of a module's docstring, without importing it."""
+    path = Path(__file__).parent.joinpath(*module.split(".")[1:]).with_suffix(".py")
     first = path.read_text(encoding="utf-8").split('"""')[1].splitlines()[0]
     return first.removeprefix("Stage: ")
 
