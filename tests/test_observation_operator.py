@@ -135,6 +135,11 @@ def test_unknown_stiffness_map_is_refused() -> None:
         active_stiffness_map("cubic")
 
 
+def test_a_spring_in_series_gives_half_where_both_are_equal_and_little_change_where_it_is_stiffer() -> None:
+    mapped = active_stiffness_map("series_spring")(np.array([0.0, 3.0, 300.0]))
+    np.testing.assert_allclose(mapped, [0.0, 3.0 / 1.01, 150.0])
+
+
 @pytest.mark.parametrize("exponent", [0.0, 2.0, 4.0])
 def test_passive_calibration_hits_its_target(exponent: float) -> None:
     observation, beat = observe(), reference_beat()

@@ -14,7 +14,7 @@ class MeasurementSettings(Settings):
     """How a simulated cycle becomes the curve that elastography would show."""
 
     grid_points: int = Field(ge=20, le=2000, description="Points of the uniform analysis grid on [0, 1].")
-    active_stiffness_map: Literal["identity"] = Field(
+    active_stiffness_map: Literal["identity", "series_spring"] = Field(
         description="Name of the map from the simulated active stiffness k_c to the measured E_act."
     )
 

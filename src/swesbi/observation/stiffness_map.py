@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 StiffnessMap = Callable[[FloatArray], FloatArray]
+SERIES_MODULUS_KPA: Final = (
+    300.0  # chosen: several times the peaks of the study, so that the map bends them only
+)
 
 
 def identity(active_stiffness_kpa: FloatArray) -> FloatArray:
@@ -24,7 +27,22 @@ def identity(active_stiffness_kpa: FloatArray) -> FloatArray:
     return active_stiffness_kpa
 
 
-ACTIVE_STIFFNESS_MAPS: Final[Mapping[str, StiffnessMap]] = {"identity": identity}
+def series_spring(active_stiffness_kpa: FloatArray) -> FloatArray:
+    """Return E_act = k_c E_s / (k_c + E_s): the bonds with an elastic element in series.
+
+    Sarcomere models have such an element (Caruel et al. 2014, where its strain is part of the fibre's);
+    here it is rigid in the mechanics and enters the measured stiffness alone, to see what it would change.
+
+    Args:
+        active_stiffness_kpa: k_c; any shape.
+    """
+    return active_stiffness_kpa * SERIES_MODULUS_KPA / (active_stiffness_kpa + SERIES_MODULUS_KPA)
+
+
+ACTIVE_STIFFNESS_MAPS: Final[Mapping[str, StiffnessMap]] = {
+    "identity": identity,
+    "series_spring": series_spring,
+}
 
 
 def active_stiffness_map(name: str) -> StiffnessMap:
