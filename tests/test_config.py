@@ -11,7 +11,7 @@ from swesbi.config.slices import SPEED_STAGES, STAGES, stage_settings
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
-WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "shard": "0"}
+WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "shard": "0", "variant": "base"}
 
 
 def settings_of(study: Study, stage: str) -> dict[str, Any]:
@@ -151,7 +151,8 @@ AFFECTED = {
     "experiments__calibrated__estimator__learning_rate": {"train_flow"},
     "experiments__calibrated__simulations_per_subject": {"speed_pool"},
     "passive__exponent_b": {"passive", "recovery_acquisition", "acquisition_seeds", "train_flow"},
-    "recording__min_samples_per_phase": {"ingest", "recovery_acquisition", "acquisition_seeds"},
+    "recording__min_samples_per_phase": {"ingest", "noise", "recovery_acquisition", "acquisition_seeds"},
+    "noise__interval": {"noise"},
     "cmaes__search__generations": {"cmaes"},
     "forward_model__steps_per_beat": {
         "simulate",

@@ -2,6 +2,7 @@
 
 
 rule predictive:
+    """Prior and posterior predictive curves, scores, noisy features in or out of their intervals."""
     input:
         posterior=rules.posterior.output.posterior,
         support=rules.posterior.output.support,
@@ -14,7 +15,6 @@ rule predictive:
         f"{RESULTS}/logs/predictive/{{experiment}}/{{subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/predictive/{{experiment}}/{{subject}}.tsv"
-    """Prior and posterior predictive curves, scores, noisy features in or out of their intervals."""
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -67,6 +67,7 @@ rule acquisition_seeds:
 
 
 rule epochs:
+    """The same synthetic recordings and subjects under checkpoints of the training."""
     input:
         pool=rules.pool.output.pool,
         checkpoints=rules.train.output.checkpoints,
@@ -79,7 +80,6 @@ rule epochs:
         f"{RESULTS}/logs/epochs/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/epochs/{{experiment}}.tsv"
-    """The same synthetic recordings and subjects under checkpoints of the training."""
     wildcard_constraints:
         experiment=FEATURES,
     params:

@@ -2,6 +2,7 @@
 
 
 rule pool:
+    """Features of every simulation, noise augmentation, pooled standardisation."""
     input:
         observations=of_subjects("cohort/{subject}/observation.h5"),
         passives=of_subjects("cohort/{subject}/passive.h5"),
@@ -12,7 +13,6 @@ rule pool:
         f"{RESULTS}/logs/pool/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/pool/{{experiment}}.tsv"
-    """Features of every simulation, noise augmentation, pooled standardisation."""
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -74,6 +74,7 @@ rule posterior:
 
 
 rule recovery:
+    """Fresh theta from the prior, under the experiment's own observation model: what do intervals cover?"""
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
@@ -91,7 +92,6 @@ rule recovery:
         f"{RESULTS}/logs/recovery/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/recovery/{{experiment}}.tsv"
-    """Fresh theta from the prior, under the experiment's own observation model: what do intervals cover?"""
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -103,6 +103,7 @@ rule recovery:
 
 
 rule recovery_acquisition:
+    """The same theta, but recorded with acquisition noise and passed through the whole pipeline."""
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
@@ -120,7 +121,6 @@ rule recovery_acquisition:
         f"{RESULTS}/logs/recovery_acquisition/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/recovery_acquisition/{{experiment}}.tsv"
-    """The same theta, but recorded with acquisition noise and passed through the whole pipeline."""
     wildcard_constraints:
         experiment=FEATURES,
     params:

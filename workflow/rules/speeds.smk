@@ -2,6 +2,7 @@
 
 
 rule speed_pool:
+    """Simulations of every subject at the measured phases of its recording."""
     input:
         observations=of_subjects("cohort/{subject}/observation.h5"),
         shards=shards_of_cohort,
@@ -11,7 +12,6 @@ rule speed_pool:
         f"{RESULTS}/logs/speed_pool/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/speed_pool/{{experiment}}.tsv"
-    """Simulations of every subject at the measured phases of its recording."""
     wildcard_constraints:
         experiment=SPEEDS,
     params:

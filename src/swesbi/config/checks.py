@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from swesbi.forward_model import THETA_RANGES
 from swesbi.observation import summary_names
+from swesbi.sensitivity.table import BASE
 from swesbi.theta import THETA_NAMES
 
 if TYPE_CHECKING:
@@ -107,6 +108,18 @@ def check_predictive_draws(config: Config) -> None:
                 )
 
 
+def check_sensitivity(config: Config) -> None:
+    """The variants are of an experiment with an exact likelihood, and one of them changes nothing."""
+    section = config.sensitivity
+    if section.experiment not in config.speed_experiments:
+        known = ", ".join(config.speed_experiments) or "none"
+        raise ValueError(
+            f"sensitivity.experiment = {section.experiment!r} is no experiment of kind speeds; known: {known}"
+        )
+    if (base := section.variants.get(BASE)) is None or base.changes or base.fix_passive_scale:
+        raise ValueError(f"sensitivity.variants needs the variant {BASE!r}, with `changes: {{}}`")
+
+
 CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_prior_names,
     check_experiment_names,
@@ -115,4 +128,5 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_feature_names,
     check_acquisition,
     check_predictive_draws,
+    check_sensitivity,
 )

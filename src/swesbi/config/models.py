@@ -20,8 +20,10 @@ from swesbi.inference.settings import (
     RecoverySettings,
     SupportSettings,
 )
+from swesbi.noise.settings import NoiseSettings
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
 from swesbi.recording.settings import RecordingSettings
+from swesbi.sensitivity.settings import Variant
 from swesbi.settings import Settings
 from swesbi.simulations.prior import ParameterPrior, PriorSettings
 from swesbi.speed_model.settings import SpeedObservationSettings
@@ -71,6 +73,13 @@ class CmaesStudySettings(Settings):
     search: CmaesSettings
 
 
+class SensitivitySettings(Settings):
+    """Variants of one experiment, each rerun with a choice made otherwise."""
+
+    experiment: Name = Field(description="an experiment of kind speeds")
+    variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
+
+
 class ResourceSettings(Settings):
     """How the work is split and where it runs; nothing here may change a result."""
 
@@ -87,6 +96,7 @@ class Config(Settings):
     subjects: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of subjects")
     results: str = Field(min_length=1, description="folder of every output")
     recording: RecordingSettings
+    noise: NoiseSettings
     measurement: MeasurementSettings
     forward_model: ForwardModelSettings
     passive: PassiveSettings
@@ -98,6 +108,7 @@ class Config(Settings):
     main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
     cmaes: CmaesStudySettings
     acquisition_seeds: AcquisitionSeedsSettings
+    sensitivity: SensitivitySettings
     resources: ResourceSettings
 
     @model_validator(mode="after")

@@ -31,6 +31,10 @@ def _ingest(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return {"context": _context(study, wildcards)} | _common(study.config, "recording", "measurement")
 
 
+def _noise(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _common(study.config, "recording", "noise")
+
+
 def _passive(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     prior = study.config.priors[study.config.passive_reference_prior]
     return {"prior": prior.to_plain()} | _common(study.config, "forward_model", "passive", "measurement")
@@ -122,6 +126,25 @@ def _train_flow(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return own | {"model": _speed_model(study, wildcards)}
 
 
+def _sensitivity_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    section, name = study.config.sensitivity, _named(study, wildcards, "variant")
+    variant = section.variants[name]
+    changed = study.with_changes(variant.changes, f"sensitivity.variants.{name}.changes")
+    of_experiment = {"experiment": section.experiment}
+    return {
+        "fix_passive_scale": variant.fix_passive_scale,
+        "seed": changed.config.seed,
+        "train": _train_flow(changed, of_experiment),
+    } | _of_experiment(changed, of_experiment, "exact", "simulations_per_subject")
+
+
+def _sensitivity(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    section = study.config.sensitivity
+    interval = _of_experiment(study, {"experiment": section.experiment}, "exact")["exact"]["interval"]
+    labels = {name: variant.label for name, variant in section.variants.items()}
+    return _figure(study, wildcards) | {"interval": interval, "labels": labels}
+
+
 def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     config = study.config
     own = {"search": config.cmaes.search.to_plain(), "prior": config.priors[config.cmaes.prior].to_plain()}
@@ -207,6 +230,7 @@ def _named(study: Study, wildcards: Wildcards, kind: str) -> str:
         "subject": study.context_rows,
         "experiment": study.config.experiments,
         "prior": study.config.priors,
+        "variant": study.config.sensitivity.variants,
     }
     if name not in known[kind]:
         raise ConfigError(f"{kind} = {name!r}: unknown; the study has {', '.join(known[kind])}")
@@ -221,6 +245,7 @@ def _wildcard(wildcards: Wildcards, kind: str) -> str:
 
 _SLICES: Final[Mapping[str, Slice]] = {
     "ingest": _ingest,
+    "noise": _noise,
     "passive": _passive,
     "simulate": _simulate,
     "pool": _pool,
@@ -234,6 +259,8 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "acquisition_seeds": _acquisition_seeds,
     "speed_pool": _speed_pool,
     "train_flow": _train_flow,
+    "sensitivity_run": _sensitivity_run,
+    "sensitivity": _sensitivity,
     "cmaes": _cmaes,
     "ppc_figure": _figure,
     "posterior_figure": _figure_with_prior,

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from swesbi.config.errors import ConfigError
 from swesbi.config.models import Config
-from swesbi.config.read import parse_config
+from swesbi.config.read import overlay, parse_config
 from swesbi.recording import ContextRow, Problem, RecordingError, read_context_rows
 from swesbi.recording.files import PROTOCOL, SUBJECTS, check_file, find_recording
 from swesbi.recording.problems import listed
@@ -40,6 +40,14 @@ class Study:
             RecordingError: There is no such file, more than one, or it leads out of the cohort.
         """
         return find_recording(self.cohort, subject)
+
+    def with_changes(self, changes: Mapping[str, Any], source: str) -> Study:
+        """Return the same cohort under a configuration with other values; ``source`` names them in errors.
+
+        Raises:
+            ConfigError: The changed configuration is not valid.
+        """
+        return replace(self, config=parse_config(overlay(self.config.to_plain(), changes), source))
 
 
 def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:

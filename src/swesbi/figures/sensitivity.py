@@ -1,0 +1,61 @@
+"""What each variant of the configuration does to the posteriors: shifts of medians, ratios of widths."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from swesbi.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
+from swesbi.sensitivity.table import BASE
+from swesbi.theta import THETA_NAMES
+
+ROW_HEIGHT_IN: Final = 0.17
+FRAME_HEIGHT_IN: Final = 1.3
+SYMBOLS: Final = (r"$k_0$", r"$k_\mathrm{ATP}$", r"$k_\mathrm{SR}$")
+COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C8C8C", "#000000")
+MARKERS: Final = "osD^vPX*"
+
+
+def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
+    """Draw shifts (above) and width ratios (below) of every variant, a column a parameter.
+
+    Args:
+        table: The rows of ``sensitivity.csv``.
+        cohort_title: What the subjects are ("virtual volunteers").
+    """
+    shown = table[table["variant"] != BASE]
+    names = list(dict.fromkeys(shown["label"]))
+    with style():
+        figure = new_figure(TEXT_WIDTH_IN * 1.35, 2 * (ROW_HEIGHT_IN * len(names)) + FRAME_HEIGHT_IN)
+        axes = figure.subplots(2, len(THETA_NAMES), sharey=True)
+        for column, (parameter, symbol) in enumerate(zip(THETA_NAMES, SYMBOLS, strict=True)):
+            rows = shown[shown["parameter"] == parameter]
+            _points(axes[0, column], rows, names, "shift_in_widths")
+            axes[0, column].axvspan(-0.5, 0.5, color="#EDEDED", zorder=0)
+            axes[0, column].set_title(symbol)
+            axes[0, column].set_xlabel("shift of the median (interval widths)")
+            _points(axes[1, column], rows, names, "width_ratio")
+            axes[1, column].set_xscale("log", base=2)
+            axes[1, column].axvline(1.0, color=PRIOR, linewidth=0.6)
+            axes[1, column].set_xlabel("interval width over the base's")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        title = f"subject ({cohort_title})"
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), title=title)
+    return figure
+
+
+def _points(axes: Axes, rows: pd.DataFrame, names: list[str], column: str) -> None:
+    subjects = list(dict.fromkeys(rows["subject"]))
+    offsets = np.linspace(-0.28, 0.28, len(subjects)) if len(subjects) > 1 else np.zeros(1)
+    for number, (subject, offset) in enumerate(zip(subjects, offsets, strict=True)):
+        own = rows[rows["subject"] == subject]
+        height = [names.index(label) + offset for label in own["label"]]
+        look = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
+        axes.plot(own[column], height, linestyle="none", markersize=2.4, label=subject, **look)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.grid(axis="y", linewidth=0.3, color="#DDDDDD")

@@ -1,0 +1,18 @@
+"""The variants of an experiment, each a change of the configuration."""
+
+from __future__ import annotations
+
+from pydantic import Field, JsonValue
+
+from swesbi.settings import Settings
+
+
+class Variant(Settings):
+    """One choice made otherwise; ``changes`` lie over the configuration as another file would."""
+
+    label: str = Field(min_length=1, description="what figures and tables call it")
+    changes: dict[str, JsonValue] = Field(description="keys of the configuration with their other values")
+    fix_passive_scale: bool = Field(
+        default=False,
+        description="take the passive scale calibrated beforehand, as the paper does, for granted",
+    )

@@ -1,0 +1,46 @@
+"""What the exact posteriors owe to choices that could have been made otherwise; not part of the study."""
+
+SENSITIVITY = CONFIG.sensitivity.experiment
+
+
+rule sensitivity_run:
+    input:
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        noise=f"{RESULTS}/cohort/noise.h5",
+        passives=of_subjects("cohort/{subject}/passive.h5"),
+    output:
+        posteriors=f"{RESULTS}/sensitivity/{{variant}}.h5",
+    log:
+        f"{RESULTS}/logs/sensitivity_run/{{variant}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/sensitivity_run/{{variant}}.tsv"
+    wildcard_constraints:
+        variant="|".join(CONFIG.sensitivity.variants),
+    params:
+        stage=stage("sensitivity_run", experiment=SENSITIVITY),
+    message:
+        "Posteriors under the variant '{wildcards.variant}' (minutes; progress below)"
+    script:
+        "../scripts/sensitivity_run.py"
+
+
+rule sensitivity:
+    input:
+        variants=expand(
+            rules.sensitivity_run.output.posteriors,
+            variant=CONFIG.sensitivity.variants,
+        ),
+    output:
+        table=f"{RESULTS}/tables/sensitivity.csv",
+        figure_pdf=f"{RESULTS}/figures/sensitivity.pdf",
+        figure_png=f"{RESULTS}/figures/sensitivity.png",
+    log:
+        f"{RESULTS}/logs/sensitivity.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/sensitivity.tsv"
+    params:
+        stage=stage("sensitivity", experiment=SENSITIVITY),
+    message:
+        "Table and figure of what each variant changes"
+    script:
+        "../scripts/sensitivity.py"

@@ -1,0 +1,4 @@
+from swesbi.stages import sensitivity
+from swesbi.stages.job import run_job
+
+run_job(snakemake, sensitivity.run)
