@@ -27,12 +27,12 @@ RECORDING = RecordingSettings(
 )
 
 
-def nominal_phase() -> NDArray[np.float64]:
-    return (np.arange(PHASES) + 0.5) / PHASES
+def nominal_phase(phases: int = PHASES) -> NDArray[np.float64]:
+    return (np.arange(phases) + 0.5) / phases
 
 
-def clean_speed() -> NDArray[np.float64]:
-    return 1.2 + 3.0 * np.exp(-0.5 * ((nominal_phase() - 0.4) / 0.12) ** 2)
+def clean_speed(phases: int = PHASES) -> NDArray[np.float64]:
+    return 1.2 + 3.0 * np.exp(-0.5 * ((nominal_phase(phases) - 0.4) / 0.12) ** 2)
 
 
 def make_samples(
@@ -42,17 +42,18 @@ def make_samples(
     seed: int = 0,
     repeats: int = 3,
     per_repeat: int = 12,
+    phases: int = PHASES,
 ) -> Samples:
     """Every phase measured, RR 1000 ms, noise relative to the speed."""
     rng = np.random.default_rng(seed)
-    shape = (PHASES, repeats, per_repeat)
+    shape = (phases, repeats, per_repeat)
     phase, repeat, sample = (axis.ravel() for axis in np.indices(shape))
-    speed = clean_speed() if speed is None else speed
-    common = 1.0 + repeat_sd * rng.standard_normal((PHASES, repeats, 1))
+    speed = clean_speed(phases) if speed is None else speed
+    common = 1.0 + repeat_sd * rng.standard_normal((phases, repeats, 1))
     values = speed[:, None, None] * common * (1.0 + sample_sd * rng.standard_normal(shape))
     return Samples(
         phase_index=phase,
-        trigger_delay_ms=1000.0 * nominal_phase()[phase],
+        trigger_delay_ms=1000.0 * nominal_phase(phases)[phase],
         rr_ms=np.full(phase.shape, 1000.0),
         repeat=repeat,
         sample=sample,

@@ -49,7 +49,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m swesbi validate",
         description="Check a cohort before anything runs on it. Either every problem is listed, with file, "
         "row, column, value and remedy, and the exit code is 2; or a table says for each subject how many "
-        "phases were measured, how many samples were rejected and why, and how large the standard errors are. "
+        "phases were measured, how many samples were rejected and why, and how large standard errors are. "
         "Number of phases, density and limits of quality control are those of `recording` in config.yaml.",
     )
     parser.add_argument("cohort", type=Path, help="folder with subjects.csv, recording.yaml and swe/")

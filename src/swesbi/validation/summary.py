@@ -23,8 +23,8 @@ HEADER: Final = (
     "rejected, by reason",
 )
 LEGEND: Final = (
-    "phases: measured of gated. SE of c_s: standard error of the mean shear-wave speed of a phase, median and\n"
-    "largest. repeats, samples: relative standard deviation between repeats, and between samples of a repeat.\n"
+    "phases: measured of gated. SE of c_s: standard error of a phase's mean shear-wave speed, median and\n"
+    "largest. repeats, samples: relative standard deviation between repeats, and between samples of one.\n"
     "E: apparent Young's modulus of the measured phases, lowest to highest."
 )
 

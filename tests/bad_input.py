@@ -1,0 +1,476 @@
+"""What can be wrong with a cohort, and what is to be said of it: one case each."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+import pandas as pd
+from cohorts import HEADER, ROWS, columns, recording, write_v5, write_v73
+from scipy.io import savemat
+
+FIRST = ROWS["S-1"]
+SPEED = "shear_wave_speed_m_s"
+Break = Callable[[Path], object]
+
+
+class Case(NamedTuple):
+    """How a good cohort is broken, and the message that is due.
+
+    ``ingests`` tells that the fault is none of the subject S-1, whose ingestion may succeed.
+    """
+
+    broken: Break
+    message: str
+    ingests: bool = False
+
+
+def subjects(old: str, new: str) -> Break:
+    """Replace text in subjects.csv."""
+
+    def broken(cohort: Path) -> None:
+        path = cohort / "subjects.csv"
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+
+    return broken
+
+
+def context(column: str, value: str) -> Break:
+    """Set one value of S-1 in subjects.csv."""
+    cells = FIRST.split(",")
+    cells[HEADER.split(",").index(column)] = value
+    return subjects(FIRST, ",".join(cells))
+
+
+def table(change: Callable[[pd.DataFrame], pd.DataFrame]) -> Break:
+    """Change the recording of S-1 as a whole."""
+
+    def broken(cohort: Path) -> None:
+        path = cohort / "swe" / "S-1.csv"
+        change(pd.read_csv(path)).to_csv(path, index=False)
+
+    return broken
+
+
+def scaled(column: str, factor: float) -> Break:
+    return table(lambda frame: frame.assign(**{column: frame[column] * factor}))
+
+
+def modulus(unit_per_kpa: float) -> Break:
+    def change(frame: pd.DataFrame) -> pd.DataFrame:
+        values = 3.0 * frame.pop(SPEED) ** 2 * unit_per_kpa
+        return frame.assign(youngs_modulus_kpa=values)
+
+    return table(change)
+
+
+def cell(column: str, value: str, row: int = 6) -> Break:
+    """Set one cell of the recording of S-1; ``row`` is its line in the file."""
+
+    def broken(cohort: Path) -> None:
+        path = cohort / "swe" / "S-1.csv"
+        lines = path.read_text().splitlines()
+        cells = lines[row - 1].split(",")
+        cells[lines[0].split(",").index(column)] = value
+        lines[row - 1] = ",".join(cells)
+        path.write_text("\n".join(lines) + "\n")
+
+    return broken
+
+
+def content(name: str, raw: bytes) -> Break:
+    return lambda cohort: (cohort / name).write_bytes(raw)
+
+
+def failed(*phases: int) -> Break:
+    """Let every attempt at these phases fail."""
+
+    def change(frame: pd.DataFrame) -> pd.DataFrame:
+        chosen = frame["phase_index"].isin(phases)
+        frame.loc[chosen, SPEED] = np.nan
+        frame.loc[chosen, "status"] = "motion"
+        return frame
+
+    return table(change)
+
+
+def matlab(write: Callable[[Path], object]) -> Break:
+    """Put a .mat file in the place of the recording of S-1."""
+
+    def broken(cohort: Path) -> None:
+        (cohort / "swe" / "S-1.csv").unlink()
+        write(cohort / "swe" / "S-1.mat")
+
+    return broken
+
+
+def truncated(write: Callable[[Path, pd.DataFrame], None], share: float) -> Callable[[Path], object]:
+    def cut(path: Path) -> None:
+        write(path, recording())
+        raw = path.read_bytes()
+        path.write_bytes(raw[: int(share * len(raw))])
+
+    return cut
+
+
+def replaced(make: Callable[[Path], object], name: str = "swe/S-1.csv") -> Break:
+    """Put something else in the place of a file."""
+
+    def broken(cohort: Path) -> None:
+        path = cohort / name
+        outside = cohort.parent / "outside"
+        outside.mkdir()
+        path.rename(outside / path.name)
+        make(path)
+
+    return broken
+
+
+def linked_out(path: Path) -> None:
+    """Lead to the file where ``replaced`` has put it."""
+    cohort = next(parent for parent in path.parents if parent.name == "cohort")
+    path.symlink_to(cohort.parent / "outside" / path.name)
+
+
+def external(path: Path) -> None:
+    write_v73(path, recording())
+    with h5py.File(path, "a") as file:
+        del file["rr_ms"]
+        values = [("/dev/zero", 0, 8 * 720)]
+        file.create_dataset("rr_ms", (1, 720), dtype="f8", external=values)
+
+
+def named_twice(frame: pd.DataFrame) -> pd.DataFrame:
+    return pd.concat([frame, frame["rr_ms"]], axis=1)
+
+
+def phases_kept(number: int) -> Callable[[pd.DataFrame], pd.DataFrame]:
+    return lambda frame: frame[frame["phase_index"] < number]
+
+
+def other_protocol(phases: int) -> Break:
+    return lambda cohort: recording(phases=phases).to_csv(cohort / "swe" / "S-1.csv", index=False)
+
+
+def no_matter(path: Path) -> None:
+    """Leave the place empty."""
+
+
+SUBJECT_TABLE = {
+    "column missing": Case(
+        subjects(",bsa_m2", ",BSA_m2"),
+        "subjects.csv, row 1: lacks the columns bsa_m2; .*'BSA_m2' should be 'bsa_m2'",
+    ),
+    "column twice": Case(subjects("ivsd_cm", "ivsd_cm,sex"), "row 1: names a column twice: sex; rename"),
+    "header only": Case(content("subjects.csv", HEADER.encode()), "subjects.csv: holds no data row; write"),
+    "empty file": Case(content("subjects.csv", b""), r"subjects.csv: is empty|row 1: lacks the columns"),
+    "subject twice": Case(subjects(FIRST, FIRST + "\n" + FIRST), "row 3, column 'subject': 'S-1' repeats"),
+    "subject in two spellings": Case(
+        subjects(FIRST, FIRST + "\n" + FIRST.lower().replace("f", "F", 1)),
+        "row 3.*'s-1' differs .* case only",
+    ),
+    "row too short": Case(subjects(FIRST, FIRST[:-4]), "row 2: has 7 cells, the header has 8; .*complete"),
+    "text in a number": Case(context("hr_bpm", "fast"), "row 2, column 'hr_bpm': 'fast' is not a number"),
+    "NaN": Case(context("lvedv_ml", "NaN"), "row 2, column 'lvedv_ml': 'NaN' is not a number"),
+    "infinite": Case(context("age_years", "inf"), "column 'age_years': 'inf' is not a number"),
+    "empty cell": Case(context("bsa_m2", ""), "column 'bsa_m2': '' is not a number"),
+    "negative": Case(context("bsa_m2", "-1.7"), "column 'bsa_m2': '-1.7' is refused: .*0.1; .*m2"),
+    "BSA in cm2": Case(context("bsa_m2", "17000"), "column 'bsa_m2': '17000' is refused: .*4; .*m2"),
+    "septum in mm": Case(context("ivsd_cm", "8"), "column 'ivsd_cm': '8' is refused: .*3; .*in cm"),
+    "septum in m": Case(context("ivsd_cm", "0.008"), "column 'ivsd_cm': '0.008' is refused: .*0.2; .*cm"),
+    "volume in L": Case(context("lvedv_ml", "0.09"), "column 'lvedv_ml': '0.09' is refused: .*10; .*mL"),
+    "volume ten times": Case(context("lvedv_ml", "900"), "column 'lvedv_ml': '900' is refused: .*500; .*mL"),
+    "volumes a tenth": Case(
+        subjects("90,34", "14,5.4"), r"column 'lvedv_ml': '14' .*over bsa_m2 \(1.7\) is 8.24 mL/m2, expected"
+    ),
+    "end-systolic volume a tenth": Case(
+        context("lvesv_ml", "3.4"),
+        "column 'lvesv_ml': '3.4' .*ejection fraction of 0.96, expected 0.03 to 0.9",
+    ),
+    "volumes swapped": Case(subjects("90,34", "34,90"), "column 'lvesv_ml': '90' .*must be below .*swapped"),
+    "volumes equal": Case(subjects("90,34", "90,90"), "column 'lvesv_ml': '90' .*must be below lvedv_ml"),
+    "heart rate in Hz": Case(
+        context("hr_bpm", "1"), "column 'hr_bpm': '1' is refused: .*30; .*beats per minute"
+    ),
+    "heart rate as RR": Case(context("hr_bpm", "1000"), "column 'hr_bpm': '1000' is refused: .*220; .*beats"),
+    "age in months": Case(
+        context("age_years", "300"), "column 'age_years': '300' is refused: .*120; .*years"
+    ),
+    "sex in words": Case(context("sex", "female"), "column 'sex': 'female' is refused: .*; write F or M"),
+    "sex as a number": Case(context("sex", "1"), "column 'sex': '1' is refused: .*; write F or M"),
+    "sex unknown": Case(context("sex", ""), "column 'sex': '' is refused: .*; write F or M"),
+    "path out of the cohort": Case(
+        context("subject", "../S-1"), r"'subject': '\.\./S-1' is refused.*letters"
+    ),
+    "absolute path": Case(context("subject", "/etc/passwd"), "'subject': '/etc/passwd' is refused.*letters"),
+    "backslash": Case(context("subject", "..\\S-1"), "column 'subject': '.*S-1' is refused.*letters"),
+    "space in a name": Case(context("subject", "S 1"), "column 'subject': 'S 1' is refused.*letters, digits"),
+    "no name": Case(context("subject", ""), "column 'subject': '' is refused.*letters, digits"),
+    "name without end": Case(context("subject", "S" * 300), "column 'subject': 'S{60}...' is refused"),
+    "Latin 1": Case(
+        content("subjects.csv", (HEADER + ",größe\n").encode("latin-1")),
+        r"cannot be read as UTF-8 text \(byte \d+\); save it as CSV in UTF-8",
+    ),
+    "UTF-16": Case(content("subjects.csv", HEADER.encode("utf-16")), "cannot be read as UTF-8 text"),
+    "a workbook": Case(
+        content("subjects.csv", b"PK\x03\x04..."), "is an Excel workbook; save the sheet as 'CSV"
+    ),
+    "no table": Case(
+        lambda cohort: (cohort / "subjects.csv").unlink(), "subjects.csv: no such file; put the"
+    ),
+    "link out of the cohort": Case(
+        replaced(linked_out, "subjects.csv"),
+        "subjects.csv: is reached by a link that leads out of the cohort",
+    ),
+}
+
+SAMPLE_TABLE = {
+    "column missing": Case(
+        table(lambda frame: frame.rename(columns={"rr_ms": "RR_ms"})),
+        "lacks the columns rr_ms; .*'RR_ms' should",
+    ),
+    "column twice": Case(table(named_twice), "S-1.csv, row 1: names a column twice: rr_ms; rename"),
+    "empty file": Case(content("swe/S-1.csv", b""), "S-1.csv: is empty|S-1.csv, row 1: lacks"),
+    "header only": Case(table(lambda frame: frame[:0]), "S-1.csv: holds no data row; write at least one"),
+    "comments only": Case(
+        content("swe/S-1.csv", b"# later\n#\n"), "S-1.csv: is empty; name them in the first"
+    ),
+    "text in a number": Case(cell(SPEED, "1.2 m/s"), f"row 6, column '{SPEED}': '1.2 m/s' is not a number"),
+    "NaN": Case(cell("rr_ms", "NaN"), "row 6, column 'rr_ms': 'NaN' is not a number"),
+    "infinite": Case(cell(SPEED, "-inf"), "row 6, .*'-inf' is not a number"),
+    "negative speed": Case(cell(SPEED, "-1.2"), "'-1.2' is outside .*; give it in m/s"),
+    "negative delay": Case(cell("trigger_delay_ms", "-3"), "'-3' is outside .0, 5000.; give the delay from"),
+    "speed in cm/s": Case(
+        scaled(SPEED, 100.0), f"column '{SPEED}': .* is outside .0.05, 30.; give it in m/s"
+    ),
+    "speed in mm/s": Case(scaled(SPEED, 1000.0), "is outside .0.05, 30.; give it in m/s.*\n.*\n.*"),
+    "speed ten times": Case(
+        table(lambda frame: frame.assign(**{SPEED: frame[SPEED].clip(upper=2.9) * 10.0})),
+        f"column '{SPEED}': the median shear-wave speed is 1.* m/s, expected 0.5 to 10; check the unit",
+    ),
+    "speed a tenth": Case(scaled(SPEED, 0.1), "the median shear-wave speed is 0.1.* m/s, expected 0.5 to 10"),
+    "speed and modulus": Case(
+        table(lambda frame: frame.assign(youngs_modulus_kpa=5.0)),
+        "has both of the columns .*give exactly one",
+    ),
+    "neither of them": Case(
+        table(lambda frame: frame.rename(columns={SPEED: "speed"})),
+        f"has none of the columns {SPEED} and youngs",
+    ),
+    "modulus in Pa": Case(
+        modulus(1000.0), "'youngs_modulus_kpa': .* is outside .0.0075, 2700.; give it in kPa"
+    ),
+    "modulus in MPa": Case(modulus(0.001), "is outside .0.0075, 2700.; give it in kPa"),
+    "modulus a twentieth": Case(modulus(0.05), "the median shear-wave speed is 0..* check the unit"),
+    "RR in s": Case(
+        scaled("rr_ms", 1e-3), "column 'rr_ms': .* is outside .150, 5000.; give the RR interval in"
+    ),
+    "RR in bpm": Case(scaled("rr_ms", 0.06), "column 'rr_ms': '60.0' is outside .150, 5000."),
+    "RR ten times": Case(scaled("rr_ms", 10.0), "column 'rr_ms': '10000.0' is outside .150, 5000."),
+    "delay in s": Case(
+        scaled("trigger_delay_ms", 1e-3), "the longest trigger delay is 0.975 ms, and reaches 0.001"
+    ),
+    "delay a tenth": Case(
+        scaled("trigger_delay_ms", 0.1), "the longest trigger delay is 97.5 ms, .*late diastole"
+    ),
+    "delay in us": Case(
+        scaled("trigger_delay_ms", 1e3), "column 'trigger_delay_ms': .* is outside .0, 5000."
+    ),
+    "delay beyond the cycle": Case(
+        table(lambda frame: frame.assign(trigger_delay_ms=frame["trigger_delay_ms"] * 1.5)),
+        "phase_index 19 lies at 1.46 of its beat .*, after its end; check both columns",
+    ),
+    "another heart rate": Case(
+        subjects("1.7,60", "1.7,95"),
+        r"the median RR interval is 1000 ms \(60 .*\), but hr_bpm of S-1 .* is 95 \(632 ms\), limit",
+    ),
+    "R2 in percent": Case(
+        scaled("fit_r2", 100.0), "column 'fit_r2': .* is outside .-1, 1.; R2 is a fraction"
+    ),
+    "another status": Case(
+        cell("status", "OK"), "row 6, column 'status': 'OK' is none of ok, no_wave, motion"
+    ),
+    "row twice": Case(
+        table(lambda frame: pd.concat([frame, frame[4:5]])),
+        "row 722, column 'sample': '4' repeats the phase_index, repeat, sample of an earlier row; keep one",
+    ),
+    "too many phases missing": Case(
+        failed(1, 4, 7, 10, 13), "25% of the phases are missing, limit 20% .15 of the 20"
+    ),
+    "too long a gap": Case(
+        failed(8, 9, 10), "no phase was measured for 0.200 of the cycle after 0.375, limit"
+    ),
+    "no late diastole": Case(
+        failed(16, 17), "1 phases were measured in late diastole, .0.8, 0.97. .* needs 2"
+    ),
+    "all attempts failed": Case(failed(*range(20)), "no sample is acceptable .no_wave .*; record again"),
+    "fewer phases than configured": Case(
+        other_protocol(12),
+        "its 12 phases fill the cycle, but recording.phases in config.yaml is 20: .*to 12, or",
+    ),
+    "more phases than configured": Case(
+        other_protocol(24),
+        "'phase_index': '20' is outside .0, 19.; this study expects 20 .*set recording.phases",
+    ),
+    "phases counted from 1": Case(
+        table(lambda frame: frame.assign(phase_index=frame["phase_index"] + 1)), "'20' .*from 0, not from 1"
+    ),
+    "phases without rows, in no order": Case(
+        table(lambda frame: frame[frame["phase_index"] != 5].replace({"phase_index": {3: 12, 12: 3}})),
+        "phase_index 5 has no row, and the others do not follow the order of the cycle; add a row",
+    ),
+    "half a phase": Case(
+        cell("phase_index", "1.5"), "row 6, column 'phase_index': '1.5' is not a whole number"
+    ),
+    "two phases in one place": Case(
+        table(lambda frame: frame.assign(trigger_delay_ms=frame["trigger_delay_ms"].replace(125.0, 75.0))),
+        "two phase indices lie at the same phase 0.0750; check trigger_delay_ms",
+    ),
+    "decimal comma and point": Case(
+        lambda cohort: (cohort / "swe" / "S-1.csv").write_text(
+            recording().to_csv(index=False, sep=";").replace("0.95", "0,95", 1)
+        ),
+        "row 2, column 'fit_r2': '0,95' has a comma, while other numbers .*; use one decimal sign throughout",
+    ),
+    "decimal comma between commas": Case(cell(SPEED, '"1,5"'), "'1,5' is not a number; .*decimal point"),
+    "comma in an open cell": Case(
+        cell(SPEED, "1,5"), "S-1.csv, row 6: has 9 cells, the header has 8; .*commas"
+    ),
+    "open quote": Case(
+        cell(SPEED, '"1.5'), "S-1.csv, row .*: has .* cells, the header has 8|cannot be read as"
+    ),
+    "blank line": Case(
+        lambda cohort: (cohort / "swe" / "S-1.csv").write_text(
+            recording().to_csv(index=False).replace("ok", "ok\n", 1)
+        ),
+        "S-1.csv, row 3: has 0 cells, the header has 8; remove blank lines",
+    ),
+    "zero bytes": Case(
+        content("swe/S-1.csv", b"phase_index\0,rr_ms\n"), "S-1.csv: holds zero bytes, so is no text"
+    ),
+    "Latin 1": Case(content("swe/S-1.csv", "größe\n".encode("latin-1")), "cannot be read as UTF-8 text"),
+    "a workbook by its content": Case(
+        content("swe/S-1.csv", b"\xd0\xcf\x11\xe0"), "is an Excel workbook; save"
+    ),
+}
+
+FILES = {
+    "no recording": Case(
+        replaced(no_matter),
+        r"swe: there is no file S-1.csv or S-1.mat; put it there, or take the subject out",
+    ),
+    "a workbook": Case(
+        lambda cohort: (cohort / "swe" / "S-1.csv").rename(cohort / "swe" / "S-1.xlsx"),
+        "S-1.xlsx: is a workbook; save the sheet as 'CSV UTF-8'",
+    ),
+    "two recordings": Case(
+        lambda cohort: write_v5(cohort / "swe" / "S-1.mat", recording()),
+        "S-1.csv: there is S-1.mat beside S-1.csv; keep the one that counts",
+    ),
+    "a folder": Case(replaced(Path.mkdir), "S-1.csv: is no regular file; put the file itself there"),
+    "a pipe": Case(replaced(os.mkfifo), "S-1.csv: is no regular file; put the file itself there"),
+    "link to nowhere": Case(replaced(lambda path: path.symlink_to("nowhere.csv")), "S-1.csv: no such file"),
+    "link to itself": Case(replaced(lambda path: path.symlink_to(path.name)), "S-1.csv: no such file; put"),
+    "link out of the cohort": Case(
+        replaced(linked_out), "S-1.csv: is reached by a link that leads out of the cohort; copy the file"
+    ),
+    "folder linked out of the cohort": Case(
+        replaced(linked_out, "swe"), "S-1.csv: is reached by a link that leads out of the cohort; copy"
+    ),
+    "no cohort": Case(
+        lambda cohort: cohort.rename(cohort.with_name("gone")), "cohort: is no folder; correct|no such file"
+    ),
+}
+
+MATLAB = {
+    "text as .mat": Case(
+        matlab(lambda path: path.write_text("phase_index")), "S-1.mat: cannot be read as a .mat"
+    ),
+    "empty .mat": Case(matlab(Path.touch), "S-1.mat: cannot be read as a .mat file"),
+    "truncated, version 5": Case(
+        matlab(truncated(write_v5, 0.7)), "S-1.mat: cannot be read as a .mat file .*save"
+    ),
+    "truncated, version 7.3": Case(
+        matlab(truncated(write_v73, 0.7)), "S-1.mat: cannot be read as a .mat file"
+    ),
+    "variable missing": Case(
+        matlab(lambda path: write_v5(path, recording().drop(columns="rr_ms"))),
+        "S-1.mat: lacks the columns rr_ms; it has .*; save vectors of these names, or one struct",
+    ),
+    "matrix": Case(
+        matlab(lambda path: savemat(path, columns(recording()) | {"rr_ms": np.ones((20, 36))})),
+        "S-1.mat, column 'rr_ms': is an array of 20 x 36; save one value per attempted sample",
+    ),
+    "lengths differ": Case(
+        matlab(lambda path: savemat(path, columns(recording()) | {"rr_ms": np.ones(9)})),
+        r"its vectors differ in length \(.*rr_ms 9.*; give every attempted sample an element in each",
+    ),
+    "empty vectors": Case(
+        matlab(lambda path: write_v5(path, recording()[:0])), "its vectors are empty; save"
+    ),
+    "complex numbers": Case(
+        matlab(lambda path: savemat(path, columns(recording()) | {SPEED: np.ones(720) * 1j})),
+        f"column '{SPEED}': holds complex128 values; save it as a real vector",
+    ),
+    "a cell of a number": Case(
+        matlab(
+            lambda path: savemat(path, columns(recording()) | {"status": np.array([1.0, "ok"], dtype=object)})
+        ),
+        "column 'status': has a cell that is no text; save texts as a cell array",
+    ),
+    "two structs": Case(
+        matlab(lambda path: savemat(path, {"a": columns(recording()), "b": columns(recording(1))})),
+        r"S-1.mat: holds several recordings \(a, b\); save one struct a file",
+    ),
+    "values in another file": Case(
+        matlab(external), "'rr_ms': keeps its values in another file; save it again"
+    ),
+    "a value out of range": Case(
+        matlab(lambda path: write_v5(path, recording().assign(rr_ms=1.0))),
+        "S-1.mat, element 1, column 'rr_ms': '1' is outside .150, 5000.; give the RR interval in ms",
+    ),
+}
+
+PROTOCOLS = {
+    "no protocol": Case(
+        lambda cohort: (cohort / "recording.yaml").unlink(), "recording.yaml: no such file; put"
+    ),
+    "no origin": Case(
+        content("recording.yaml", b"origin:\n"), "has no text under the key `origin`; say", True
+    ),
+    "no YAML": Case(content("recording.yaml", b"a: [1\n"), "recording.yaml: cannot be read as YAML", True),
+    "impossible date": Case(content("recording.yaml", b"a: 2001-99-99\n"), "cannot be read as YAML", True),
+    "no UTF-8": Case(content("recording.yaml", b"origin: \xff\n"), "cannot be read as YAML", True),
+    "a list": Case(content("recording.yaml", b"- a\n"), "recording.yaml: holds list, expected keys", True),
+    "protocol of one word": Case(
+        content("recording.yaml", b"origin: a\nprotocol: x\n"), "has no keys under `protocol`", True
+    ),
+    "another density": Case(
+        content("recording.yaml", b"origin: a\ndensity_kg_m3: 1060\n"),
+        "density_kg_m3 is 1060, but recording.density_kg_m3 in config.yaml is 1000; correct the one",
+        True,
+    ),
+    "another number of phases": Case(
+        content("recording.yaml", b"origin: a\nprotocol: {phases: 12}\n"),
+        "protocol.phases is 12, but recording.phases in config.yaml is 20; correct the one that is wrong",
+        True,
+    ),
+}
+
+CASES = {
+    f"{part}: {name}": case
+    for part, cases in (
+        ("subjects", SUBJECT_TABLE),
+        ("samples", SAMPLE_TABLE),
+        ("files", FILES),
+        ("matlab", MATLAB),
+        ("protocol", PROTOCOLS),
+    )
+    for name, case in cases.items()
+}

@@ -1,0 +1,135 @@
+"""Whatever is wrong with a cohort is named with its place and remedy; nothing is written."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from bad_input import CASES, Case, cell, context
+from cohorts import snapshot, write_cohort, write_overlay
+
+from swesbi.__main__ import main
+from swesbi.recording import RecordingError, csv_table, read_samples
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(autouse=True)
+def in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cohort without a fault, to be copied."""
+    return write_cohort(tmp_path_factory.mktemp("good") / "cohort")
+
+
+def broken(name: str, good: Path, folder: Path) -> tuple[Case, Path]:
+    """A copy of the good cohort with one fault."""
+    case = CASES[name]
+    cohort = Path(shutil.copytree(good, folder / "cohort"))
+    case.broken(cohort)
+    return case, cohort
+
+
+def shown_by(capsys: pytest.CaptureFixture[str], message: str) -> str:
+    """What was printed on the error stream, after a look at it."""
+    shown = capsys.readouterr().err
+    assert "Traceback" not in shown
+    assert re.search(message, shown), shown
+    return shown
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_validate_says_what_is_wrong(
+    name: str, good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case, cohort = broken(name, good, tmp_path)
+    before = snapshot(tmp_path)
+    assert main(["validate", str(cohort), "--plot", str(tmp_path / "sheets")]) == 2
+    shown_by(capsys, case.message)
+    assert snapshot(tmp_path) == before
+
+
+@pytest.mark.parametrize("name", [name for name, case in CASES.items() if not case.ingests])
+def test_ingestion_refuses_it_and_writes_nothing(
+    name: str, good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case, cohort = broken(name, good, tmp_path)
+    changes = write_overlay(tmp_path / "changes.yaml", cohort)
+    recording = next((path for path in cohort.glob("swe/S-1.*")), cohort / "swe" / "S-1.csv")
+    before = snapshot(tmp_path)
+    files = ["--recording", str(recording), "--observation", str(tmp_path / "results" / "observation.h5")]
+    assert main(["ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 2
+    shown_by(capsys, case.message)
+    assert snapshot(tmp_path) == before
+
+
+def test_all_problems_are_listed_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    context("sex", "x")(cohort)
+    cell("rr_ms", "1", row=7)(cohort)
+    cell("status", "fine", row=9)(cohort)
+    (cohort / "swe" / "s_2x.csv").unlink()
+    (cohort / "recording.yaml").write_text("origin:\n")
+    assert main(["validate", str(cohort)]) == 2
+    shown = shown_by(capsys, "cohort: 5 problems")
+    for place in ("row 2, column 'sex'", "row 7, column 'rr_ms'", "row 9, column 'status'", "s_2x", "origin"):
+        assert place in shown
+
+
+def test_a_fault_of_every_row_is_told_in_a_few_lines(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    CASES["samples: RR in s"].broken(cohort)
+    assert main(["validate", str(cohort)]) == 2
+    shown = shown_by(capsys, "likewise in 715 more rows, the last of them 721: is outside")
+    assert len(shown.splitlines()) == 8
+
+
+def test_a_subject_that_only_the_configuration_knows(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    changes = write_overlay(tmp_path / "changes.yaml", cohort, subjects=["S-1", "Q"])
+    assert main(["validate", str(cohort), "--overlay", str(changes)]) == 2
+    shown_by(capsys, r"config.yaml, column 'subjects': 'Q' is no subject of .*which has S-1, s_2x; correct")
+
+
+@pytest.mark.parametrize("name", ["../../x", "a/b", ""])
+def test_a_path_in_the_configured_subjects(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    changes = write_overlay(tmp_path / "changes.yaml", cohort, subjects=[name])
+    assert main(["validate", str(cohort), "--overlay", str(changes)]) == 2
+    shown_by(capsys, "subjects")
+
+
+def test_an_unreadable_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+
+    def denied(path: Path) -> bytes:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "read_bytes", denied)
+    with pytest.raises(RecordingError, match=r"S-1.csv: cannot be read \(Permission denied\); check"):
+        read_samples(cohort / "swe" / "S-1.csv", 20, 1000.0)
+
+
+def test_a_file_beyond_reason_is_refused_before_it_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    monkeypatch.setattr(csv_table, "MAX_BYTES", 1024)
+    with pytest.raises(RecordingError, match="S-1.csv: has 0 MiB, the limit is 0; keep one row per sample"):
+        read_samples(cohort / "swe" / "S-1.csv", 20, 1000.0)
+
+
+def test_the_cohort_itself_is_good(good: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", str(good)]) == 0
+    assert "2 recordings can be used; origin: synthetic recordings of a test" in capsys.readouterr().out
