@@ -8,6 +8,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+from numpy.typing import NDArray
 
 from swesbi.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.sensitivity.table import BASE
@@ -37,15 +39,23 @@ def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
             _points(axes[0, column], rows, names, "shift_in_widths")
             axes[0, column].axvspan(-0.5, 0.5, color="#EDEDED", zorder=0)
             axes[0, column].set_title(symbol)
-            axes[0, column].set_xlabel("shift of the median (interval widths)")
             _points(axes[1, column], rows, names, "width_ratio")
-            axes[1, column].set_xscale("log", base=2)
-            axes[1, column].axvline(1.0, color=PRIOR, linewidth=0.6)
-            axes[1, column].set_xlabel("interval width over the base's")
+            _ratios(axes[1, column], rows["width_ratio"].to_numpy())
+        axes[0, 1].set_xlabel("shift of the median, in widths of the base's interval (grey: within a half)")
+        axes[1, 1].set_xlabel("width of the interval over the base's")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         title = f"subject ({cohort_title})"
         figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), title=title)
     return figure
+
+
+def _ratios(axes: Axes, ratios: NDArray[np.float64]) -> None:
+    """Show ratios on a logarithmic axis that reaches a factor of two both ways at least."""
+    reach = max(2.0, 1.1 * float(np.exp(np.abs(np.log(ratios)).max())))
+    axes.set_xscale("log", base=2)
+    axes.set_xlim(1.0 / reach, reach)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.axvline(1.0, color=PRIOR, linewidth=0.6)
 
 
 def _points(axes: Axes, rows: pd.DataFrame, names: list[str], column: str) -> None:
