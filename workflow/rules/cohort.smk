@@ -39,3 +39,22 @@ rule passive:
         "Passive baseline of {wildcards.subject}"
     script:
         "../scripts/passive.py"
+
+
+rule noise:
+    """Noise between repeats and between samples, by a mixed model over all recordings."""
+    input:
+        recordings=[str(STUDY.recording(subject)) for subject in SUBJECTS],
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+    output:
+        noise=f"{RESULTS}/cohort/noise.h5",
+    log:
+        f"{RESULTS}/logs/noise.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/noise.tsv"
+    params:
+        stage=stage("noise"),
+    message:
+        "Noise of the measured speeds, from the repeats of the cohort"
+    script:
+        "../scripts/noise.py"

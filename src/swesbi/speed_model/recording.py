@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.recording import Observation
+from swesbi.noise import relative_se
+from swesbi.recording import NoiseComponents, Observation
 
 FloatArray = NDArray[np.float64]
 
@@ -35,13 +36,19 @@ class SpeedRecording:
         return self.context.subject
 
 
-def measured_speeds(observation: Observation) -> SpeedRecording:
-    """Return the measured phases of an observed curve with their speeds and standard errors."""
+def measured_speeds(observation: Observation, noise: NoiseComponents | None = None) -> SpeedRecording:
+    """Return the measured phases of an observed curve with their speeds and standard errors.
+
+    Args:
+        observation: The observed curve.
+        noise: Components of the cohort, from which the standard errors follow by the recording's own
+            numbers of repeats and samples; without them, those of the recording itself.
+    """
     measured = observation.measured
-    speed = observation.speed_m_s[measured]
+    components = observation.noise if noise is None else noise
     return SpeedRecording(
         context=observation.context,
         phase=observation.phase[measured],
-        speed_m_s=speed,
-        relative_se=observation.speed_se_m_s[measured] / speed,
+        speed_m_s=observation.speed_m_s[measured],
+        relative_se=relative_se(observation.samples_by_repeat[measured], components),
     )

@@ -1,0 +1,135 @@
+"""Variance components of a nested design by restricted maximum likelihood (REML).
+
+The log speed of sample j of repeat r in cell i (one phase of one subject) is
+
+    y_irj = mu_i + u_ir + e_irj,    u_ir ~ N(0, s_rep^2),    e_irj ~ N(0, s_sam^2),
+
+a mixed model with fixed cells, random repeats and any numbers of repeats and samples. Since repeats lie
+within cells, the restricted likelihood (Patterson and Thompson 1971, Biometrika 58:545) falls apart into
+sums over repeats and cells, and needs no matrix: a library's general solver holds one column a cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+from scipy.stats import chi2
+
+from swesbi.noise.levels import RepeatLevels
+
+LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement
+SMALLEST_SD: Final = 1e-4
+TOLERANCE: Final = 1e-6
+STEP: Final = 0.02  # relative, of the second difference behind the standard error
+
+
+@dataclass(frozen=True)
+class ComponentEstimate:
+    """One variance component as a relative standard deviation of the speed.
+
+    Attributes:
+        fraction: The REML estimate.
+        standard_error: From the curvature of the profile likelihood; NaN where the estimate is zero.
+        low: Lower limit of the profile-likelihood interval; 0 where zero is within it.
+        high: Upper limit.
+    """
+
+    fraction: float
+    standard_error: float
+    low: float
+    high: float
+
+
+def log_restricted_likelihood(levels: RepeatLevels, repeat_sd: float, sample_sd: float) -> float:
+    """Return the restricted log likelihood, but for a constant.
+
+    With v_r = s_rep^2 + s_sam^2 / n_r the variance of a repeat mean and w_r = 1 / v_r, it is
+
+        -1/2 [(N - R) log s_sam^2 + S / s_sam^2 + sum_r log v_r + sum_i log sum_{r in i} w_r
+              + sum_r w_r (m_r - m_i)^2]
+
+    where S is the scatter within repeats, m_r the repeat means and m_i their weighted mean in the cell.
+
+    Args:
+        levels: R repeats with N samples.
+        repeat_sd: s_rep.
+        sample_sd: s_sam, above zero.
+    """
+    weight = 1.0 / (repeat_sd**2 + sample_sd**2 / levels.size)
+    of_cell = np.bincount(levels.cell, weight)
+    centre = np.bincount(levels.cell, weight * levels.mean) / of_cell
+    between = float((weight * (levels.mean - centre[levels.cell]) ** 2).sum())
+    within = (levels.samples - levels.repeats) * np.log(sample_sd**2) + levels.scatter.sum() / sample_sd**2
+    return -0.5 * float(within - np.log(weight).sum() + np.log(of_cell).sum() + between)
+
+
+def fit_components(
+    levels: RepeatLevels, interval: float
+) -> tuple[ComponentEstimate, ComponentEstimate, float]:
+    """Fit both components; return those of repeats and of samples, and the maximum of the likelihood.
+
+    Args:
+        levels: Repeats of any number of recordings.
+        interval: Mass of the intervals.
+
+    Raises:
+        ValueError: No phase has two repeats, or no repeat two samples: a component cannot be told.
+    """
+    _check(levels)
+
+    def given_repeat(repeat_sd: float) -> float:
+        return _highest(lambda sample_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
+
+    def given_sample(sample_sd: float) -> float:
+        return _highest(lambda repeat_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
+
+    repeat_sd, top = _highest(given_repeat)
+    sample_sd, _ = _highest(given_sample)
+    if given_repeat(0.0) >= top:
+        repeat_sd, top = 0.0, given_repeat(0.0)
+    drop = 0.5 * float(chi2.ppf(interval, 1))
+    return _estimate(given_repeat, repeat_sd, drop), _estimate(given_sample, sample_sd, drop), top
+
+
+def _check(levels: RepeatLevels) -> None:
+    if levels.repeats <= levels.cells:
+        raise ValueError("no phase was measured twice: the noise between repeats cannot be told")
+    if levels.samples <= levels.repeats:
+        raise ValueError("no repeat has two accepted samples: the noise between samples cannot be told")
+    if not levels.scatter.sum() > 0:
+        raise ValueError("all samples of a repeat are equal: the recordings hold no noise to estimate")
+
+
+def _highest(function: Callable[[float], float]) -> tuple[float, float]:
+    """Return where a function of a standard deviation is highest, and how high; searched in the log."""
+    found = minimize_scalar(
+        lambda x: -function(float(np.exp(x))),
+        bounds=(np.log(SMALLEST_SD), np.log(LARGEST_SD)),
+        method="bounded",
+        options={"xatol": TOLERANCE},
+    )
+    return float(np.exp(found.x)), float(-found.fun)
+
+
+def _estimate(profile: Callable[[float], float], at: float, drop: float) -> ComponentEstimate:
+    """Return the interval in which a profile likelihood lies at most ``drop`` below its maximum."""
+    top = profile(at)
+
+    def above(sd: float) -> float:
+        return profile(sd) - top + drop
+
+    low = brentq(above, SMALLEST_SD, at) if at > SMALLEST_SD and above(SMALLEST_SD) < 0 else 0.0
+    high = brentq(above, max(at, SMALLEST_SD), LARGEST_SD)
+    return ComponentEstimate(at, _standard_error(profile, at, top), float(low), float(high))
+
+
+def _standard_error(profile: Callable[[float], float], at: float, top: float) -> float:
+    if at <= SMALLEST_SD:
+        return float("nan")
+    step = STEP * at
+    curvature = (2.0 * top - profile(at + step) - profile(at - step)) / step**2
+    return float(1.0 / np.sqrt(curvature)) if curvature > 0 else float("nan")

@@ -1,0 +1,78 @@
+"""Stage: the variance components of the measured speeds, from the raw recordings of the whole cohort."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+from swesbi.artefacts import ArtefactError, save
+from swesbi.noise import CohortNoise, RepeatLevels, fit_noise, repeat_levels
+from swesbi.noise.dataset import KIND, to_dataset
+from swesbi.noise.settings import NoiseSettings
+from swesbi.recording import Observation, RecordingSettings, read_samples
+from swesbi.recording.dataset import read_observation
+from swesbi.recording.quality import ACCEPTED, rejection
+from swesbi.settings import Settings
+from swesbi.stages.origin import Origin
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class NoiseStageSettings(Settings):
+    """What the components depend on beside the recordings: which samples are accepted, and the interval."""
+
+    recording: RecordingSettings
+    noise: NoiseSettings
+
+
+def run(
+    *,
+    recordings: Sequence[Path],
+    observations: Sequence[Path],
+    noise: Path,
+    settings: NoiseStageSettings,
+    origin: Origin,
+) -> None:
+    """Fit the mixed model to the accepted samples of all recordings.
+
+    Args:
+        recordings: Raw recordings, one a subject.
+        observations: Their observed curves, in the same order; they name the subjects.
+        noise: Output.
+        settings: Quality control, as at ingestion.
+        origin: Whose work this is.
+
+    Raises:
+        ArtefactError: An observed curve was not made of its recording under these settings.
+        ValueError: A component cannot be told from the recordings.
+    """
+    levels: dict[str, RepeatLevels] = {}
+    for recording, path in zip(recordings, observations, strict=True):
+        observation = read_observation(path)
+        levels[observation.subject] = _levels(recording, observation, settings.recording)
+    found = fit_noise(levels, settings.noise.interval)
+    save(noise, to_dataset(found), origin.provenance(KIND, settings))
+    LOGGER.info("%s", _account(found))
+
+
+def _levels(recording: Path, observation: Observation, settings: RecordingSettings) -> RepeatLevels:
+    samples = read_samples(recording, settings.phases, settings.density_kg_m3)
+    accepted = rejection(samples, settings) == ACCEPTED
+    if int(accepted.sum()) != int(observation.samples_accepted.sum()):
+        raise ArtefactError(
+            f"{recording}: {int(accepted.sum())} samples are accepted, but the observed curve of subject "
+            f"{observation.subject} has {int(observation.samples_accepted.sum())}; delete the curve and rerun"
+        )
+    return repeat_levels(samples, accepted)
+
+
+def _account(noise: CohortNoise) -> str:
+    parts = [
+        f"{part.fraction:.2%} between {name} ({part.low:.2%} to {part.high:.2%})"
+        for name, part in (("repeats", noise.pooled.repeat), ("samples", noise.pooled.sample))
+    ]
+    return (
+        f"noise of {len(noise.by_subject)} recordings: {', '.join(parts)}; the same in all: p = "
+        f"{noise.homogeneity_p:.2g}"
+    )

@@ -1,0 +1,217 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from recordings import CONTEXT, RECORDING, make_samples
+from statsmodels.regression.mixed_linear_model import MixedLM
+
+from swesbi.artefacts import ArtefactError, save
+from swesbi.noise import RepeatLevels, fit_noise, relative_se, repeat_levels
+from swesbi.noise.components import fit_components, log_restricted_likelihood
+from swesbi.noise.dataset import KIND, read_noise, to_dataset
+from swesbi.noise.levels import joined
+from swesbi.noise.settings import NoiseSettings
+from swesbi.recording import NoiseComponents, Samples, ingest
+from swesbi.recording.dataset import to_datasets
+from swesbi.recording.quality import ACCEPTED, rejection
+from swesbi.seeds import generator
+from swesbi.speed_model.recording import measured_speeds
+from swesbi.stages import noise as stage
+from swesbi.stages.origin import Origin
+from swesbi.virtual_cohort import ACQUISITION, VOLUNTEERS, acquire, true_curve
+
+TRUE = NoiseComponents(ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction)
+SETTINGS = stage.NoiseStageSettings(recording=RECORDING, noise=NoiseSettings(interval=0.9))
+
+
+def levels_of(samples: Samples) -> RepeatLevels:
+    return repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)
+
+
+def unbalanced(
+    repeat_sd: float, sample_sd: float, seed: int, cells: int = 60
+) -> tuple[RepeatLevels, NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+    """Two to four repeats a cell of 1 to 14 samples: levels, log speeds, and the cell and repeat of each."""
+    rng = np.random.default_rng(seed)
+    cell = np.repeat(np.arange(cells), rng.integers(2, 5, cells))
+    size = rng.integers(1, 15, cell.size)
+    repeat = np.repeat(np.arange(cell.size), size)
+    values = 0.3 * np.sin(cell[repeat]) + (repeat_sd * rng.standard_normal(cell.size))[repeat]
+    values = values + sample_sd * rng.standard_normal(repeat.size)
+    mean = np.bincount(repeat, values) / size
+    scatter = np.bincount(repeat, (values - mean[repeat]) ** 2)
+    return RepeatLevels(cell, size, mean, scatter), values, cell[repeat], repeat
+
+
+@pytest.mark.filterwarnings("ignore:The MLE may be on the boundary")
+@pytest.mark.parametrize("repeat_sd", [0.04, 0.10])
+def test_the_fit_is_that_of_a_general_mixed_model(repeat_sd: float) -> None:
+    levels, values, cell, repeat = unbalanced(repeat_sd, 0.08, seed=3)
+    general = MixedLM(values, np.eye(levels.cells)[cell], groups=repeat).fit(reml=True)
+    found = fit_noise({"X": levels}).pooled
+    assert found.repeat.fraction == pytest.approx(float(np.sqrt(general.cov_re[0, 0])), rel=2e-4)
+    assert found.sample.fraction == pytest.approx(float(np.sqrt(general.scale)), rel=2e-5)
+    assert (found.repeats, found.samples) == (levels.repeats, levels.samples)
+
+
+def test_the_likelihood_is_that_of_the_whole_covariance_matrix() -> None:
+    levels, values, cell, repeat = unbalanced(0.05, 0.08, seed=4, cells=6)
+
+    def dense(repeat_sd: float, sample_sd: float) -> float:
+        covariance = repeat_sd**2 * (repeat[:, None] == repeat) + sample_sd**2 * np.eye(values.size)
+        design, inverse = np.eye(levels.cells)[cell], np.linalg.inv(covariance)
+        information = design.T @ inverse @ design
+        residual = values - design @ np.linalg.solve(information, design.T @ inverse @ values)
+        determinants = np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(information)[1]
+        return float(-0.5 * (determinants + residual @ inverse @ residual))
+
+    pairs = [(0.0, 0.1), (0.04, 0.08), (0.1, 0.05)]
+    ours = np.array([log_restricted_likelihood(levels, *pair) for pair in pairs])
+    np.testing.assert_allclose(np.diff(ours), np.diff([dense(*pair) for pair in pairs]), rtol=1e-9)
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
+    held = np.zeros(2)
+    ratios, count = [], 200
+    for seed in range(count):
+        repeat, sample, _ = fit_components(unbalanced(0.04, 0.08, seed)[0], 0.9)
+        parts = ((repeat, 0.04), (sample, 0.08))
+        held += [part.low <= truth <= part.high for part, truth in parts]
+        ratios.append([(part.fraction - truth) / part.standard_error for part, truth in parts])
+    assert np.abs(held / count - 0.9).max() < 0.064  # three binomial standard errors
+    assert np.abs(np.mean(ratios, axis=0)).max() < 0.2
+    assert np.abs(np.std(ratios, axis=0) - 1.0).max() < 0.15
+
+
+@pytest.mark.parametrize("sample_sd", [0.08, 0.05])
+def test_components_are_recovered_from_recordings(sample_sd: float) -> None:
+    """Failures, outliers, missing phases, beats of different RR on steep slopes: counts are unbalanced."""
+    recordings = {}
+    for seed in range(4):
+        for volunteer in VOLUNTEERS:
+            protocol = volunteer.acquisition.model_copy(
+                update={"sample_sd_fraction": sample_sd, "failed_fraction": 0.3}
+            )
+            rng = generator(seed, "test", "noise", volunteer.context.subject)
+            samples = acquire(true_curve(volunteer), volunteer.context, protocol, rng)
+            recordings[f"{volunteer.context.subject}{seed}"] = levels_of(samples)
+    found = fit_noise(recordings)
+    assert found.pooled.repeat.low <= 0.04 <= found.pooled.repeat.high
+    assert found.pooled.sample.low <= sample_sd <= found.pooled.sample.high
+    assert found.pooled.repeat.high - found.pooled.repeat.low < 0.006
+    assert found.homogeneity_p > 0.01
+    sizes = joined(tuple(recordings.values())).size
+    assert sizes.max() - sizes.min() >= 7
+
+
+def test_recordings_of_unequal_noise_are_told_apart() -> None:
+    noises = {"X": 0.03, "Y": 0.03, "Z": 0.12}
+    recordings = {
+        name: levels_of(make_samples(repeat_sd=noise, sample_sd=0.08, seed=5))
+        for name, noise in noises.items()
+    }
+    found = fit_noise(recordings)
+    assert found.homogeneity_p < 1e-3
+    assert found.by_subject["Z"].repeat.low > found.by_subject["X"].repeat.high
+
+
+def test_no_noise_between_repeats_has_an_interval_from_zero() -> None:
+    found = fit_noise({"X": unbalanced(0.0, 0.08, seed=11)[0]}).pooled.repeat
+    assert found.low == 0.0
+    assert found.fraction <= found.high < 0.03
+
+
+@pytest.mark.parametrize(
+    ("levels", "what"),
+    [
+        (RepeatLevels(np.arange(3), np.full(3, 9), np.zeros(3), np.ones(3)), "between repeats"),
+        (RepeatLevels(np.array([0, 0]), np.array([1, 1]), np.zeros(2), np.zeros(2)), "between samples"),
+        (RepeatLevels(np.array([0, 0]), np.array([5, 5]), np.zeros(2), np.zeros(2)), "no noise"),
+    ],
+)
+def test_recordings_that_cannot_tell_a_component_are_refused(levels: RepeatLevels, what: str) -> None:
+    with pytest.raises(ValueError, match=f"^X: .*{what}"):
+        fit_noise({"X": levels})
+
+
+def test_the_standard_error_is_that_of_a_mean_of_repeat_means() -> None:
+    counts = np.array([[12, 12, 12], [12, 3, 0], [0, 0, 0]])
+    errors = relative_se(counts, TRUE)
+    balanced = np.sqrt((0.04**2 + 0.08**2 / 12) / 3)
+    unequal = np.sqrt((0.04**2 + 0.08**2 / 12) + (0.04**2 + 0.08**2 / 3)) / 2
+    np.testing.assert_allclose(errors, [balanced, unequal, np.nan])
+
+
+def test_the_standard_error_is_the_scatter_of_recordings() -> None:
+    speeds, errors = [], []
+    for seed in range(100):
+        observed = ingest(make_samples(repeat_sd=0.04, sample_sd=0.08, seed=seed), CONTEXT, RECORDING, 100)
+        speeds.append(observed.speed_m_s)
+        errors.append(measured_speeds(observed, TRUE).relative_se)
+    scatter = np.std(np.log(speeds), axis=0).mean()
+    assert scatter / np.mean(errors) == pytest.approx(1.0, abs=0.06)
+
+
+def test_a_recording_uses_its_own_components_or_those_of_the_cohort() -> None:
+    observed = ingest(make_samples(repeat_sd=0.02, sample_sd=0.05, seed=2), CONTEXT, RECORDING, 100)
+    own = measured_speeds(observed)
+    np.testing.assert_allclose(own.relative_se, observed.speed_se_m_s / observed.speed_m_s, rtol=1e-12)
+    doubled = NoiseComponents(2 * observed.noise.repeat_fraction, 2 * observed.noise.sample_fraction)
+    np.testing.assert_allclose(measured_speeds(observed, doubled).relative_se, 2 * own.relative_se)
+
+
+def write_inputs(folder: Path) -> tuple[list[Path], list[Path]]:
+    recordings, observations = [], []
+    for seed, name in enumerate("PQ"):
+        samples = make_samples(repeat_sd=0.04, sample_sd=0.08, seed=seed)
+        observed = ingest(samples, replace(CONTEXT, subject=name), RECORDING, 100)
+        recordings.append(folder / f"{name}.csv")
+        observations.append(folder / f"{name}.h5")
+        samples.frame().to_csv(recordings[-1], index=False)
+        save(
+            observations[-1], to_datasets(observed), Origin(1, name, "c").provenance("observation", RECORDING)
+        )
+    return recordings, observations
+
+
+def test_the_stage_writes_what_the_fit_found(tmp_path: Path) -> None:
+    recordings, observations = write_inputs(tmp_path)
+    target = tmp_path / "noise.h5"
+    stage.run(
+        recordings=recordings,
+        observations=observations,
+        noise=target,
+        settings=SETTINGS,
+        origin=Origin(1, "", "c"),
+    )
+    expected = fit_noise(
+        {n: levels_of(make_samples(repeat_sd=0.04, sample_sd=0.08, seed=s)) for s, n in enumerate("PQ")}
+    )
+    found = read_noise(target)
+    assert found == expected
+    assert list(found.by_subject) == ["P", "Q"]
+
+
+def test_curves_of_other_recordings_are_refused(tmp_path: Path) -> None:
+    recordings, observations = write_inputs(tmp_path)
+    with pytest.raises(ArtefactError, match=r"Q\.csv.*subject P"):
+        stage.run(
+            recordings=recordings[::-1],
+            observations=observations,
+            noise=tmp_path / "noise.h5",
+            settings=SETTINGS,
+            origin=Origin(1, "", "c"),
+        )
+
+
+def test_one_recording_has_no_test_of_homogeneity(tmp_path: Path) -> None:
+    noise = fit_noise({"X": unbalanced(0.04, 0.08, seed=1)[0]})
+    assert np.isnan(noise.homogeneity_p)
+    save(tmp_path / "noise.h5", to_dataset(noise), Origin(1, "", "c").provenance(KIND, SETTINGS))
+    again = read_noise(tmp_path / "noise.h5")
+    assert again.pooled == noise.pooled
+    assert again.components == NoiseComponents(noise.repeat_fraction, noise.sample_fraction)
