@@ -25,6 +25,30 @@ rule predictive:
         "../scripts/predictive.py"
 
 
+rule predictive_speeds:
+    """New recordings under prior and exact posterior, noise and discrepancy included."""
+    input:
+        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+        support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+        observation=rules.ingest.output.observation,
+        noise=rules.noise.output.noise,
+        shards=shards_of_subject,
+    output:
+        predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
+    log:
+        f"{RESULTS}/logs/predictive_speeds/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/predictive_speeds/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("predictive_speeds"),
+    message:
+        "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
+    script:
+        "../scripts/predictive_speeds.py"
+
+
 rule cmaes:
     input:
         observation=rules.ingest.output.observation,

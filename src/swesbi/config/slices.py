@@ -145,6 +145,11 @@ def _sensitivity(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return _figure(study, wildcards) | {"interval": interval, "labels": labels}
 
 
+def _predictive_speeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    own = _of_experiment(study, wildcards, "summary", "predictive")
+    return own | {"model": _speed_model(study, wildcards)}
+
+
 def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     config = study.config
     own = {"search": config.cmaes.search.to_plain(), "prior": config.priors[config.cmaes.prior].to_plain()}
@@ -261,6 +266,7 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "train_flow": _train_flow,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,
+    "predictive_speeds": _predictive_speeds,
     "cmaes": _cmaes,
     "ppc_figure": _figure,
     "posterior_figure": _figure_with_prior,
@@ -273,5 +279,5 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "report": _report,
 }
 STAGES: Final = tuple(_SLICES)
-SPEED_STAGES: Final = ("speed_pool", "train_flow")
+SPEED_STAGES: Final = ("speed_pool", "train_flow", "predictive_speeds")
 """The stages of experiments of kind `speeds`; those that name an experiment and are not here: `features`."""

@@ -32,7 +32,7 @@ def make_target(
         FeatureError: A name is no feature of the summary.
     """
     observation = model.observation
-    columns = _columns(feature_names, summary)
+    columns = feature_columns(feature_names, summary)
     sd = noise_sd(summary_names(summary), observation_model.feature_noise_sd)
     return Target(
         grid=observation.grid,
@@ -92,7 +92,7 @@ def _measure(
         theta=theta,
         curve_kpa=curves,
         phase_kpa=model.at_phases(*cycles),
-        features=summarise(curves, summary)[:, _columns(feature_names, summary)],
+        features=summarise(curves, summary)[:, feature_columns(feature_names, summary)],
         end_diastolic_volume_ml=volumes_ml[0],
         end_systolic_volume_ml=volumes_ml[1],
         attained_stiffness_kpa=attained_stiffness_kpa(theta, model.activation_duration_s),
@@ -122,7 +122,12 @@ def _no_draws(model: SubjectModel, features: int, failed: int = 0) -> Draws:
     )
 
 
-def _columns(feature_names: tuple[str, ...], summary: SummarySettings) -> list[int]:
+def feature_columns(feature_names: tuple[str, ...], summary: SummarySettings) -> list[int]:
+    """Return where the named features stand in the summary.
+
+    Raises:
+        FeatureError: A name is no feature of the summary.
+    """
     names = summary_names(summary)
     if unknown := [name for name in feature_names if name not in names]:
         raise FeatureError(

@@ -7,11 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.context import Context
 from swesbi.forward_model import Beats, ForwardModelSettings, Status, simulate
 from swesbi.observation import MeasurementSettings, PassiveBaseline, total_at_phases, total_curves
 from swesbi.recording import Observation
 
 FloatArray = NDArray[np.float64]
+
+
+def activation_duration_s(context: Context, settings: ForwardModelSettings) -> float:
+    """Return the duration D_T of activation at a heart rate, scaled as the square root of the period."""
+    ratio = context.period_s / settings.activation_reference_period_s
+    return float(settings.activation_duration_s * np.sqrt(ratio))
 
 
 @dataclass(frozen=True)
@@ -25,10 +32,8 @@ class SubjectModel:
 
     @property
     def activation_duration_s(self) -> float:
-        """Duration D_T of activation at the subject's heart rate, scaled as the square root of the period."""
-        settings = self.forward_model
-        ratio = self.observation.context.period_s / settings.activation_reference_period_s
-        return float(settings.activation_duration_s * np.sqrt(ratio))
+        """Duration D_T of activation at the subject's heart rate."""
+        return activation_duration_s(self.observation.context, self.forward_model)
 
     def simulate(self, theta: FloatArray) -> Beats:
         """Simulate theta of shape (n, 3) in the subject's context; failed rows hold NaN."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -99,15 +99,15 @@ def diagnose(
 
 
 def read_support(path: Path) -> Support:
-    """Read ``support.json``.
+    """Read ``support.json``; what an experiment adds to it is left alone.
 
     Raises:
         ArtefactError: The file is missing or not such a file.
     """
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
-        plain.pop("acceptance")
-        return Support(**{**plain, "reasons": tuple(plain["reasons"])})
+        named = {field.name: plain[field.name] for field in fields(Support)}
+        return Support(**{**named, "reasons": tuple(plain["reasons"])})
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ArtefactError(f"{path}: cannot be read as support diagnostics ({error}); delete it") from error
 

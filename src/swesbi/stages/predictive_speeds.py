@@ -1,0 +1,107 @@
+"""Stage: the prior and posterior predictive checks of one subject in an experiment on speeds."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from swesbi.artefacts import ArtefactError, save
+from swesbi.evaluation.exact_result import read_exact_result
+from swesbi.evaluation.new_recordings import (
+    Recorder,
+    feature_noise_sd,
+    make_target,
+    posterior_recordings,
+    prior_recordings,
+)
+from swesbi.evaluation.noisy_predictive import predict_recordings, withheld
+from swesbi.evaluation.predictive import PredictiveCheck
+from swesbi.evaluation.predictive_dataset import KIND, to_datasets
+from swesbi.evaluation.settings import PredictiveSettings
+from swesbi.evaluation.verdict import read_verdict
+from swesbi.observation import SummarySettings
+from swesbi.recording.dataset import read_observation
+from swesbi.seeds import generator
+from swesbi.settings import Settings
+from swesbi.simulations.dataset import read_simulations
+from swesbi.speed_model.model import SpeedModelSettings
+from swesbi.speed_model.subjects import read_speed_model
+from swesbi.stages.origin import Origin
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class PredictiveSpeedsStageSettings(Settings):
+    """What a predictive check depends on."""
+
+    model: SpeedModelSettings
+    summary: SummarySettings
+    predictive: PredictiveSettings
+
+
+def run(
+    *,
+    posterior: Path,
+    support: Path,
+    observation: Path,
+    noise: Path,
+    shards: Sequence[Path],
+    predictive: Path,
+    settings: PredictiveSpeedsStageSettings,
+    origin: Origin,
+) -> None:
+    """Write the predictive checks of one subject.
+
+    New recordings are drawn under the whole observation model: measurement noise and discrepancy. An
+    unsupported subject keeps its predictive curves, which show what the model cannot do, but has no scores.
+
+    Raises:
+        ArtefactError: Every posterior draw failed in the simulator, or a file cannot be read.
+    """
+    recorder = Recorder(
+        read_speed_model(observation, noise, settings.model),
+        read_observation(observation),
+        settings.predictive.features,
+        settings.summary,
+    )
+    number, interval = settings.predictive.draws, settings.predictive.interval
+    answered = read_verdict(support).answered
+    phi = read_exact_result(posterior).phi[:number]
+    prior = prior_recordings(read_simulations(shards), number, recorder, _stream(origin, "prior"))
+    after = posterior_recordings(phi, recorder, _stream(origin, "posterior"))
+    if not len(after.draws.theta):
+        raise ArtefactError(f"{posterior}: none of {len(phi)} draws can be simulated; delete it and rerun")
+    target = make_target(recorder, feature_noise_sd(after))
+    found = predict_recordings(after, target, interval)
+    check = PredictiveCheck(
+        target=target,
+        interval=interval,
+        supported=answered,
+        prior=predict_recordings(prior, target, interval),
+        posterior=found if answered else withheld(found),
+    )
+    save(predictive, to_datasets(check), origin.provenance(KIND, settings))
+    _log(origin.subject, check)
+
+
+def _stream(origin: Origin, name: str) -> np.random.Generator:
+    return generator(origin.seed, "predictive speeds", origin.subject, name)
+
+
+def _log(subject: str, check: PredictiveCheck) -> None:
+    prior, posterior = check.prior.scores, check.posterior.scores
+    if not check.supported:
+        LOGGER.info("subject %s: unsupported, no scores; prior RMSE %.2f kPa", subject, prior.rmse_kpa)
+        return
+    LOGGER.info(
+        "subject %s: RMSE %.2f -> %.2f kPa, R2 %.3f, coverage %.2f of the grid, %.2f of the phases",
+        subject,
+        prior.rmse_kpa,
+        posterior.rmse_kpa,
+        posterior.r2,
+        posterior.coverage,
+        check.posterior.phase_scores.coverage,
+    )
