@@ -416,7 +416,7 @@ MATLAB = {
     ),
     "complex numbers": Case(
         matlab(lambda path: savemat(path, columns(recording()) | {SPEED: np.ones(720) * 1j})),
-        f"column '{SPEED}': holds complex128 values; save it as a real vector",
+        f"column '{SPEED}': is complex; save it as a real vector",
     ),
     "a cell of a number": Case(
         matlab(

@@ -1,29 +1,26 @@
-"""MATLAB files of versions 4 to 7, through SciPy."""
+"""Recordings in MATLAB files of versions 5 to 7."""
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.io import loadmat
-from scipy.io.matlab import MatlabFunction, MatlabObject, MatlabOpaque
 
+from swesbi.recording import mat_elements as mat
+from swesbi.recording.mat_elements import Matrix, damaged, read_variables
 from swesbi.recording.mat_values import (
-    DAMAGED,
     NO_TABLE,
-    SAVE_AGAIN,
+    NUMBERS,
+    TEXTS,
     MatValueError,
     Vector,
+    check_shape,
     choose,
-    numbers,
-    vector,
 )
 
-OBJECTS: Final = (MatlabOpaque, MatlabObject, MatlabFunction)
+OBJECTS: Final = frozenset({mat.OBJECT, mat.FUNCTION, mat.OPAQUE})
 
 
 def read_mat_v5(path: Path, names: Sequence[str]) -> dict[str, Vector]:
@@ -32,48 +29,69 @@ def read_mat_v5(path: Path, names: Sequence[str]) -> dict[str, Vector]:
     Raises:
         MatValueError: The file is damaged, or a variable is neither numbers nor texts.
     """
-    variables = _load(path)
-    structs = {name: value for name, value in variables.items() if value.dtype.names and value.size == 1}
-    fields = {name: tuple(value.dtype.names or ()) for name, value in structs.items()} | {
-        "": tuple(variables)
+    variables = {matrix.name: matrix for matrix in read_variables(path)}
+    structs = {
+        name: _fields(matrix)
+        for name, matrix in variables.items()
+        if matrix.kind == mat.STRUCT and matrix.size == 1
     }
-    chosen = choose(structs, fields, names)
-    if chosen is not None:
-        variables = {name: chosen.ravel()[0][name] for name in chosen.dtype.names or ()}
-    found = {name: _vector(name, variables[name]) for name in names if name in variables}
-    if not found and any(isinstance(value, OBJECTS) for value in variables.values()):
+    fields = {name: tuple(members) for name, members in structs.items()} | {"": tuple(variables)}
+    members = choose(structs, fields, names) or variables
+    found = {name: _vector(name, members[name]) for name in names if name in members}
+    if not found and any(matrix.kind in OBJECTS for matrix in variables.values()):
         raise MatValueError(None, "holds a table or another MATLAB object", NO_TABLE)
     return found
 
 
-def _load(path: Path) -> dict[str, NDArray[Any]]:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            variables = loadmat(path, appendmat=False)
-    # SciPy's reader has no error of its own: what a damaged file raises is an accident of where the damage is
-    except Exception as error:
-        raise MatValueError(None, f"{DAMAGED} ({type(error).__name__}: {error})", SAVE_AGAIN) from error
-    return {name: np.asanyarray(value) for name, value in variables.items() if not str(name).startswith("__")}
+def _fields(matrix: Matrix) -> Mapping[str, Matrix]:
+    """Return the members of a struct: after its dimensions come the width of a name, and all names."""
+    if len(matrix.parts) < 2:
+        raise damaged(f"the struct {matrix.name} without names")
+    width, text = mat.integers(matrix.parts[0], matrix.order), matrix.parts[1][1]
+    if len(width) != 1 or width[0] < 1:
+        raise damaged(f"the struct {matrix.name} with names of no width")
+    names = [
+        text[start : start + width[0]].split(b"\0")[0].decode("latin-1")
+        for start in range(0, len(text), width[0])
+    ]
+    children = matrix.children()
+    if len(children) != len(names):
+        raise damaged(f"the struct {matrix.name} with {len(names)} names and {len(children)} values")
+    return dict(zip(names, children, strict=True))
 
 
-def _vector(name: str, value: NDArray[Any]) -> Vector:
-    if isinstance(value, OBJECTS):
+def _vector(name: str, matrix: Matrix) -> Vector:
+    if matrix.kind in OBJECTS:
         raise MatValueError(name, "is a MATLAB object, not plain values", NO_TABLE)
-    if value.dtype.kind == "U":
-        return vector(name, value)
-    if value.dtype.kind == "O":
-        return np.array([_text(name, cell) for cell in vector(name, value)], dtype=np.str_)
-    return numbers(name, value)
+    if matrix.kind == mat.CELL:
+        check_shape(name, matrix.shape)
+        return np.array([_text(name, cell) for cell in matrix.children()], dtype=np.str_)
+    if matrix.kind == mat.CHAR:
+        return np.array(_rows(name, matrix), dtype=np.str_)
+    if matrix.kind in {mat.STRUCT, mat.SPARSE} or matrix.imaginary:
+        what = {mat.STRUCT: "a struct", mat.SPARSE: "a sparse matrix"}.get(matrix.kind, "complex")
+        raise MatValueError(name, f"is {what}", NUMBERS)
+    check_shape(name, matrix.shape)
+    numbers = mat.values(matrix.parts[0], matrix.order) if matrix.parts else np.empty(0)
+    if numbers.size != matrix.size:
+        raise damaged(f"{name} with {numbers.size} of {matrix.size} values")
+    return numbers.astype(np.float64)
 
 
-def _text(name: str, cell: object) -> str:
-    """Return the text of one cell of a cell array; an empty cell is an empty text."""
-    value = np.asanyarray(cell)
-    if value.size == 0:
+def _text(name: str, cell: Matrix) -> str:
+    """Return the text of one cell; an empty cell is an empty text."""
+    if cell.size == 0:
         return ""
-    if value.dtype.kind != "U" or value.size != 1:
-        raise MatValueError(
-            name, "has a cell that is no text", "save texts as a cell array, numbers as a vector"
-        )
-    return str(value.ravel()[0])
+    texts = _rows(name, cell) if cell.kind == mat.CHAR else []
+    if len(texts) != 1:
+        raise MatValueError(name, "has a cell that is no text", TEXTS)
+    return texts[0]
+
+
+def _rows(name: str, matrix: Matrix) -> list[str]:
+    """Return the rows of a char matrix, which is stored column by column."""
+    text = mat.characters(matrix.parts[0], matrix.order) if matrix.parts else ""
+    if len(matrix.shape) != 2 or len(text) != matrix.size:
+        raise damaged(f"{name} with {len(text)} of {matrix.size} characters")
+    rows = matrix.shape[0]
+    return [text[start::rows].rstrip() for start in range(rows)]

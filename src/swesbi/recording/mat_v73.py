@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from swesbi.recording.mat_values import (
     DAMAGED,
     NO_TABLE,
+    NUMBERS,
     SAVE_AGAIN,
+    TEXTS,
     MatValueError,
     Vector,
+    check_shape,
     choose,
-    numbers,
-    vector,
 )
 
 MAX_VALUES: Final = 5_000_000
@@ -69,20 +70,22 @@ def _members(group: h5py.Group) -> Mapping[str, h5py.Dataset | h5py.Group]:
 
 def _vector(name: str, item: h5py.Dataset | h5py.Group) -> Vector:
     if not isinstance(item, h5py.Dataset):
-        raise MatValueError(
-            name, "is a struct, not a vector", "save one value per attempted sample, as a vector"
-        )
+        raise MatValueError(name, "is a struct", NUMBERS)
     kind = _kind(item)
     _check_plain(name, item)
     if item.attrs.get("MATLAB_empty", 0):
         return np.empty(0)
-    if kind == "cell":
-        return np.array([_cell(name, item.file, cell) for cell in vector(name, item[()])], dtype=np.str_)
     if kind == "char":
         return np.array(_characters(name, item[()]), dtype=np.str_)
+    check_shape(name, item.shape)
+    if kind == "cell":
+        cells = np.asarray(item[()]).ravel()
+        return np.array([_cell(name, item.file, cell) for cell in cells], dtype=np.str_)
     if kind not in NUMERIC:
         raise MatValueError(name, f"is of class {kind!r}", NO_TABLE)
-    return numbers(name, np.asarray(item[()]))
+    if item.dtype.kind not in "biuf":
+        raise MatValueError(name, "is complex", NUMBERS)
+    return np.asarray(item[()]).ravel().astype(np.float64)
 
 
 def _kind(item: h5py.Dataset) -> str:
@@ -104,9 +107,7 @@ def _cell(name: str, file: h5py.File, reference: object) -> str:
         raise MatValueError(name, "has a cell that refers to nothing", SAVE_AGAIN)
     item = file[reference]
     if not isinstance(item, h5py.Dataset) or _kind(item) != "char":
-        raise MatValueError(
-            name, "has a cell that is no text", "save texts as a cell array, numbers as a vector"
-        )
+        raise MatValueError(name, "has a cell that is no text", TEXTS)
     _check_plain(name, item)
     if item.attrs.get("MATLAB_empty", 0):
         return ""
@@ -119,6 +120,6 @@ def _cell(name: str, file: h5py.File, reference: object) -> str:
 def _characters(name: str, codes: NDArray[Any]) -> list[str]:
     """Return the rows of a char matrix, stored as UTF-16 codes, column by column."""
     if codes.ndim != 2 or codes.dtype.kind != "u":
-        raise MatValueError(name, "holds no readable text", "save texts as a cell array")
+        raise MatValueError(name, "holds no readable text", TEXTS)
     rows = codes.T.astype("<u2")
     return [row.tobytes().decode("utf-16-le", "replace").rstrip() for row in rows]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ Vector = NDArray[np.float64] | NDArray[np.str_]
 Group = TypeVar("Group")
 
 NUMBERS: Final = "save it as a real vector of numbers"
+TEXTS: Final = "save texts as a cell array, numbers as a vector"
+VECTOR: Final = "save one value per attempted sample, as a vector"
 NO_TABLE: Final = "convert a table by s = table2struct(T, 'ToScalar', true) and strings by cellstr(...)"
 DAMAGED: Final = "cannot be read as a .mat file"
 SAVE_AGAIN: Final = "save it again, by save('ID.mat', '-struct', 's'), or give a CSV file"
@@ -31,29 +33,14 @@ class MatValueError(ValueError):
         super().__init__(f"{name}: {reason}; {remedy}")
 
 
-def numbers(name: str, value: NDArray[Any]) -> NDArray[np.float64]:
-    """Return a real numeric array with at most one long dimension as a vector.
-
-    Raises:
-        MatValueError: It is complex, no numbers, or a matrix.
-    """
-    if value.dtype.kind not in "biuf":
-        raise MatValueError(name, f"holds {value.dtype.name} values", NUMBERS)
-    return vector(name, value).astype(np.float64)
-
-
-def vector(name: str, value: NDArray[Any]) -> NDArray[Any]:
-    """Return an array with at most one dimension longer than 1 as a vector.
+def check_shape(name: str, shape: Sequence[int]) -> None:
+    """Refuse an array with more than one dimension longer than 1.
 
     Raises:
         MatValueError: It is a matrix.
     """
-    if sum(size != 1 for size in value.shape) > 1 and value.size:
-        shape = " x ".join(map(str, value.shape))
-        raise MatValueError(
-            name, f"is an array of {shape}", "save one value per attempted sample, as a vector"
-        )
-    return value.ravel()
+    if 0 not in shape and sum(size != 1 for size in shape) > 1:
+        raise MatValueError(name, f"is an array of {' x '.join(map(str, shape))}", VECTOR)
 
 
 def choose(

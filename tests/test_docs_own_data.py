@@ -1,0 +1,69 @@
+"""The page on one's own recordings does what it says, command by command."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from study_copy import StudyCopy, copy_study
+
+PAGE = (Path(__file__).parents[1] / "docs" / "own-data.md").read_text(encoding="utf-8")
+BINARIES = Path(sys.executable).parent
+
+
+def blocks(language: str) -> list[str]:
+    """The page's code blocks in one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+
+
+def typed(command: str, study: StudyCopy) -> subprocess.CompletedProcess[str]:
+    """Run a command of the page in the copy, with the copy's own package."""
+    arguments = shlex.split(command.replace(".venv/bin", str(BINARIES)))
+    environment = {**os.environ, "PYTHONPATH": str(study.folder / "src"), "NO_COLOR": "1"}
+    done = subprocess.run(
+        arguments, cwd=study.folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    return done
+
+
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyCopy, dict[str, str]]:
+    """A copy of the project in which every command of the page has run, and what each printed."""
+    study = copy_study(tmp_path_factory.mktemp("own-data") / "project")
+    (study.folder / "fill.py").write_text(blocks("python")[0], encoding="utf-8")
+    (study.folder / "septum_12.yaml").write_text(blocks("yaml")[0], encoding="utf-8")
+    commands = [line for block in blocks("sh") for line in block.splitlines()]
+    return study, {command: typed(command, study).stdout for command in commands}
+
+
+def test_validate_prints_the_table_of_the_page(walked: tuple[StudyCopy, dict[str, str]]) -> None:
+    shown = next(text for command, text in walked[1].items() if " validate " in command)
+    assert "2 recordings can be used; origin: synthetic recordings of docs/own-data.md" in shown
+    assert blocks("text")[0] in shown
+
+
+def test_there_is_a_sheet_for_each_subject(walked: tuple[StudyCopy, dict[str, str]]) -> None:
+    for subject in ("S-101", "S-102"):
+        assert (walked[0].folder / "sheets" / f"{subject}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_both_ways_give_the_same_observed_curve(walked: tuple[StudyCopy, dict[str, str]]) -> None:
+    folder = walked[0].folder
+    by_hand = xr.load_dataset(folder / "S-101.h5", engine="h5netcdf")
+    made = folder / "results-septum_12" / "cohort"
+    by_workflow = xr.load_dataset(made / "S-101" / "observation.h5", engine="h5netcdf")
+    xr.testing.assert_identical(by_hand, by_workflow)
+    assert by_hand.sizes["phase"] == 12
+    assert xr.load_dataset(made / "S-102" / "observation.h5", engine="h5netcdf").attrs["subject"] == "S-102"
+
+
+def test_what_the_page_says_of_one_missing_phase_is_so() -> None:
+    assert "0.167 of the cycle" in PAGE
+    assert round(2 / 12, 3) == 0.167
