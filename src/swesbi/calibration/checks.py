@@ -87,8 +87,8 @@ def flagged(checks: Sequence[Check], *tests: str) -> tuple[str, ...]:
 
 
 def c2st_check(quantity: str, n: int, accuracy: float, limit: float) -> Check:
-    """Return the row of a classifier that tells two samples of n draws apart."""
-    return Check(C2ST, quantity, n, accuracy, np.nan, limit, accuracy > limit, np.nan, np.nan)
+    """Return the row of a classifier that tells two samples of n draws apart; NaN is flagged, too."""
+    return Check(C2ST, quantity, n, accuracy, np.nan, limit, not accuracy <= limit, np.nan, np.nan)
 
 
 def _contraction(scores: Scores, prior_variance: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,18 @@ VARIANCE_POINTS = 100_000
 
 class NothingRecoveredError(ValueError):
     """No synthetic recording has enough draws within the prior's bounds; the message says what to do."""
+
+
+class CoverageSettings(Protocol):
+    """Which intervals are scored, as settings of any kind of recovery say it."""
+
+    @property
+    def nominal_levels(self) -> tuple[float, ...]:
+        """Masses of the credible intervals."""
+
+    @property
+    def confidence(self) -> float:
+        """Of the binomial interval on each coverage."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +121,7 @@ def recover(
 
 
 def score_recovery(
-    recovered: Recovered, prior: PriorSettings, settings: RecoverySettings
+    recovered: Recovered, prior: PriorSettings, settings: CoverageSettings
 ) -> tuple[RecoveryRow, ...]:
     """Return one row for each parameter and nominal level."""
     bias = (recovered.mean - recovered.truth).mean(axis=0)
@@ -133,7 +146,7 @@ def prior_variance(prior: PriorSettings) -> FloatArray:
 
 
 def _row(
-    name: str, nominal: float, level: FloatArray, bias: float, contraction: float, settings: RecoverySettings
+    name: str, nominal: float, level: FloatArray, bias: float, contraction: float, settings: CoverageSettings
 ) -> RecoveryRow:
     lower, upper = interval_levels(nominal)
     covered = int(np.sum((level >= lower) & (level <= upper)))
