@@ -1,112 +1,73 @@
-"""The verdict on one subject as figures and tables show it, whichever experiment gave it."""
+"""The verdict on one subject in a few words, whichever experiment gave it."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from swesbi.artefacts import ArtefactError
 from swesbi.evaluation.support_numbers import support_numbers
-from swesbi.inference.support import Support, read_support
+from swesbi.inference.support import Support, SupportTest
 
 SUPPORTED: Final = "supported"
 STRAINED: Final = "strained"
 UNSUPPORTED: Final = "unsupported"
-STATUSES: Final = (SUPPORTED, STRAINED, UNSUPPORTED)
-NAN: Final = float("nan")
+SHOWN_TESTS: Final = 3
+TEST_LABELS: Final = {
+    "chi2": "χ²",
+    "mmd": "MMD",
+    "mahalanobis": "Mahalanobis",
+    "conditional_features": "conditional features",
+    "boundary_mass": "mass at a bound",
+    "context_leave_one_out": "context of the others",
+    "context_ranges": "context range",
+}
 
 
-@dataclass(frozen=True)
-class TestOutcome:
-    """One test of whether the model can have made a recording.
-
-    Attributes:
-        name: Its name.
-        statistic: The test statistic; NaN where there is none.
-        p_value: Against its null distribution; NaN where there is none.
-        threshold: What p-value or statistic was compared with; NaN where there is none.
-        flagged: The test speaks against the model.
-        detail: What it found, in words; may be empty.
-    """
-
-    __test__ = False  # not a test case of pytest
-
-    name: str
-    statistic: float
-    p_value: float
-    threshold: float
-    flagged: bool
-    detail: str
+def is_exact(support: Support) -> bool:
+    """Return whether the posterior is that of an exact likelihood, of an experiment on speeds."""
+    return support.status is not None
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """Support diagnostics of one subject with the tests behind them.
-
-    Attributes:
-        support: What every experiment has.
-        status: supported, strained or unsupported; features know the first and the last.
-        tests: Outcomes of the tests of an experiment on speeds; empty for one on features.
-    """
-
-    support: Support
-    status: str
-    tests: tuple[TestOutcome, ...]
-
-    @property
-    def answered(self) -> bool:
-        """Whether a posterior is reported: not for a subject that is unsupported."""
-        return self.status != UNSUPPORTED
-
-    @property
-    def flagged(self) -> tuple[TestOutcome, ...]:
-        """The tests that speak against the model."""
-        return tuple(test for test in self.tests if test.flagged)
-
-    @property
-    def numbers(self) -> tuple[str, ...]:
-        """What decided, in a few short lines: flagged tests, or the two criteria of prior support."""
-        if not self.tests:
-            return support_numbers(self.support)
-        return tuple(_short(test) for test in self.flagged)
+def status(support: Support) -> str:
+    """Return supported, strained or unsupported; an experiment on features knows the first and the last."""
+    if support.status is not None:
+        return support.status
+    return SUPPORTED if support.supported else UNSUPPORTED
 
 
-def read_verdict(path: Path) -> Verdict:
-    """Read ``support.json`` of any experiment.
-
-    Raises:
-        ArtefactError: The file is missing, or not such a file.
-    """
-    support = read_support(path)
-    plain = json.loads(path.read_text(encoding="utf-8"))
-    status = plain.get("status", SUPPORTED if support.supported else UNSUPPORTED)
-    if status not in STATUSES:
-        raise ArtefactError(f"{path}: status = {status!r} is none of {', '.join(STATUSES)}; delete it")
-    try:
-        return Verdict(support, status, tuple(map(_test, plain.get("tests", ()))))
-    except (KeyError, TypeError, ValueError) as error:
-        raise ArtefactError(f"{path}: its tests cannot be read ({error}); delete it") from error
+def verdict_numbers(support: Support) -> tuple[str, ...]:
+    """Return what decided, in a few short lines: flagged tests, or the two criteria of prior support."""
+    if not is_exact(support):
+        return support_numbers(support)
+    flagged = sorted((test for test in support.tests if test.flagged), key=_evidence)
+    lines = tuple(map(_short, flagged))
+    more = len(lines) - SHOWN_TESTS
+    return lines if more < 2 else (*lines[:SHOWN_TESTS], f"and {more} more")
 
 
-def _test(plain: dict[str, Any]) -> TestOutcome:
-    return TestOutcome(
-        name=str(plain["name"]),
-        statistic=_number(plain["statistic"]),
-        p_value=_number(plain["p_value"]),
-        threshold=_number(plain["threshold"]),
-        flagged=bool(plain["flagged"]),
-        detail=str(plain.get("detail") or ""),
-    )
+def weights_in_words(support: Support) -> str:
+    """Return how the importance weights did: "k-hat 0.35, efficiency 81 %"."""
+    shape = "inf" if support.k_hat is None else f"{support.k_hat:.2f}"
+    share = "" if support.efficiency is None else f", efficiency {100.0 * support.efficiency:.0f} %"
+    return f"k-hat {shape}{share}"
 
 
-def _number(value: float | None) -> float:
-    return NAN if value is None else float(value)
+def sampler_in_words(support: Support) -> str:
+    """Return what gave the exact draws: "importance weights" or "MCMC"."""
+    return "MCMC" if support.sampler == "mcmc" else "importance weights"
 
 
-def _short(test: TestOutcome) -> str:
-    name = test.name.replace("_", " ")
-    if test.p_value != test.p_value:
-        return name
-    return f"{name}, p {'< 0.001' if test.p_value < 0.001 else f'= {test.p_value:.3f}'}"
+def label_of_test(name: str) -> str:
+    """Return a test's name in words: "time_to_peak" as "time to peak"."""
+    return TEST_LABELS.get(name, name.replace("_", " "))
+
+
+def _evidence(test: SupportTest) -> float:
+    """Order tests by how strongly they speak, those without a p-value first."""
+    return -1.0 if test.p_value is None else test.p_value
+
+
+def _short(test: SupportTest) -> str:
+    if test.p_value is None:
+        return label_of_test(test.name)
+    small = test.p_value < 0.001
+    return f"{label_of_test(test.name)}, p {'< 0.001' if small else f'= {test.p_value:.3f}'}"

@@ -7,8 +7,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from swesbi.evaluation.scores import Band
+from swesbi.evaluation.verdict import is_exact
 from swesbi.figures.panels import PredictivePanel
-from swesbi.figures.style import CMAES, OBSERVED, POSTERIOR, PRIOR
+from swesbi.figures.style import CMAES, EXCLUDED_POSTERIOR, OBSERVED, POSTERIOR, PRIOR
 from swesbi.figures.text import percent
 
 FloatArray = NDArray[np.float64]
@@ -17,15 +18,19 @@ FloatArray = NDArray[np.float64]
 def draw_predictions(axes: Axes, panel: PredictivePanel) -> None:
     """Draw prior and posterior predictive medians and intervals.
 
-    A subject outside the prior's support has no posterior prediction.
+    A subject outside the prior's support has no posterior prediction in an experiment on features, and a
+    grey one in an experiment on speeds, whose intervals are those of new recordings.
     """
     check = panel.check
     grid = check.target.grid
-    label = percent(check.interval)
-    _draw_band(axes, grid, check.prior.curve, PRIOR, "--", ("prior median", f"prior {label} PI"))
+    label = f"{percent(check.interval)} PI"
+    _draw_band(axes, grid, check.prior.curve, PRIOR, "--", ("prior median", f"prior {label}"))
     if check.supported:
-        names = ("posterior median", f"posterior {label} PI")
+        names = ("posterior median", f"posterior {label}")
         _draw_band(axes, grid, check.posterior.curve, POSTERIOR, "-", names)
+    elif is_exact(panel.support):
+        names = ("unsupported: median", f"unsupported: {label}")
+        _draw_band(axes, grid, check.posterior.curve, EXCLUDED_POSTERIOR, "-", names)
 
 
 def draw_observation(axes: Axes, panel: PredictivePanel) -> None:

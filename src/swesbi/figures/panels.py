@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PredictivePanel:
-    """One subject's predictive check, reference fit and support diagnostics."""
+    """One subject's predictive check, reference fit and verdict."""
 
     subject: str
     check: PredictiveCheck

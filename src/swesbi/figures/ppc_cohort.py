@@ -7,16 +7,17 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.evaluation.support_numbers import support_numbers
+from swesbi.evaluation.verdict import is_exact, status, verdict_numbers
 from swesbi.figures.curves import draw_fit, draw_observation, draw_predictions
 from swesbi.figures.layout import columns, label_outer, mark_excluded, panel_grid, rows, shared_legend
 from swesbi.figures.panels import PredictivePanel
 from swesbi.figures.style import TEXT_WIDTH_IN, new_figure, style
-from swesbi.figures.text import titled
+from swesbi.figures.text import percent, titled
 
 PANEL_HEIGHT_IN = 1.35
 FRAME_HEIGHT_IN = 0.95
 HEAD_ROOM = 1.15
+HEAD_ROOM_OF_REASONS = 1.4
 
 
 def draw(panels: Sequence[PredictivePanel], cohort_title: str) -> Figure:
@@ -39,11 +40,13 @@ def draw(panels: Sequence[PredictivePanel], cohort_title: str) -> Figure:
             _draw_panel(one, panel)
         axes[0].set_xlim(0.0, 1.0)
         axes[0].set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
-        axes[0].set_ylim(0.0, HEAD_ROOM * axes[0].get_ylim()[1])
-        figure.suptitle(titled("Predictive checks", cohort_title), fontsize=7.5)
+        exact = any(is_exact(panel.support) for panel in panels)
+        axes[0].set_ylim(0.0, (HEAD_ROOM_OF_REASONS if exact else HEAD_ROOM) * axes[0].get_ylim()[1])
+        what = "Predictive checks, intervals of new noisy recordings" if exact else "Predictive checks"
+        figure.suptitle(titled(what, cohort_title), fontsize=7.5)
         label_outer(axes, "cycle fraction $s$")
         figure.supylabel("apparent Young's modulus $E$ (kPa)", fontsize=7.0)
-        shared_legend(figure, sorted(axes, key=_completeness), entries_a_row=4)
+        shared_legend(figure, sorted(axes, key=_completeness), entries_a_row=3 if exact else 4)
     return figure
 
 
@@ -73,6 +76,12 @@ def _draw_panel(axes: Axes, panel: PredictivePanel) -> None:
 
 def _note(panel: PredictivePanel) -> str:
     prior, posterior = panel.check.prior.scores, panel.check.posterior.scores
+    errors = f"RMSE {prior.rmse_kpa:.1f} → {posterior.rmse_kpa:.1f} kPa"
+    reasons = verdict_numbers(panel.support)
+    if not is_exact(panel.support):
+        return errors if panel.check.supported else "\n".join(["excluded", *reasons])
+    lines = [status(panel.support), *reasons]
     if panel.check.supported:
-        return f"RMSE {prior.rmse_kpa:.1f} → {posterior.rmse_kpa:.1f} kPa"
-    return "\n".join(["excluded", *support_numbers(panel.support)])
+        inside = panel.check.posterior.phase_scores.coverage
+        lines += [errors, f"{percent(round(inside, 2))} of phases inside"]
+    return "\n".join(lines)

@@ -6,11 +6,25 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.evaluation.scores import reduction_percent
-from swesbi.evaluation.support_numbers import support_numbers
+from swesbi.evaluation.verdict import (
+    is_exact,
+    sampler_in_words,
+    status,
+    verdict_numbers,
+    weights_in_words,
+)
 from swesbi.figures.curves import draw_fit, draw_observation, draw_predictions
 from swesbi.figures.layout import mark_excluded, shared_legend
 from swesbi.figures.panels import PredictivePanel
-from swesbi.figures.style import CMAES, OBSERVED, POSTERIOR, PRIOR, new_figure, style
+from swesbi.figures.style import (
+    CMAES,
+    EXCLUDED_POSTERIOR,
+    OBSERVED,
+    POSTERIOR,
+    PRIOR,
+    new_figure,
+    style,
+)
 from swesbi.figures.text import digits, feature_label, percent, titled
 
 SIZE_IN = (7.2, 4.4)
@@ -38,7 +52,8 @@ def draw(panel: PredictivePanel, cohort_title: str) -> Figure:
             mark_excluded(curves)
             mark_excluded(residuals)
         figure.align_ylabels([curves, residuals])
-        figure.suptitle(titled(f"{panel.subject}, predictive check", cohort_title), fontsize=8.0)
+        noise = ", intervals of new noisy recordings" if is_exact(panel.support) else ""
+        figure.suptitle(titled(f"{panel.subject}, predictive check{noise}", cohort_title), fontsize=8.0)
         shared_legend(figure, [curves], entries_a_row=4)
     return figure
 
@@ -58,10 +73,11 @@ def _draw_residuals(axes: Axes, panel: PredictivePanel) -> None:
     target, posterior = panel.check.target, panel.check.posterior
     grid, observed = target.grid, target.curve_kpa
     axes.axhline(0.0, color=OBSERVED, lw=0.6)
-    if panel.check.supported:
+    if panel.check.supported or is_exact(panel.support):
+        color = POSTERIOR if panel.check.supported else EXCLUDED_POSTERIOR
         low, high = posterior.curve.low - observed, posterior.curve.high - observed
-        axes.fill_between(grid, low, high, color=POSTERIOR, alpha=0.25, lw=0)
-        axes.plot(grid, posterior.curve.median - observed, color=POSTERIOR)
+        axes.fill_between(grid, low, high, color=color, alpha=0.25, lw=0)
+        axes.plot(grid, posterior.curve.median - observed, color=color)
     else:
         axes.plot(grid, panel.check.prior.curve.median - observed, color=PRIOR, ls="--")
     axes.plot(grid, panel.fit.curve_kpa - observed, color=CMAES, ls="-.", lw=1.0)
@@ -87,10 +103,17 @@ def _write_scores(axes: Axes, panel: PredictivePanel) -> None:
     top = _write_table(axes, 1.0, _score_rows(panel), (0.0, 0.66, 0.83, 1.0))
     features = _feature_rows(panel)
     top = _write_table(axes, top - LINE_HEIGHT, features, (0.0, 0.60, 0.66, 1.0))
-    words = "within prior support" if panel.check.supported else "excluded: outside prior support"
-    lines: list[Row] = [(words,), *((number,) for number in support_numbers(panel.support))]
-    lines.append((f"  in {feature_label(panel.support.worst_component)}",))
+    lines: list[Row] = [(line,) for line in _verdict_lines(panel)]
     _write_table(axes, top - LINE_HEIGHT, lines, (0.0,))
+
+
+def _verdict_lines(panel: PredictivePanel) -> list[str]:
+    support = panel.support
+    if is_exact(support):
+        made = [f"draws by {sampler_in_words(support)}", f"  {weights_in_words(support)}"]
+        return [f"verdict: {status(support)}", *verdict_numbers(support), *made]
+    words = "within prior support" if panel.check.supported else "excluded: outside prior support"
+    return [words, *verdict_numbers(support), f"  in {feature_label(support.worst_component)}"]
 
 
 def _score_rows(panel: PredictivePanel) -> list[Row]:
@@ -111,7 +134,7 @@ def _score_rows(panel: PredictivePanel) -> list[Row]:
         (f"{inside}, grid", *_numbers(2, prior.scores.coverage, posterior.scores.coverage), ""),
         ("  measured phases", *_numbers(2, prior.phase_scores.coverage, posterior.phase_scores.coverage), ""),
         (
-            "  with recording noise",
+            "  measurement noise alone" if is_exact(panel.support) else "  with recording noise",
             *_numbers(2, prior.coverage_recording_noise, posterior.coverage_recording_noise),
             "",
         ),

@@ -22,6 +22,8 @@ CMAES: Final = "#D55E00"
 TRUTH: Final = "#009E73"
 PRIOR: Final = "#8C8C8C"
 EXCLUDED_BACKGROUND: Final = "#EDEDED"
+EXCLUDED_POSTERIOR: Final = "#4D5B66"
+STRAINED: Final = "#B07000"
 
 RC: Final[Any] = {
     "font.family": "DejaVu Sans",

@@ -21,7 +21,7 @@ from swesbi.evaluation.noisy_predictive import predict_recordings, withheld
 from swesbi.evaluation.predictive import PredictiveCheck
 from swesbi.evaluation.predictive_dataset import KIND, to_datasets
 from swesbi.evaluation.settings import PredictiveSettings
-from swesbi.evaluation.verdict import read_verdict
+from swesbi.inference.support import read_support
 from swesbi.observation import SummarySettings
 from swesbi.recording.dataset import read_observation
 from swesbi.seeds import generator
@@ -68,7 +68,7 @@ def run(
         settings.summary,
     )
     number, interval = settings.predictive.draws, settings.predictive.interval
-    answered = read_verdict(support).answered
+    answered = read_support(support).supported
     phi = read_exact_result(posterior).phi[:number]
     prior = prior_recordings(read_simulations(shards), number, recorder, _stream(origin, "prior"))
     after = posterior_recordings(phi, recorder, _stream(origin, "posterior"))
