@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help study smoke report acquisition-seeds sensitivity docs test test-slow lint types check-workflow reference format clean
+.PHONY: help study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow lint types check-workflow reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -30,6 +30,9 @@ acquisition-seeds: $(INSTALLED) ## virtual volunteers under 20 acquisition seeds
 	$(BIN)/snakemake --cores $(CORES) results/tables/acquisition_seeds.csv
 	cp results/tables/acquisition_seeds_medians.csv data/virtual_volunteers/acquisition_seeds.csv
 	$(BIN)/python -m swesbi.virtual_cohort data/virtual_volunteers
+
+discrepancy: $(INSTALLED) ## the model's discrepancy chosen on a generated cohort: a table and a figure, in minutes
+	$(BIN)/snakemake --cores $(CORES) results/tables/discrepancy.csv
 
 sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a table and a figure, in half an hour
 	$(BIN)/snakemake --cores $(CORES) results/tables/sensitivity.csv

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, StringConstraints, model_validator
 
 from swesbi.config.checks import CHECKS
+from swesbi.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.flow.settings import FlowSettings
 from swesbi.forward_model import ForwardModelSettings
@@ -73,6 +74,12 @@ class CmaesStudySettings(Settings):
     search: CmaesSettings
 
 
+class DiscrepancyChoiceSettings(DiscrepancyStudySettings):
+    """The choice of the discrepancy for one experiment."""
+
+    experiment: Name = Field(description="an experiment of kind speeds")
+
+
 class SensitivitySettings(Settings):
     """Variants of one experiment, each rerun with a choice made otherwise."""
 
@@ -108,6 +115,7 @@ class Config(Settings):
     main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
     cmaes: CmaesStudySettings
     acquisition_seeds: AcquisitionSeedsSettings
+    discrepancy_study: DiscrepancyChoiceSettings
     sensitivity: SensitivitySettings
     resources: ResourceSettings
 

@@ -126,6 +126,13 @@ def _train_flow(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return own | {"model": _speed_model(study, wildcards)}
 
 
+def _discrepancy(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    section = study.config.discrepancy_study.to_plain()
+    none = {"speed_fraction": 0.0, "timing_cycle": 0.0}  # what is chosen already must not matter
+    model = _speed_model(study, {"experiment": section.pop("experiment")}) | {"discrepancy": none}
+    return {"model": model, "study": section} | _common(study.config, "acquisition", "recording")
+
+
 def _sensitivity_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     section, name = study.config.sensitivity, _named(study, wildcards, "variant")
     variant = section.variants[name]
@@ -264,6 +271,8 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "acquisition_seeds": _acquisition_seeds,
     "speed_pool": _speed_pool,
     "train_flow": _train_flow,
+    "discrepancy": _discrepancy,
+    "noise_figure": _figure,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,
     "predictive_speeds": _predictive_speeds,
