@@ -89,7 +89,7 @@ def read_matrix(body: bytes, order: str) -> Matrix:
     flags = int(struct.unpack(order + "II", parts[0][1])[0])
     kind = flags & 0xFF
     if kind in {OBJECT, FUNCTION, OPAQUE}:
-        return Matrix(_name(parts[2] if kind == OBJECT else parts[1]), kind, False, (), (), order)
+        return Matrix(_name(parts[1] if kind == OPAQUE else parts[2]), kind, False, (), (), order)
     shape = integers(parts[1], order)
     if not shape or min(shape) < 0:
         raise damaged(f"an array of dimensions {shape}")

@@ -122,6 +122,10 @@ def phase_trend(repeats: pd.DataFrame) -> pd.Series[float]:
     phase[0] -= 1.0
     phase[-1] += 1.0
     speed = np.pad(mean["speed"].to_numpy(np.float64), 1, mode="wrap")
-    relative = pd.Series((speed[2:] - speed[:-2]) / (phase[2:] - phase[:-2]) / speed[1:-1], mean.index)
+    with np.errstate(
+        divide="ignore", invalid="ignore"
+    ):  # phases that coincide are refused where they are located
+        slope = (speed[2:] - speed[:-2]) / (phase[2:] - phase[:-2])
+    relative = pd.Series(slope / speed[1:-1], mean.index)
     shift = repeats["beat_phase"] - by_phase["beat_phase"].transform("mean")
     return shift * repeats["phase_index"].map(relative)
