@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +20,32 @@ NAMED_COMPONENTS = 3
 
 
 @dataclass(frozen=True)
+class SupportTest:
+    """The outcome of one test of an experiment on measured speeds.
+
+    Attributes:
+        name: Name of the test.
+        statistic: Its value.
+        p_value: Under the model; None for a test without a null distribution.
+        threshold: Of the p-value, at or below which the test is flagged; else of the statistic's size.
+        flagged: The test speaks against the subject.
+        detail: What it found, in words.
+    """
+
+    name: str
+    statistic: float
+    p_value: float | None
+    threshold: float
+    flagged: bool
+    detail: str
+
+
+@dataclass(frozen=True)
 class Support:
-    """The outcome of both criteria for one subject.
+    """The verdict on one subject.
+
+    An experiment with noise on features judges by both criteria of the paper and leaves the last fields
+    empty; one on measured speeds judges by its misspecification tests and fills them.
 
     Attributes:
         max_abs_z: Largest |z_obs,j|.
@@ -31,7 +55,12 @@ class Support:
         unfiltered_median: Median of all candidates, by parameter.
         supported: Both criteria hold.
         verdict: The outcome in a sentence.
-        reasons: Why the subject is not supported; empty if it is.
+        reasons: Why the subject is not supported, or strained; empty if neither.
+        status: "supported", "strained" or "unsupported"; None where there is no such grading.
+        tests: The misspecification tests.
+        k_hat: Pareto shape of the importance weights.
+        efficiency: Effective share of the weighted draws.
+        sampler: What gave the exact draws, "importance" or "mcmc".
     """
 
     max_abs_z: float
@@ -42,6 +71,11 @@ class Support:
     supported: bool
     verdict: str
     reasons: tuple[str, ...]
+    status: str | None = None
+    tests: tuple[SupportTest, ...] = ()
+    k_hat: float | None = None
+    efficiency: float | None = None
+    sampler: str | None = None
 
     @property
     def acceptance(self) -> float:
@@ -60,7 +94,15 @@ class Support:
             "supported": self.supported,
             "verdict": self.verdict,
             "reasons": list(self.reasons),
+            **self._graded(),
         }
+
+    def _graded(self) -> dict[str, Any]:
+        """Return what only an experiment on measured speeds has."""
+        if self.status is None:
+            return {}
+        own = {name: getattr(self, name) for name in ("k_hat", "efficiency", "sampler", "status")}
+        return {**own, "tests": [asdict(test) for test in self.tests]}
 
 
 def diagnose(
@@ -99,15 +141,16 @@ def diagnose(
 
 
 def read_support(path: Path) -> Support:
-    """Read ``support.json``; what an experiment adds to it is left alone.
+    """Read ``support.json`` of any experiment; what else is added to it is left alone.
 
     Raises:
         ArtefactError: The file is missing or not such a file.
     """
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
-        named = {field.name: plain[field.name] for field in fields(Support)}
-        return Support(**{**named, "reasons": tuple(plain["reasons"])})
+        named = {f.name: plain[f.name] for f in fields(Support) if f.default is MISSING or f.name in plain}
+        tests = tuple(SupportTest(**test) for test in plain.get("tests", ()))
+        return Support(**{**named, "reasons": tuple(plain["reasons"]), "tests": tests})
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ArtefactError(f"{path}: cannot be read as support diagnostics ({error}); delete it") from error
 

@@ -1,0 +1,150 @@
+"""What the tests look at in a recording, and the statistic of each test from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from swesbi.flow.conditioning import ConditioningSettings, raw_features
+from swesbi.misspecification.bounds import strip_mass
+from swesbi.misspecification.predictive import (
+    LEAST_TAIL,
+    chi2_p_value,
+    replicate_speeds,
+    tail_probabilities,
+)
+from swesbi.speed_model.model import SpeedModel
+from swesbi.speed_model.prediction import PredictedSpeeds
+
+FloatArray = NDArray[np.float64]
+
+
+class MisfitTest(NamedTuple):
+    """A test with a null distribution: its name, what it asks, and the group that it belongs to."""
+
+    name: str
+    group: str
+    meaning: str
+
+
+PREDICTED: Final = "prior predictive"
+FITTED: Final = "fit"
+BOUNDED: Final = "bounds"
+GROUPS: Final = (PREDICTED, FITTED, BOUNDED)
+"""Three questions: can the prior make such a recording, does the posterior, does it press on a bound?"""
+
+TESTS: Final = (
+    MisfitTest("mahalanobis", PREDICTED, "Mahalanobis distance of the features from the prior predictive"),
+    MisfitTest("nearest_neighbours", PREDICTED, "distance of the features to the nearest simulations"),
+    MisfitTest("mmd", PREDICTED, "kernel two-sample discrepancy of the features (MMD)"),
+    MisfitTest("chi2", FITTED, "sum of squared standardised residuals"),
+    MisfitTest("peak", FITTED, "peak stiffness"),
+    MisfitTest("time_to_peak", FITTED, "time to peak"),
+    MisfitTest("decay", FITTED, "post-peak decay slope"),
+    MisfitTest("conditional_features", FITTED, "most unlikely feature given the recording"),
+    MisfitTest("boundary_mass", BOUNDED, "posterior mass at a bound of the prior"),
+)
+TEST_NAMES: Final = tuple(test.name for test in TESTS)
+MEMBERS: Final = tuple(
+    tuple(index for index, test in enumerate(TESTS) if test.group == group) for group in GROUPS
+)
+FEATURE_TESTS: Final = {
+    "peak": "maximum_kpa",
+    "time_to_peak": "time_to_peak_cycle",
+    "decay": "decay_slope_kpa_per_cycle",
+}
+
+
+@dataclass(frozen=True)
+class PosteriorDraws:
+    """Weighted draws of one recording's exact posterior, and what they predict.
+
+    Attributes:
+        phi: Draws; shape (n, 4).
+        weight: Their weights, which sum to one; shape (n,).
+        predicted: Noiseless log speeds and slopes; (n, p) each, NaN only where the weight is zero.
+        k_hat: Pareto shape of the weights; NaN where they are equal.
+        efficiency: Effective share of the draws.
+    """
+
+    phi: FloatArray
+    weight: FloatArray
+    predicted: PredictedSpeeds
+    k_hat: float
+    efficiency: float
+
+
+@dataclass(frozen=True)
+class Checks:
+    """What the tests look at in n recordings.
+
+    Attributes:
+        features: Features of the recordings as the network sees them, not standardised; shape (n, F).
+        tails: Predictive probability of a smaller value of each feature, given the recording; shape (n, F).
+        chi2_p: Posterior predictive p-value of chi2; shape (n,).
+        bound_mass: Posterior mass in the strip at each bound; shape (n, 4, 2).
+        k_hat: Pareto shape of the weights; shape (n,).
+        efficiency: Effective share of the weighted draws; shape (n,).
+    """
+
+    features: FloatArray
+    tails: FloatArray
+    chi2_p: FloatArray
+    bound_mass: FloatArray
+    k_hat: FloatArray
+    efficiency: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.features)
+
+    def chi2_score(self) -> FloatArray:
+        """Return the normal score of chi2's p-value, large where the misfit is; shape (n,)."""
+        return np.asarray(-norm.ppf(np.clip(self.chi2_p, LEAST_TAIL**2, 1.0 - LEAST_TAIL)))
+
+
+def check_recording(
+    model: SpeedModel,
+    draws: PosteriorDraws,
+    conditioning: ConditioningSettings,
+    strip_fraction: float,
+    rng: np.random.Generator,
+) -> Checks:
+    """Return what the tests look at in the recording of ``model``, as one row.
+
+    Args:
+        model: The recording and its model.
+        draws: Its exact posterior.
+        conditioning: How speeds become features.
+        strip_fraction: Width of the strip at a bound, over the box's.
+        rng: Stream of the replicated recordings.
+    """
+    recording, discrepancy = model.recording, model.settings.discrepancy
+    speeds, weight = replicate_speeds(draws.predicted, draws.weight, recording, discrepancy, rng)
+    replicated = raw_features(speeds, recording.phase, conditioning)
+    observed = raw_features(recording.speed_m_s[None], recording.phase, conditioning)
+    return Checks(
+        features=observed,
+        tails=tail_probabilities(observed[0], replicated, weight)[None],
+        chi2_p=np.array([chi2_p_value(draws.predicted, draws.weight, recording, discrepancy)]),
+        bound_mass=strip_mass(draws.phi, draws.weight, model.settings.prior, strip_fraction)[None],
+        k_hat=np.array([draws.k_hat]),
+        efficiency=np.array([draws.efficiency]),
+    )
+
+
+def stack_checks(rows: Sequence[Checks]) -> Checks:
+    """Put the checks of several recordings below each other."""
+    columns = {field.name: [getattr(row, field.name) for row in rows] for field in fields(Checks)}
+    return Checks(**{name: np.concatenate(parts) for name, parts in columns.items()})
+
+
+def no_checks(features: int) -> Checks:
+    """Return the checks of no recording, with F features."""
+    empty = np.empty(0)
+    nothing = np.empty((0, features))
+    return Checks(nothing, nothing, empty, np.empty((0, 4, 2)), empty, empty)

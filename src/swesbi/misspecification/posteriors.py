@@ -1,0 +1,94 @@
+"""Exact posteriors of many recordings for the tests: importance weights, and what the draws predict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.exact.importance import WeightedDraws, weigh
+from swesbi.exact.proposal import flow_proposal
+from swesbi.flow.net import TrainedFlow
+from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording, stack_checks
+from swesbi.misspecification.settings import SyntheticSettings
+from swesbi.progress import Progress
+from swesbi.seeds import generator, integer_seed
+from swesbi.speed_model.likelihood import log_likelihood
+from swesbi.speed_model.model import SpeedModel, SpeedModelSettings
+from swesbi.speed_model.prediction import PredictedSpeeds
+from swesbi.speed_model.recording import SpeedRecording
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass
+class RememberingModel:
+    """The model of a recording that keeps the last prediction, so that no draw is simulated twice."""
+
+    model: SpeedModel
+    predicted: PredictedSpeeds | None = field(default=None, init=False)
+
+    @property
+    def settings(self) -> SpeedModelSettings:
+        """The settings of the model, its prior among them."""
+        return self.model.settings
+
+    def log_likelihood(self, phi: FloatArray) -> FloatArray:
+        """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
+        self.predicted = self.model.predict(phi)
+        return log_likelihood(self.predicted, self.model.recording, self.model.settings.discrepancy)
+
+
+def weighted_posterior(
+    model: SpeedModel, flow: TrainedFlow, draws: int, prior_fraction: float, seed: int
+) -> PosteriorDraws:
+    """Weight draws of the flow and the prior to the exact posterior of the model's recording."""
+    remembering = RememberingModel(model)
+    weighted = weigh(remembering, flow_proposal(flow, model.recording), draws, prior_fraction, seed)
+    predicted = remembering.predicted if remembering.predicted else model.predict(weighted.phi)
+    return _posterior(weighted, predicted)
+
+
+def equal_posterior(model: SpeedModel, phi: FloatArray, k_hat: float, efficiency: float) -> PosteriorDraws:
+    """Return equally weighted draws of the exact posterior (n, 4), simulated anew; failures get no weight."""
+    predicted = model.predict(phi)
+    works = np.isfinite(predicted.log_speed).all(axis=1)
+    return PosteriorDraws(phi, works / works.sum(), predicted, k_hat, efficiency)
+
+
+def check_recordings(
+    model: SpeedModel,
+    recordings: Sequence[SpeedRecording],
+    flow: TrainedFlow,
+    settings: SyntheticSettings,
+    prior_fraction: float,
+    seed: int,
+    name: str,
+) -> Checks:
+    """Infer recordings of one subject and return what the tests look at in each; n rows.
+
+    Args:
+        model: The subject's model; its passive shape depends on the context alone.
+        recordings: The n recordings, at least one.
+        flow: The proposal.
+        settings: Weighted draws of each recording, and the width of the strip at a bound.
+        prior_fraction: Share of the draws from the prior.
+        seed: Study seed; each recording has a stream of its own.
+        name: Names the streams and the progress lines.
+    """
+    progress = Progress(f"{model.recording.subject}, {name} recordings", len(recordings), unit="recording")
+    rows = []
+    for index, recording in enumerate(recordings):
+        stream = ("misspecification", name, model.recording.subject, index)
+        own = replace(model, recording=recording)
+        posterior = weighted_posterior(own, flow, settings.draws, prior_fraction, integer_seed(seed, *stream))
+        rng = generator(seed, *stream, "replicated")
+        rows.append(check_recording(own, posterior, flow.conditioner.settings, settings.strip_fraction, rng))
+        progress.step()
+    return stack_checks(rows)
+
+
+def _posterior(weighted: WeightedDraws, predicted: PredictedSpeeds) -> PosteriorDraws:
+    return PosteriorDraws(weighted.phi, weighted.weight, predicted, weighted.k_hat, weighted.efficiency)

@@ -1,0 +1,165 @@
+"""The verdict on one subject, from the tests with a null distribution, the volumes and the context.
+
+The tests with a null distribution decide together, at an overall false-alarm rate. Predicted volumes can
+strain a subject, and make it unsupported only where they lie extremely far; the context can strain it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.inference.support import Support, SupportTest
+from swesbi.misspecification.bounds import BOUNDS, strip_ratios
+from swesbi.misspecification.checks import FEATURE_TESTS, TESTS, Checks
+from swesbi.misspecification.reference import Judgement, Reference, Status
+from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.theta import THETA_NAMES
+
+FloatArray = NDArray[np.float64]
+NAMED_FEATURES: Final = 3
+
+
+class ExactPosterior(Protocol):
+    """What the verdict says of the making of the posterior."""
+
+    @property
+    def npe_phi(self) -> FloatArray:
+        """Draws of the network; shape (m, 4)."""
+
+    @property
+    def sampler(self) -> str:
+        """What gave the exact draws: importance or mcmc."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether weights or sampler are reliable."""
+
+    @property
+    def reasons(self) -> str:
+        """Why the weights were not used, and what the sampler missed; may be empty."""
+
+    @property
+    def k_hat(self) -> float:
+        """Pareto shape of the weights."""
+
+    @property
+    def efficiency(self) -> float:
+        """Effective share of the weighted draws."""
+
+
+def null_tests(reference: Reference, checks: Checks, judgement: Judgement) -> tuple[SupportTest, ...]:
+    """Return the outcome of every test with a null distribution on one recording.
+
+    A test is flagged where its p-value alone brings the overall one to the level of "strained".
+    """
+    thresholds = reference.joint.thresholds(reference.strained_level)
+    details = _details(reference, checks)
+    return tuple(
+        SupportTest(
+            name=test.name,
+            statistic=float(judgement.statistics[0, index]),
+            p_value=float(judgement.test_p[0, index]),
+            threshold=float(thresholds[index]),
+            flagged=bool(judgement.test_p[0, index] <= thresholds[index]),
+            detail=details.get(test.name, test.meaning),
+        )
+        for index, test in enumerate(TESTS)
+    )
+
+
+def grade(
+    overall: Status, volumes: Sequence[SupportTest], contexts: Sequence[SupportTest], extreme_abs_z: float
+) -> Status:
+    """Return the worst of what the null tests, the volumes and the context amount to."""
+    if any(abs(test.statistic) > extreme_abs_z for test in volumes):
+        return Status.UNSUPPORTED
+    if any(test.flagged for test in (*volumes, *contexts)):
+        return max(overall, Status.STRAINED)
+    return overall
+
+
+def make_support(
+    status: Status,
+    overall_p: float,
+    tests: tuple[SupportTest, ...],
+    z_obs: FloatArray,
+    component_names: tuple[str, ...],
+    exact: ExactPosterior,
+) -> Support:
+    """Put the verdict together.
+
+    No draw of the network can leave the prior's box, so all candidates are in-prior draws.
+
+    Args:
+        status: The verdict.
+        overall_p: P-value of the tests with a null distribution, together.
+        tests: All tests.
+        z_obs: Conditioning vector of the recording; shape (C,).
+        component_names: Names of its components.
+        exact: How the exact posterior was made.
+    """
+    worst = int(np.argmax(np.abs(z_obs)))
+    reasons = tuple(_reason(test) for test in tests if test.flagged)
+    unsure = () if exact.converged else (exact.reasons,)
+    median = np.median(exact.npe_phi, axis=0)
+    return Support(
+        max_abs_z=float(np.abs(z_obs[worst])),
+        worst_component=component_names[worst],
+        in_prior_draws=len(exact.npe_phi),
+        candidate_draws=len(exact.npe_phi),
+        unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
+        supported=status != Status.UNSUPPORTED,
+        verdict=_verdict(status, overall_p, reasons),
+        reasons=(*reasons, *unsure),
+        status=status.word,
+        tests=tests,
+        k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
+        efficiency=exact.efficiency,
+        sampler=exact.sampler,
+    )
+
+
+def _details(reference: Reference, checks: Checks) -> Mapping[str, str]:
+    """Say which features and which bound the tests found."""
+    statistics = reference.statistics
+    worst = statistics.worst_features(checks.tails[0])[:NAMED_FEATURES]
+    features = ", ".join(f"{statistics.feature_names[j]} (P {checks.tails[0, j]:.3f})" for j in worst)
+    return {
+        "chi2": f"posterior predictive p-value of chi2 = {checks.chi2_p[0]:.3f}",
+        "conditional_features": f"least likely given the recording: {features}",
+        "boundary_mass": _boundary_detail(
+            checks.bound_mass[0], statistics.prior_mass, statistics.strip_level
+        ),
+        **{
+            name: f"{feature} is larger than in "
+            f"{checks.tails[0, statistics.feature_names.index(feature)]:.1%} of replicated recordings"
+            for name, feature in FEATURE_TESTS.items()
+        },
+    }
+
+
+def _boundary_detail(mass: FloatArray, prior_mass: FloatArray, level: float) -> str:
+    ratio = np.where(prior_mass <= level, strip_ratios(mass, prior_mass), -np.inf)
+    parameter, bound = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+    return (
+        f"{mass[parameter, bound]:.1%} of the posterior in the strip at the {BOUNDS[bound]} bound of "
+        f"{PHI_NAMES[parameter]}, where the prior has {prior_mass[parameter, bound]:.2%}"
+    )
+
+
+def _reason(test: SupportTest) -> str:
+    name = test.name.replace("_", " ")
+    if test.p_value is None:
+        return f"{name}: {test.detail}"
+    return f"{name} (p = {test.p_value:.2g}, {test.threshold:.2g} allowed): {test.detail}"
+
+
+def _verdict(status: Status, overall_p: float, reasons: tuple[str, ...]) -> str:
+    together = f"overall p = {overall_p:.2g}"
+    if reasons:
+        return f"{status.word}: {'; '.join(reasons)}; {together}"
+    return f"{status.word}: no test speaks against the model, {together}"

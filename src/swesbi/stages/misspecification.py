@@ -1,0 +1,123 @@
+"""Stage: null distributions of one subject's misspecification tests, and the recordings for their power."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from swesbi.artefacts import save
+from swesbi.flow.conditioning import raw_features
+from swesbi.flow.files import load_flow
+from swesbi.misspecification.bounds import prior_strip_mass
+from swesbi.misspecification.checks import no_checks
+from swesbi.misspecification.dataset import ACQUIRED, KIND, NULL, OWN, VOLUNTEER, SubjectChecks, to_groups
+from swesbi.misspecification.posteriors import check_recordings
+from swesbi.misspecification.settings import SyntheticSettings
+from swesbi.misspecification.volunteers import find_volunteer, volunteer_recordings
+from swesbi.noise.dataset import read_noise
+from swesbi.observation import summary_names
+from swesbi.recording import Observation, RecordingSettings
+from swesbi.recording.dataset import read_observation
+from swesbi.recording.speed import NoiseComponents
+from swesbi.settings import Settings
+from swesbi.speed_model.model import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.speed_model.recording import SpeedRecording, measured_speeds
+from swesbi.speed_model.synthetic import Acquisition, acquired_recordings, own_recordings
+from swesbi.stages.origin import Origin
+from swesbi.virtual_cohort import AcquisitionSettings
+
+LOGGER = logging.getLogger("swesbi")
+STREAM = "misspecification"
+
+
+class MisspecificationStageSettings(Settings):
+    """What the synthetic recordings and their posteriors depend on, beside the input files."""
+
+    model: SpeedModelSettings
+    recording: RecordingSettings
+    acquisition: AcquisitionSettings
+    prior_fraction: float
+    synthetic: SyntheticSettings
+
+
+class _Made(NamedTuple):
+    recordings: Sequence[SpeedRecording]
+    refused: int
+
+
+def run(
+    *,
+    observation: Path,
+    noise: Path,
+    estimator: Path,
+    misspecification: Path,
+    settings: MisspecificationStageSettings,
+    origin: Origin,
+) -> None:
+    """Make synthetic recordings of the subject, infer each, and keep what the tests look at.
+
+    Recordings for the null and fresh ones are well-specified: phi from the prior, the recording's phases and
+    standard errors, the model's own noise and discrepancy. Others start from the prior too but are acquired
+    sample by sample and ingested. A virtual volunteer is also recorded anew by its own, richer physiology;
+    a subject of another cohort has no such recordings.
+
+    Raises:
+        ArtefactError: An input is no such artefact.
+    """
+    observed, components = read_observation(observation), read_noise(noise).components
+    model = speed_model(measured_speeds(observed, components), settings.model)
+    flow, _ = load_flow(estimator)
+    conditioning, sizes = flow.conditioner.settings, settings.synthetic
+    made = _make(model, observed, components, settings, origin.seed)
+    names = summary_names(conditioning.summary)
+    checks = {
+        kind: check_recordings(
+            model, part.recordings, flow, sizes, settings.prior_fraction, origin.seed, kind
+        )
+        if part.recordings
+        else no_checks(len(names))
+        for kind, part in made.items()
+    }
+    reference = own_recordings(model, sizes.reference_recordings, origin.seed, STREAM, "reference")
+    speeds = np.stack([recording.speed_m_s for recording in reference.recordings])
+    result = SubjectChecks(
+        subject=observed.subject,
+        reference_features=raw_features(speeds, model.recording.phase, conditioning),
+        feature_names=names,
+        prior_mass=prior_strip_mass(settings.model.prior, sizes.strip_fraction),
+        recordings=checks,
+        refused={kind: part.refused for kind, part in made.items()},
+    )
+    save(misspecification, to_groups(result), origin.provenance(KIND, settings))
+
+
+def _make(
+    model: SpeedModel,
+    observed: Observation,
+    noise: NoiseComponents,
+    settings: MisspecificationStageSettings,
+    seed: int,
+) -> Mapping[str, _Made]:
+    """Make every kind of recording."""
+    sizes, measurement = settings.synthetic, settings.model.measurement
+    missing = tuple(int(index) for index in observed.phase_index[~observed.measured])
+    acquisition = Acquisition(settings.acquisition, settings.recording, measurement, noise, missing)
+    null = own_recordings(model, sizes.null_recordings, seed, STREAM, NULL)
+    own = own_recordings(model, sizes.fresh_recordings, seed, STREAM, OWN)
+    acquired = acquired_recordings(model, acquisition, sizes.fresh_recordings, seed, STREAM, ACQUIRED)
+    made = {
+        NULL: _Made(null.recordings, 0),
+        OWN: _Made(own.recordings, 0),
+        ACQUIRED: _Made(acquired.recordings, acquired.refused),
+        VOLUNTEER: _Made((), 0),
+    }
+    if volunteer := find_volunteer(observed.context):
+        recordings, refused = volunteer_recordings(
+            volunteer, sizes.volunteer_recordings, settings.recording, measurement.grid_points, noise, seed
+        )
+        made[VOLUNTEER] = _Made(recordings, refused)
+    return made

@@ -1,0 +1,119 @@
+"""Stage: the verdict on one subject of an experiment on measured speeds."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+from swesbi.artefacts import ArtefactError, write_json
+from swesbi.context import Context
+from swesbi.evaluation.exact_result import ExactResult, read_exact_result
+from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.forward_model import Beats
+from swesbi.forward_model import Status as BeatStatus
+from swesbi.inference.dataset import read_posterior
+from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording
+from swesbi.misspecification.cohort_context import context_tests
+from swesbi.misspecification.dataset import read_subject_checks
+from swesbi.misspecification.reference import Status
+from swesbi.misspecification.settings import RuleSettings
+from swesbi.misspecification.verdict import grade, make_support, null_tests
+from swesbi.misspecification.volumes import volume_tests
+from swesbi.observation import SummarySettings
+from swesbi.recording.dataset import read_observation
+from swesbi.seeds import generator
+from swesbi.settings import Settings
+from swesbi.speed_model.model import SpeedModel, SpeedModelSettings
+from swesbi.speed_model.subjects import read_speed_model
+from swesbi.stages.origin import Origin
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class VerdictStageSettings(Settings):
+    """What the verdict depends on, beside its input files."""
+
+    model: SpeedModelSettings
+    summary: SummarySettings
+    strip_fraction: float
+    rule: RuleSettings
+
+    @property
+    def conditioning(self) -> ConditioningSettings:
+        """How measured speeds become features."""
+        return ConditioningSettings(
+            summary=self.summary,
+            grid_points=self.model.measurement.grid_points,
+            density_kg_m3=self.model.density_kg_m3,
+        )
+
+
+def run(
+    *,
+    posterior: Path,
+    misspecification: Path,
+    observations: Sequence[Path],
+    noise: Path,
+    support: Path,
+    settings: VerdictStageSettings,
+    origin: Origin,
+) -> None:
+    """Judge the recording of ``origin.subject`` and write one verdict with the tests behind it.
+
+    Args:
+        posterior: The exact posterior of the recording.
+        misspecification: The null distributions of the subject.
+        observations: The recordings of the whole cohort, with whose contexts this one is compared.
+        noise: The cohort's noise.
+        support: Output.
+        settings: Model, features and rule.
+        origin: Subject, seed and code.
+
+    Raises:
+        ArtefactError: An input is no such artefact, or the recordings do not hold the subject's once.
+    """
+    path, context, others = _place(observations, origin.subject)
+    model, exact = read_speed_model(path, noise, settings.model), read_exact_result(posterior)
+    beats = model.simulate(exact.phi)
+    checks = _check(model, exact, beats, settings, origin)
+    reference = read_subject_checks(misspecification).reference(settings.rule)
+    judgement = reference.judge(checks)
+    volumes = volume_tests(beats, context, settings.rule.volumes)
+    contextual = context_tests(context, others, settings.rule.context)
+    extreme = settings.rule.volumes.unsupported_abs_z
+    status = grade(Status(judgement.status[0]), volumes, contextual, extreme)
+    tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
+    summary = read_posterior(posterior)
+    result = make_support(
+        status, float(judgement.overall_p[0]), tests, summary.z_obs, summary.component_names, exact
+    )
+    write_json(support, result.to_json())
+    LOGGER.info("subject %s: %s", origin.subject, result.verdict)
+
+
+def _place(observations: Sequence[Path], subject: str) -> tuple[Path, Context, list[Context]]:
+    """Return the subject's recording, its context, and the contexts of the others."""
+    contexts = {path: read_observation(path).context for path in observations}
+    own = [path for path, context in contexts.items() if context.subject == subject]
+    if len(own) != 1:
+        names = ", ".join(context.subject for context in contexts.values())
+        raise ArtefactError(f"one recording of subject {subject} is needed; found those of {names}")
+    context = contexts.pop(own[0])
+    return own[0], context, list(contexts.values())
+
+
+def _check(
+    model: SpeedModel, exact: ExactResult, beats: Beats, settings: VerdictStageSettings, origin: Origin
+) -> Checks:
+    """Return what the tests look at in the recording, from the equally weighted exact draws."""
+    works = beats.status == BeatStatus.PERIODIC
+    draws = PosteriorDraws(
+        phi=exact.phi,
+        weight=works / works.sum(),
+        predicted=model.predict_from(exact.phi[:, 3], beats),
+        k_hat=exact.k_hat,
+        efficiency=exact.efficiency,
+    )
+    rng = generator(origin.seed, "verdict", origin.subject)
+    return check_recording(model, draws, settings.conditioning, settings.strip_fraction, rng)
