@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from typing import Self
+
+from pydantic import Field, model_validator
 
 from swesbi.exact.settings import McmcSettings
 from swesbi.inference.settings import Level
@@ -27,6 +29,15 @@ class LocalSettings(Settings):
     weighted_draws: int = Field(ge=100, description="weighted draws given both recordings")
     two_sample_draws: int = Field(ge=50, description="draws of each sampler that a classifier sees")
     mcmc: McmcSettings = Field(description="the long chains that both are compared with")
+
+    @model_validator(mode="after")
+    def _check_chains(self) -> Self:
+        if self.mcmc.min_effective_draws < self.two_sample_draws:
+            raise ValueError(
+                f"mcmc.min_effective_draws = {self.mcmc.min_effective_draws} is less than two_sample_draws = "
+                f"{self.two_sample_draws}: a classifier would learn draws that repeat each other"
+            )
+        return self
 
 
 class JudgementSettings(Settings):

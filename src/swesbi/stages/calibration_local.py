@@ -94,8 +94,7 @@ def _long_chains(model: SpeedModel, exact: ExactPosterior, sizes: LocalSettings,
     rng = generator(seed, "calibration", "mcmc", subject)
     start = starting_points(model, exact.weighted, sizes.mcmc.start_points, rng)
     stream = integer_seed(seed, "calibration", "mcmc", subject)
-    # twice as many effective draws as are kept: these lie about two autocorrelation times apart
-    chains = sample_mcmc(model, start, sizes.mcmc, stream, least_effective=2 * count)
+    chains = sample_mcmc(model, start, sizes.mcmc, stream)
     LOGGER.info(
         "%s: %d steps of MCMC, R-hat at most %.4f, %.0f effective draws",
         subject, chains.steps, chains.r_hat.max(), chains.effective_draws.min(),

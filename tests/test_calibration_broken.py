@@ -1,0 +1,172 @@
+"""The real model of speeds, exact weights from a small flow: right, and broken on purpose in three ways."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from types import MappingProxyType
+
+import exact_case
+import numpy as np
+import pytest
+import speed_case
+from numpy.typing import NDArray
+from scipy.special import softmax
+
+from swesbi.calibration.checks import CONTRACTION, COVERAGE, SBC, TARP, Check, check_scores, flagged
+from swesbi.calibration.levels import equal_weights
+from swesbi.calibration.local import LocalRun, variance_given_first
+from swesbi.calibration.quantities import (
+    QUANTITY_NAMES,
+    activation_duration_s,
+    prior_variance,
+    quantities,
+)
+from swesbi.calibration.scores import Score, Scores, score, stack_scores
+from swesbi.calibration.tarp import reference_points
+from swesbi.exact.importance import draw_prior, resample, weigh
+from swesbi.exact.proposal import flow_proposal
+from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.net import TrainedFlow
+from swesbi.flow.simulations import at_phases
+from swesbi.flow.training import train_flow
+from swesbi.simulations.draw import draw_simulations
+from swesbi.speed_model.model import SpeedModel
+from swesbi.speed_model.synthetic import own_recordings
+
+pytestmark = pytest.mark.slow
+FloatArray = NDArray[np.float64]
+RECORDINGS = 400
+DRAWS = 600
+PARAMETERS = QUANTITY_NAMES[:4]
+RIGHT, NOISE_TOO_SMALL, PRIOR_RETURNED, DATA_TWICE = "right", "noise too small", "prior", "data twice"
+
+
+@cache
+def flow() -> TrainedFlow:
+    experiment, model = speed_case.shipped().speed_experiments["calibrated"], speed_case.model()
+    changes = {"transforms": 3, "hidden_features": 48, "epochs": 25, "batch_size": 256}
+    conditioning = ConditioningSettings(summary=experiment.summary, grid_points=100, density_kg_m3=1000.0)
+    settings = model.settings
+    drawn = draw_simulations(
+        range(5000), model.recording.context, settings.prior.theta, settings.forward_model, 1
+    )
+    estimator = experiment.estimator.model_copy(update=changes)
+    return train_flow([at_phases(drawn, model)], conditioning, estimator, 2).flow
+
+
+def quieter(model: SpeedModel, factor: float) -> SpeedModel:
+    """Return the model with every standard deviation multiplied."""
+    discrepancy = model.settings.discrepancy
+    scaled = discrepancy.model_copy(
+        update={
+            "speed_fraction": factor * discrepancy.speed_fraction,
+            "timing_cycle": factor * discrepancy.timing_cycle,
+        }
+    )
+    recording = replace(model.recording, relative_se=factor * model.recording.relative_se)
+    return replace(
+        model, recording=recording, settings=model.settings.model_copy(update={"discrepancy": scaled})
+    )
+
+
+@dataclass(frozen=True)
+class Case:
+    """One recording with its true phi and the draws of its proposal."""
+
+    model: SpeedModel
+    truth: FloatArray
+    reference: FloatArray
+    seed: int
+
+    def scores(self) -> dict[str, Score]:
+        model, proposal = self.model, flow_proposal(flow(), self.model.recording)
+        weighted = weigh(model, proposal, DRAWS, 0.1, self.seed)
+        log_likelihood = weighted.log_likelihood
+        small = quieter(model, 0.8).log_likelihood(weighted.phi)
+        found = {
+            RIGHT: self._score(weighted.phi, weighted.weight, log_likelihood),
+            NOISE_TOO_SMALL: self._score(
+                weighted.phi, softmax(weighted.log_weight + small - log_likelihood), log_likelihood
+            ),
+            DATA_TWICE: self._score(
+                weighted.phi, softmax(weighted.log_weight + log_likelihood), log_likelihood
+            ),
+        }
+        phi = draw_prior(model.settings.prior, 199, np.random.default_rng(self.seed))
+        found[PRIOR_RETURNED] = self._score(phi, equal_weights(199), model.log_likelihood(phi))
+        return found
+
+    def _score(self, phi: FloatArray, weight: FloatArray, log_likelihood: FloatArray) -> Score:
+        duration_s = activation_duration_s(self.model)
+        truth = self.truth[None]
+        known = quantities(truth, self.model.log_likelihood(truth), duration_s)[0]
+        values = quantities(phi, log_likelihood, duration_s)
+        return score(known, values, weight, self.reference, self.model.settings.prior)
+
+
+@cache
+def checks() -> Mapping[str, tuple[Check, ...]]:
+    model = speed_case.model()
+    made = own_recordings(model, RECORDINGS, 3, "test")
+    references = reference_points(RECORDINGS, model.settings.prior, np.random.default_rng(4))
+    scores = [
+        Case(replace(model, recording=recording), made.phi[index], references[index], index).scores()
+        for index, recording in enumerate(made.recordings)
+    ]
+    variance = np.tile(prior_variance(model), (RECORDINGS, 1))
+    return MappingProxyType(
+        {
+            name: check_scores(
+                stack_scores([one[name] for one in scores]), variance, QUANTITY_NAMES, 0.05, 0.2
+            )
+            for name in scores[0]
+        }
+    )
+
+
+def test_the_exact_posterior_passes() -> None:
+    assert flagged(checks()[RIGHT]) == ()
+    covered = {c.quantity: c.coverage_90 for c in checks()[RIGHT] if c.test == SBC}
+    for name in PARAMETERS:
+        assert covered[name] == pytest.approx(0.9, abs=0.045)  # three binomial standard deviations
+
+
+@pytest.mark.parametrize("broken", [NOISE_TOO_SMALL, DATA_TWICE])
+def test_a_posterior_too_narrow_is_caught(broken: str) -> None:
+    assert flagged(checks()[broken], COVERAGE)
+    assert flagged(checks()[broken], TARP) == ("joint",)
+    covered = [c.coverage_90 for c in checks()[broken] if c.test == SBC and c.quantity in PARAMETERS]
+    assert max(covered) < 0.88
+
+
+def test_the_prior_returned_passes_ranks_of_parameters_but_not_contraction() -> None:
+    found = checks()[PRIOR_RETURNED]
+    assert not set(flagged(found, SBC, COVERAGE)) & set(PARAMETERS)
+    assert set(flagged(found, CONTRACTION)) >= set(PARAMETERS)
+    assert "log_likelihood" in flagged(found, SBC)
+
+
+@cache
+def local_scores(widened: bool) -> tuple[Scores, FloatArray]:
+    """Posterior SBC of the exact posterior, or of one that is half as wide again in log phi."""
+    model, count = speed_case.model(), 150
+    propose = partial(flow_proposal, flow())
+    weighted = weigh(model, propose(model.recording), 20_000, 0.1, 5)
+    phi = resample(weighted, 4 * count, np.random.default_rng(6))
+    judged = phi[: 2 * count]
+    if widened:
+        centre = np.exp(np.log(phi).mean(axis=0))
+        judged = np.clip(centre * (judged / centre) ** 1.5, phi.min(axis=0), phi.max(axis=0))
+    run = LocalRun(model, propose, exact_case.SETTINGS, DRAWS)
+    _, scores = run.scores(judged[:count], judged[count:], 7, "test")
+    return scores, np.tile(variance_given_first(model, phi), (count, 1))
+
+
+def test_local_calibration_passes_the_exact_posterior() -> None:
+    assert flagged(check_scores(*local_scores(widened=False), QUANTITY_NAMES, 0.05, 0.1)) == ()
+
+
+def test_local_calibration_catches_a_posterior_too_wide() -> None:
+    assert flagged(check_scores(*local_scores(widened=True), QUANTITY_NAMES, 0.05, 0.1), COVERAGE, TARP)

@@ -1,0 +1,109 @@
+"""Draws of recordings: weights where they serve, the study's own way where not; two recordings as one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import exact_case
+import numpy as np
+import pytest
+import speed_case
+
+from swesbi.calibration.levels import effective_draws
+from swesbi.calibration.local import TwoRecordings, variance_given_first
+from swesbi.calibration.misfit import misfit
+from swesbi.calibration.posteriors import equally_weighted, exact_draws
+from swesbi.calibration.quantities import (
+    QUANTITY_NAMES,
+    activation_duration_s,
+    prior_variance,
+    quantities,
+)
+from swesbi.calibration.two_samples import classifier_accuracy
+from swesbi.exact.importance import draw_prior
+from swesbi.forward_model import THETA_RANGES
+from swesbi.speed_model.likelihood import log_speed_sd
+
+PHI = speed_case.PHI[None]
+
+
+def test_good_weights_are_used_as_they_are() -> None:
+    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.2), 2000, exact_case.SETTINGS, 1)
+    assert not drawn.by_mcmc
+    assert len(drawn.phi) == 2000
+    assert drawn.log_evidence == pytest.approx(exact_case.known_log_evidence(), abs=0.1)
+    exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
+
+
+def test_where_few_draws_fail_the_number_of_the_study_follows() -> None:
+    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.0, 1.5), 100, exact_case.SETTINGS, 1)
+    assert not drawn.by_mcmc
+    assert len(drawn.phi) == exact_case.SETTINGS.proposal_draws
+
+
+def test_where_weights_fail_altogether_mcmc_takes_over() -> None:
+    model = exact_case.ToyModel()
+    drawn = exact_draws(model, exact_case.proposal(0.3, 4.0), 400, exact_case.SETTINGS, 3)
+    assert drawn.by_mcmc
+    assert len(drawn.phi) == exact_case.SETTINGS.draws
+    np.testing.assert_allclose(drawn.log_likelihood, model.log_likelihood(drawn.phi))
+    exact_case.check_posterior(drawn.phi, 800, drawn.weight)
+
+
+def test_resampling_keeps_the_weighted_mean() -> None:
+    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.5), 4000, exact_case.SETTINGS, 4)
+    phi = equally_weighted(drawn, 2000, np.random.default_rng(5))
+    spread = np.sqrt(drawn.weight @ (drawn.phi - drawn.weight @ drawn.phi) ** 2)
+    np.testing.assert_allclose((phi.mean(axis=0) - drawn.weight @ drawn.phi) / spread, 0.0, atol=0.07)
+
+
+def test_two_recordings_have_the_likelihood_of_both() -> None:
+    model = speed_case.model()
+    second = replace(model.recording, speed_m_s=1.03 * model.recording.speed_m_s)
+    both, phi = TwoRecordings(model, second), np.array([[60.0, 6.0, 29.0, 2.2], [50.0, 7.0, 20.0, 2.0]])
+    alone = replace(model, recording=second)
+    np.testing.assert_allclose(
+        both.log_likelihood(phi), model.log_likelihood(phi) + alone.log_likelihood(phi)
+    )
+    np.testing.assert_allclose(both.averaged().speed_m_s, np.sqrt(1.03) * model.recording.speed_m_s)
+
+
+def test_misfit_is_that_of_the_residuals() -> None:
+    model = speed_case.model()
+    sd = log_speed_sd(model.predict(PHI), model.recording.relative_se, model.settings.discrepancy)
+    shifted = replace(model.recording, speed_m_s=model.recording.speed_m_s * np.exp(2.0 * sd[0]))
+    found = misfit(replace(model, recording=shifted), PHI)
+    assert found.min_chi2 == pytest.approx(4.0 * len(model.recording.phase))
+    assert found.mean_chi2 == found.min_chi2
+
+
+def test_variances_of_the_quantities_are_those_of_prior_draws() -> None:
+    model = speed_case.model()
+    phi = draw_prior(model.settings.prior, 200_000, np.random.default_rng(6))
+    drawn = quantities(phi, np.zeros(len(phi)), activation_duration_s(model))
+    variance = prior_variance(model)
+    np.testing.assert_allclose(variance[:-1], drawn[:, :-1].var(axis=0), rtol=0.03)
+    assert np.isnan(variance[-1])
+    assert QUANTITY_NAMES[-1] == "log_likelihood"
+    np.testing.assert_allclose(variance_given_first(model, phi)[:-1], drawn[:, :-1].var(axis=0))
+
+
+def test_the_attained_stiffness_nears_k_0_where_cycling_is_fast() -> None:
+    fast = np.array([[50.0, THETA_RANGES[1][1], 20.0, 2.0]])
+    assert quantities(fast, np.zeros(1), 0.3)[0, 4] == pytest.approx(50.0, rel=1e-3)
+
+
+def test_a_classifier_is_lost_between_equal_samples_only() -> None:
+    prior, rng = speed_case.settings().prior, np.random.default_rng(7)
+    first, second = draw_prior(prior, 800, rng), draw_prior(prior, 800, rng)
+    assert classifier_accuracy(first, second, prior, 1) == pytest.approx(0.5, abs=0.05)
+    narrow = second * np.array([1.0, 1.0, 0.8, 1.0])
+    assert classifier_accuracy(first, np.maximum(narrow, first.min(axis=0)), prior, 1) > 0.56
+
+
+def test_a_classifier_needs_equal_numbers_and_says_nothing_without_draws() -> None:
+    prior = speed_case.settings().prior
+    phi = draw_prior(prior, 60, np.random.default_rng(8))
+    with pytest.raises(ValueError, match="60 and 40 draws"):
+        classifier_accuracy(phi, phi[:40], prior, 1)
+    assert np.isnan(classifier_accuracy(phi, np.full_like(phi, np.nan), prior, 1))
