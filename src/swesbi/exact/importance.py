@@ -1,0 +1,152 @@
+"""Importance weights of proposal draws under the exact posterior, Pareto-smoothed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import arviz
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from swesbi.exact.protocols import LikelihoodModel, Proposal
+from swesbi.seeds import generator, integer_seed
+from swesbi.simulations.prior import bounds, log_density, quantile
+from swesbi.speed_model.joint_prior import JointPriorSettings
+
+FloatArray = NDArray[np.float64]
+
+
+class NoLikelihoodError(ValueError):
+    """No draw of the proposal has a likelihood; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class WeightedDraws:
+    """Draws from the proposal, weighted to the exact posterior.
+
+    Attributes:
+        phi: Draws; shape (n, 4).
+        from_prior: Which of them came from the prior; shape (n,).
+        log_likelihood: Exact log likelihood, -inf where the simulation failed; shape (n,).
+        log_weight: Logarithm of the smoothed weights, which sum to one; shape (n,).
+        k_hat: Pareto shape of the largest weights; infinite where there are too few to tell.
+        efficiency: Effective sample size over n: 1 / (n sum w^2).
+        log_evidence: log p(data), from the weights before smoothing.
+        log_evidence_se: Its Monte Carlo standard error.
+    """
+
+    phi: FloatArray
+    from_prior: NDArray[np.bool_]
+    log_likelihood: FloatArray
+    log_weight: FloatArray
+    k_hat: float
+    efficiency: float
+    log_evidence: float
+    log_evidence_se: float
+
+    @property
+    def weight(self) -> FloatArray:
+        """The smoothed weights, which sum to one; shape (n,)."""
+        return np.asarray(np.exp(self.log_weight))
+
+
+def weigh(
+    model: LikelihoodModel, proposal: Proposal, draws: int, prior_fraction: float, seed: int
+) -> WeightedDraws:
+    """Draw from a mixture of proposal and prior and weight the draws to the exact posterior.
+
+    The weight is p(phi) p(data | phi) / ((1 - f) q(phi) + f p(phi)): the balance heuristic of
+    deterministic mixture sampling (Veach and Guibas 1995; Owen and Zhou 2000), which bounds it by the
+    largest likelihood over f. The largest weights are then smoothed (Vehtari et al. 2024).
+
+    Args:
+        model: Prior and exact likelihood of the recording.
+        proposal: q.
+        draws: Number n of draws.
+        prior_fraction: Share f of them that come from the prior.
+        seed: Seed of the draws.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw.
+    """
+    prior = model.settings.prior
+    of_prior = round(prior_fraction * draws)
+    phi = np.concatenate(
+        [
+            proposal.draw(draws - of_prior, integer_seed(seed, "importance", "proposal")),
+            draw_prior(prior, of_prior, generator(seed, "importance", "prior")),
+        ]
+    )
+    log_prior = log_density(phi, prior)
+    log_mixture = _log_mixture(proposal.log_density(phi), log_prior, of_prior / draws)
+    log_likelihood = model.log_likelihood(phi)
+    log_ratio = log_prior + log_likelihood - log_mixture
+    if not np.isfinite(log_ratio).any():
+        raise NoLikelihoodError(
+            f"none of {draws} draws has a likelihood: every simulation failed; check the subject's context"
+        )
+    log_weight, k_hat = smooth(log_ratio)
+    log_evidence, error = _evidence(log_ratio)
+    return WeightedDraws(
+        phi=phi,
+        from_prior=np.arange(draws) >= draws - of_prior,
+        log_likelihood=log_likelihood,
+        log_weight=log_weight,
+        k_hat=k_hat,
+        efficiency=float(np.exp(-logsumexp(2.0 * log_weight)) / draws),
+        log_evidence=log_evidence,
+        log_evidence_se=error,
+    )
+
+
+def draw_prior(prior: JointPriorSettings, draws: int, rng: np.random.Generator) -> FloatArray:
+    """Draw phi (draws, 4) from the prior, never onto the faces of its box, where the logit is infinite."""
+    low, high = bounds(prior)
+    phi = quantile(rng.random((draws, len(low))), prior)
+    return np.asarray(np.clip(phi, np.nextafter(low, high), np.nextafter(high, low)))
+
+
+def smooth(log_ratio: FloatArray) -> tuple[FloatArray, float]:
+    """Smooth the largest importance ratios by a generalised Pareto distribution.
+
+    Args:
+        log_ratio: Logarithms of the ratios, -inf where one is zero; shape (n,).
+
+    Returns:
+        Logarithms of the weights, which sum to one, and the Pareto shape k-hat.
+    """
+    log_weight, k_hat = arviz.psislw(log_ratio)  # type: ignore[no-untyped-call]
+    return np.asarray(log_weight), float(k_hat)
+
+
+def k_hat_limit(draws: int, largest: float = 0.7) -> float:
+    """Return the Pareto shape above which weights of so many draws are not reliable.
+
+    min(largest, 1 - 1/log10(draws)) (Vehtari et al. 2024, Sec. 3.2.4).
+    """
+    return float(min(largest, 1.0 - 1.0 / np.log10(draws)))
+
+
+def resample(weighted: WeightedDraws, draws: int, rng: np.random.Generator) -> FloatArray:
+    """Return equally weighted draws (draws, 4) by systematic resampling, in random order.
+
+    Each row is taken as often as its weight says, rounded up or down (Kitagawa 1996).
+    """
+    levels = (np.arange(draws) + rng.random()) / draws
+    edges = np.cumsum(weighted.weight)
+    rows = np.searchsorted(edges / edges[-1], levels, side="right")
+    return np.asarray(weighted.phi[rng.permutation(rows)])
+
+
+def _log_mixture(log_q: FloatArray, log_prior: FloatArray, prior_fraction: float) -> FloatArray:
+    mixture = np.logaddexp(np.log1p(-prior_fraction) + log_q, np.log(prior_fraction) + log_prior)
+    return np.asarray(mixture)
+
+
+def _evidence(log_ratio: FloatArray) -> tuple[float, float]:
+    """Return the logarithm of the mean ratio and its standard error (delta method)."""
+    largest = log_ratio.max()
+    ratio = np.exp(log_ratio - largest)
+    mean = float(ratio.mean())
+    return float(largest + np.log(mean)), float(ratio.std(ddof=1) / np.sqrt(len(ratio)) / mean)

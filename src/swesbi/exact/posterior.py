@@ -1,0 +1,154 @@
+"""The exact posterior: importance weights, and MCMC where they are not reliable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.exact.importance import WeightedDraws, k_hat_limit, resample, weigh
+from swesbi.exact.mcmc import McmcDraws, sample_mcmc
+from swesbi.exact.protocols import LikelihoodModel, Proposal
+from swesbi.exact.settings import ExactSettings, McmcSettings
+from swesbi.exact.starts import starting_points
+from swesbi.seeds import generator, integer_seed
+
+FloatArray = NDArray[np.float64]
+Sampler = Literal["importance", "mcmc"]
+PARAMETERS: Final = 4
+
+
+@dataclass(frozen=True)
+class ExactPosterior:
+    """Equally weighted draws of the exact posterior of one recording, and how they were come by.
+
+    Attributes:
+        phi: Draws; shape (n, 4).
+        sampler: What gave them.
+        reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
+        k_hat_limit: Largest admitted Pareto shape.
+        npe_phi: Draws of the proposal as they came; shape (m, 4).
+        weighted: All draws of the proposal with their weights.
+        r_hat: R-hat of the sampler by parameter, NaN without one; shape (4,).
+        effective_draws: Effective number of draws behind ``phi``, by parameter; shape (4,).
+        mcmc_steps: Steps of each walker, zero without a sampler.
+        converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
+    """
+
+    phi: FloatArray
+    sampler: Sampler
+    reasons: tuple[str, ...]
+    k_hat_limit: float
+    npe_phi: FloatArray
+    weighted: WeightedDraws
+    r_hat: FloatArray
+    effective_draws: FloatArray
+    mcmc_steps: int
+    converged: bool
+
+    @property
+    def k_hat(self) -> float:
+        """Pareto shape of the weights."""
+        return self.weighted.k_hat
+
+    @property
+    def efficiency(self) -> float:
+        """Effective share of the weighted draws."""
+        return self.weighted.efficiency
+
+    @property
+    def log_evidence(self) -> float:
+        """Logarithm of the evidence by the weights; as reliable as they are."""
+        return self.weighted.log_evidence
+
+
+def exact_posterior(
+    model: LikelihoodModel, proposal: Proposal, settings: ExactSettings, seed: int
+) -> ExactPosterior:
+    """Draw from the exact posterior of a recording.
+
+    Draws of the proposal are weighted; where the Pareto shape or the efficiency of the weights fails its
+    criterion, MCMC started from draws of the proposal takes over. A sampler that does not converge gives
+    its draws all the same, and ``converged`` and ``reasons`` say so.
+
+    Args:
+        model: Prior and exact likelihood.
+        proposal: The network's posterior of this recording.
+        settings: Sizes and criteria.
+        seed: Seed of everything.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw.
+    """
+    weighted = weigh(model, proposal, settings.proposal_draws, settings.prior_fraction, seed)
+    limit = k_hat_limit(settings.proposal_draws, settings.max_k_hat)
+    if reasons := weight_failures(weighted, limit, settings.min_efficiency):
+        return _by_mcmc(model, weighted, limit, reasons, settings, seed)
+    return ExactPosterior(
+        phi=resample(weighted, settings.draws, generator(seed, "exact", "resampling")),
+        sampler="importance",
+        reasons=(),
+        k_hat_limit=limit,
+        npe_phi=proposal_draws(weighted, settings.draws),
+        weighted=weighted,
+        r_hat=np.full(PARAMETERS, np.nan),
+        effective_draws=np.full(PARAMETERS, weighted.efficiency * len(weighted.phi)),
+        mcmc_steps=0,
+        converged=True,
+    )
+
+
+def weight_failures(weighted: WeightedDraws, limit: float, min_efficiency: float) -> tuple[str, ...]:
+    """Return why weights are not reliable, a sentence for each criterion that fails."""
+    reasons = []
+    if not weighted.k_hat <= limit:
+        reasons.append(f"the Pareto shape of the weights is {weighted.k_hat:.2f}, above {limit:.2f}")
+    if not weighted.efficiency >= min_efficiency:
+        reasons.append(
+            f"{100 * weighted.efficiency:.2g} % of the weighted draws are effective, "
+            f"fewer than {100 * min_efficiency:.2g} %"
+        )
+    return tuple(reasons)
+
+
+def proposal_draws(weighted: WeightedDraws, draws: int) -> FloatArray:
+    """Return the first draws (draws, 4) of the proposal alone, at most as many as there are."""
+    return weighted.phi[~weighted.from_prior][:draws]
+
+
+def _by_mcmc(
+    model: LikelihoodModel,
+    weighted: WeightedDraws,
+    limit: float,
+    reasons: tuple[str, ...],
+    settings: ExactSettings,
+    seed: int,
+) -> ExactPosterior:
+    rng = generator(seed, "exact", "mcmc")
+    start = starting_points(model, weighted, settings.mcmc.start_points, rng)
+    sampled = sample_mcmc(model, start, settings.mcmc, integer_seed(seed, "exact", "mcmc"))
+    return ExactPosterior(
+        phi=sampled.thinned(settings.draws, rng),
+        sampler="mcmc",
+        reasons=reasons + mcmc_failures(sampled, settings.mcmc),
+        k_hat_limit=limit,
+        npe_phi=proposal_draws(weighted, settings.draws),
+        weighted=weighted,
+        r_hat=sampled.r_hat,
+        effective_draws=sampled.effective_draws,
+        mcmc_steps=sampled.steps,
+        converged=sampled.converged,
+    )
+
+
+def mcmc_failures(sampled: McmcDraws, settings: McmcSettings) -> tuple[str, ...]:
+    """Return what a sampler missed, as a sentence; empty where it converged."""
+    if sampled.converged:
+        return ()
+    return (
+        f"MCMC has not converged after {sampled.steps} steps: R-hat is {sampled.r_hat.max():.4f} (below "
+        f"{settings.max_r_hat:g} is needed) with {sampled.effective_draws.min():.0f} effective draws "
+        f"({settings.min_effective_draws} are needed)",
+    )

@@ -1,0 +1,129 @@
+"""A model with a known posterior and proposals of any quality, for the tests of the exact posterior.
+
+log phi is normal (the prior's bounds lie 6 standard deviations away) and the data are A log phi plus normal
+noise, so posterior and evidence are normal and known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import multivariate_normal
+
+from swesbi.exact.settings import ExactSettings, McmcSettings
+from swesbi.simulations.prior import bounds, log_centre
+from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
+
+FloatArray = NDArray[np.float64]
+LOG_SD = 0.4
+CENTRES = dict(zip(PHI_NAMES, (45.0, 5.0, 30.0, 2.2), strict=True))
+MIXING = np.array(
+    [
+        [1.0, 0.8, 0.0, 0.0],
+        [0.0, 1.0, -0.5, 0.0],
+        [0.3, 0.0, 1.0, 0.2],
+        [1.0, 1.0, 0.0, 1.0],
+        [0.0, 0.0, 0.5, 1.0],
+    ]
+)
+NOISE_SD = np.array([0.15, 0.2, 0.1, 0.15, 0.2])
+OBSERVED = np.array([0.5, -0.2, 0.3, 0.4, 0.1])
+
+
+def _part(name: str) -> dict[str, float]:
+    centre, reach = CENTRES[name], float(np.exp(6.0 * LOG_SD))
+    return {"centre": centre, "log_sd": LOG_SD, "low": centre / reach, "high": centre * reach}
+
+
+PRIOR = JointPriorSettings.from_plain(
+    {
+        "theta": {name: _part(name) for name in PHI_NAMES[:3]},
+        "passive_scale_kpa": _part(PHI_NAMES[3]),
+    }
+)
+MCMC = McmcSettings(
+    ensembles=4,
+    walkers=32,
+    steps=400,
+    max_steps=4000,
+    warm_up_fraction=0.25,
+    max_r_hat=1.01,
+    min_effective_draws=1000,
+)
+SETTINGS = ExactSettings(
+    proposal_draws=8000,
+    prior_fraction=0.1,
+    max_k_hat=0.7,
+    min_efficiency=0.1,
+    draws=4000,
+    interval=0.9,
+    mcmc=MCMC,
+)
+
+
+@dataclass(frozen=True)
+class ToySettings:
+    prior: JointPriorSettings = PRIOR
+
+
+@dataclass(frozen=True)
+class ToyModel:
+    """Simulations fail where k_0 is above ``fails_above``."""
+
+    fails_above: float = np.inf
+    settings: ToySettings = field(default_factory=ToySettings)
+
+    def log_likelihood(self, phi: FloatArray) -> FloatArray:
+        z = (OBSERVED - np.log(phi / log_centre(PRIOR)) @ MIXING.T) / NOISE_SD
+        value = -0.5 * (z**2).sum(axis=1) - np.log(NOISE_SD).sum() - 0.5 * len(OBSERVED) * np.log(2 * np.pi)
+        return np.where(phi[:, 0] > self.fails_above, -np.inf, value)
+
+
+def known_covariance() -> FloatArray:
+    """Covariance of log phi."""
+    return np.linalg.inv(MIXING.T @ (MIXING / NOISE_SD[:, None] ** 2) + np.eye(4) / LOG_SD**2)
+
+
+def known_mean() -> FloatArray:
+    """Mean of log phi."""
+    return np.log(log_centre(PRIOR)) + known_covariance() @ MIXING.T @ (OBSERVED / NOISE_SD**2)
+
+
+def known_log_evidence() -> float:
+    covariance = LOG_SD**2 * MIXING @ MIXING.T + np.diag(NOISE_SD**2)
+    return float(multivariate_normal(np.zeros(len(OBSERVED)), covariance).logpdf(OBSERVED))
+
+
+@dataclass(frozen=True)
+class LogNormal:
+    """log phi ~ N(mean, covariance)."""
+
+    mean: FloatArray
+    covariance: FloatArray
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        log_phi = np.random.default_rng(seed).multivariate_normal(self.mean, self.covariance, draws)
+        return np.clip(np.exp(log_phi), *bounds(PRIOR))
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        log_phi = np.log(phi)
+        density = multivariate_normal(self.mean, self.covariance).logpdf(log_phi)
+        return np.asarray(density - log_phi.sum(axis=1))
+
+
+def proposal(width: float = 1.0, shift: float = 0.0) -> LogNormal:
+    """Return the posterior itself with its spread scaled, moved by ``shift`` of its standard deviations."""
+    direction = np.linalg.cholesky(known_covariance()) @ np.full(4, 0.5)
+    return LogNormal(known_mean() + shift * direction, width**2 * known_covariance())
+
+
+def check_posterior(phi: FloatArray, effective: float, weight: FloatArray | None = None) -> None:
+    """Compare draws with the known posterior: mean and covariance within 4.5 Monte Carlo errors."""
+    weight = np.full(len(phi), 1.0 / len(phi)) if weight is None else weight
+    root = np.linalg.cholesky(known_covariance())
+    standard = np.linalg.solve(root, (np.log(phi) - known_mean()).T)
+    np.testing.assert_allclose(standard @ weight, 0.0, atol=4.5 / np.sqrt(effective))
+    second = (standard * weight) @ standard.T
+    np.testing.assert_allclose(second, np.eye(4), atol=4.5 * np.sqrt(2.0 / effective))

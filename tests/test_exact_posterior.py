@@ -1,0 +1,186 @@
+"""The exact posterior of a recording: weights where they serve, the sampler where they do not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import arviz
+import numpy as np
+import pytest
+import speed_case
+from exact_case import PRIOR, SETTINGS, LogNormal, ToyModel, check_posterior, proposal
+from pydantic import ValidationError
+from scipy.stats import multivariate_normal
+
+from swesbi.artefacts import Provenance, save
+from swesbi.exact.dataset import exact_to_groups, read_exact_posterior
+from swesbi.exact.importance import weigh
+from swesbi.exact.posterior import ExactPosterior, exact_posterior
+from swesbi.exact.settings import ExactSettings
+from swesbi.inference.dataset import POSTERIOR, read_posterior
+from swesbi.speed_model.joint_prior import from_logit, log_jacobian, to_logit
+
+Z, COMPONENTS = np.array([0.5, -1.0, 2.0]), ("one", "two", "three")
+PROVENANCE = Provenance(POSTERIOR, "T", 1, {"a": 1}, "0" * 16)
+
+
+def posterior(
+    width: float = 1.0, shift: float = 0.0, settings: ExactSettings = SETTINGS, seed: int = 1
+) -> ExactPosterior:
+    return exact_posterior(ToyModel(), proposal(width, shift), settings, seed)
+
+
+def written(path: Path, exact: ExactPosterior) -> Path:
+    save(path, exact_to_groups(exact, Z, COMPONENTS, PRIOR, SETTINGS), PROVENANCE)
+    return path
+
+
+@pytest.mark.parametrize(("width", "shift"), [(1.0, 0.0), (1.3, 0.8)])
+def test_good_weights_are_used(width: float, shift: float) -> None:
+    exact = posterior(width, shift)
+    assert exact.sampler == "importance"
+    assert exact.converged
+    assert exact.reasons == ()
+    assert np.isnan(exact.r_hat).all()
+    assert exact.phi.shape == (SETTINGS.draws, 4)
+    check_posterior(exact.phi, 1.0 / (1.0 / SETTINGS.draws + 1.0 / exact.effective_draws[0]))
+
+
+@pytest.mark.parametrize(("width", "shift"), [(0.2, 2.0), (0.15, 0.0), (1.0, 6.0)])
+def test_the_sampler_takes_over_from_a_bad_proposal_and_is_right(width: float, shift: float) -> None:
+    exact = posterior(width, shift)
+    assert exact.sampler == "mcmc"
+    assert exact.converged
+    assert exact.reasons
+    assert exact.r_hat.max() < 1.01
+    check_posterior(exact.phi, 0.5 * exact.effective_draws.min())
+    with pytest.raises(AssertionError):
+        check_posterior(exact.npe_phi, 1000)
+
+
+def test_each_criterion_calls_the_sampler_alone() -> None:
+    strict = SETTINGS.model_copy(update={"max_k_hat": 0.01})
+    by_k_hat = posterior(0.8, settings=strict)
+    assert by_k_hat.sampler == "mcmc"
+    assert [reason.split()[1] for reason in by_k_hat.reasons] == ["Pareto"]
+    assert by_k_hat.k_hat_limit == 0.01
+    by_efficiency = posterior(settings=SETTINGS.model_copy(update={"min_efficiency": 0.95}))
+    assert by_efficiency.sampler == "mcmc"
+    assert by_efficiency.reasons == ("91 % of the weighted draws are effective, fewer than 95 %",)
+
+
+def test_a_sampler_that_does_not_converge_is_recorded(tmp_path: Path) -> None:
+    mcmc = SETTINGS.mcmc.model_copy(update={"max_steps": 500, "max_r_hat": 1.00001})
+    exact = posterior(0.2, 2.0, SETTINGS.model_copy(update={"mcmc": mcmc}))
+    assert not exact.converged
+    assert "MCMC has not converged" in exact.reasons[-1]
+    assert "after 500 steps" in exact.reasons[-1]
+    read = read_exact_posterior(written(tmp_path / "posterior.h5", exact))
+    assert not read.converged
+    assert read.reasons == exact.reasons
+
+
+@pytest.mark.parametrize(("width", "shift"), [(1.0, 0.0), (0.2, 2.0)])
+def test_the_artefact_reads_back(tmp_path: Path, width: float, shift: float) -> None:
+    exact = posterior(width, shift)
+    read = read_exact_posterior(written(tmp_path / "posterior.h5", exact))
+    for name in ("phi", "npe_phi", "r_hat", "effective_draws"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(exact, name))
+    for name in ("sampler", "reasons", "k_hat", "k_hat_limit", "efficiency", "mcmc_steps", "log_evidence"):
+        assert getattr(read, name) == getattr(exact, name)
+    for name in ("phi", "from_prior", "log_weight", "log_likelihood"):
+        np.testing.assert_array_equal(getattr(read.weighted, name), getattr(exact.weighted, name))
+
+
+def test_the_artefact_is_a_posterior_like_any_other(tmp_path: Path) -> None:
+    exact = posterior()
+    path = written(tmp_path / "posterior.h5", exact)
+    common = read_posterior(path)
+    np.testing.assert_array_equal(common.theta, exact.phi[:, :3])
+    np.testing.assert_allclose(common.median, np.median(exact.phi[:, :3], axis=0))
+    np.testing.assert_allclose(common.interval[:, 1], np.quantile(exact.phi[:, :3], 0.95, axis=0))
+    np.testing.assert_array_equal(common.unfiltered, exact.npe_phi[:, :3])
+    assert common.unfiltered_in_prior.all()
+    assert common.interval_mass == SETTINGS.interval
+    assert common.component_names == COMPONENTS
+    np.testing.assert_array_equal(common.z_obs, Z)
+    opened = arviz.from_netcdf(str(path), engine="h5netcdf")
+    assert opened.posterior["passive_scale_kpa"].shape == (1, SETTINGS.draws)
+    assert opened.posterior["passive_scale_kpa"].attrs["units"] == "kPa"
+
+
+@pytest.mark.parametrize(("width", "shift"), [(1.0, 0.0), (0.2, 2.0)])
+def test_artefacts_repeat_to_the_byte(tmp_path: Path, width: float, shift: float) -> None:
+    first, again, other = (
+        written(tmp_path / f"{name}.h5", posterior(width, shift, seed=seed)).read_bytes()
+        for name, seed in (("first", 1), ("again", 1), ("other", 2))
+    )
+    assert first == again
+    assert first != other
+
+
+def test_settings_that_cannot_work_are_refused() -> None:
+    with pytest.raises(ValidationError, match="a round of the sampler leaves only 38400"):
+        ExactSettings.from_plain({**SETTINGS.to_plain(), "draws": 50_000})
+
+
+@dataclass(frozen=True)
+class LogitNormal:
+    """eta = logit(phi) is normal: a proposal for the speed model that needs no network."""
+
+    mean: np.ndarray
+    covariance: np.ndarray
+
+    def draw(self, draws: int, seed: int) -> np.ndarray:
+        eta = np.random.default_rng(seed).multivariate_normal(self.mean, self.covariance, draws)
+        return from_logit(eta, speed_case.settings().prior)
+
+    def log_density(self, phi: np.ndarray) -> np.ndarray:
+        prior = speed_case.settings().prior
+        eta = to_logit(phi, prior)
+        density = multivariate_normal(self.mean, self.covariance).logpdf(eta)
+        return np.asarray(density - log_jacobian(eta, prior))
+
+
+def fitted(draws: int = 2000) -> LogitNormal:
+    """Return a normal fitted to the posterior of the speed model, from a wide one in two steps."""
+    model, prior = speed_case.model(), speed_case.settings().prior
+    current = LogitNormal(to_logit(speed_case.PHI, prior), np.diag([0.5, 0.5, 0.5, 0.2]))
+    for step in range(2):
+        weighted = weigh(model, current, draws, 0.1, step)
+        eta = to_logit(weighted.phi, prior)
+        mean = weighted.weight @ eta
+        covariance = (eta - mean).T @ ((eta - mean) * weighted.weight[:, None])
+        current = LogitNormal(mean, 1.2 * covariance)
+    return current
+
+
+def test_weights_serve_on_the_speed_model() -> None:
+    settings = SETTINGS.model_copy(update={"proposal_draws": 4000, "draws": 2000})
+    exact = exact_posterior(speed_case.model(), fitted(), settings, 1)
+    assert exact.sampler == "importance"
+    assert exact.efficiency > 0.5
+    low, high = np.quantile(exact.phi, [0.02, 0.98], axis=0)
+    assert np.all((low < speed_case.PHI) & (high > speed_case.PHI))
+
+
+@pytest.mark.slow
+def test_weights_and_sampler_agree_on_the_speed_model() -> None:
+    good = fitted()
+    weighted = exact_posterior(speed_case.model(), good, SETTINGS, 1)
+    bad = LogitNormal(good.mean + 2.0 * np.sqrt(np.diag(good.covariance)), 0.01 * good.covariance)
+    sampled = exact_posterior(speed_case.model(), bad, SETTINGS, 1)
+    assert (weighted.sampler, sampled.sampler) == ("importance", "mcmc")
+    one, other = (to_logit(part.phi, speed_case.settings().prior) for part in (weighted, sampled))
+    sd, error = one.std(axis=0), 4.0 / np.sqrt(np.minimum(sampled.effective_draws, SETTINGS.draws))
+    assert np.all(np.abs(one.mean(axis=0) - other.mean(axis=0)) / sd < error)
+    assert np.all(np.abs(other.std(axis=0) / sd - 1.0) < error)
+
+
+def test_a_proposal_far_from_the_posterior_is_no_excuse() -> None:
+    """Draws of the proposal all lie in another corner of the prior."""
+    corner = LogNormal(np.log([90.0, 12.0, 15.0, 4.0]), 0.01 * np.eye(4))
+    exact = exact_posterior(ToyModel(), corner, SETTINGS, 3)
+    assert exact.sampler == "mcmc"
+    check_posterior(exact.phi, 0.5 * exact.effective_draws.min())
