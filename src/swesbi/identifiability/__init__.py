@@ -1,0 +1,1 @@
+"""What a recording can tell about phi, which phases tell it, and what more repeats or phases would add."""

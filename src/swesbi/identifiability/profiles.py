@@ -1,0 +1,88 @@
+"""The profiles of one recording's likelihood: of each parameter, and of k_0 with k_ATP."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.identifiability.profile import Profile, interval, pair_profile, profile
+from swesbi.identifiability.settings import IdentifiabilitySettings
+from swesbi.identifiability.speeds import in_logit, maximum_likelihood
+from swesbi.simulations.prior import bounds
+from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings, from_logit
+from swesbi.speed_model.model import SpeedModel
+
+FloatArray = NDArray[np.float64]
+PAIR = (PHI_NAMES.index("k0_kpa"), PHI_NAMES.index("k_atp_per_s"))
+
+
+@dataclass(frozen=True)
+class Profiles:
+    """Deviances 2 (log L_max - log L) of the profiled likelihood, g grid points a parameter.
+
+    Attributes:
+        maximum_phi: phi of the greatest likelihood; (4,).
+        log_likelihood: There.
+        value: Grid of each parameter; (4, g).
+        deviance: Of each parameter there; (4, g).
+        interval: Likelihood-ratio interval of each parameter, its bound where open; (4, 2).
+        closed: Whether the interval ends there, rather than at the bound of the prior's box; (4, 2).
+        k0_kpa: Grid of the pair; (g,).
+        k_atp_per_s: Likewise; (g,).
+        pair_deviance: (g, g), k_0 along the first axis.
+    """
+
+    maximum_phi: FloatArray
+    log_likelihood: float
+    value: FloatArray
+    deviance: FloatArray
+    interval: FloatArray
+    closed: NDArray[np.bool_]
+    k0_kpa: FloatArray
+    k_atp_per_s: FloatArray
+    pair_deviance: FloatArray
+
+
+def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int) -> Profiles:
+    """Find the greatest likelihood inside the prior's box, and profile it."""
+    grid, prior = settings.profile, model.settings.prior
+    problem = in_logit(model, settings.difference_step)
+    found = maximum_likelihood(model, problem, grid.prior_starts, grid.searches, seed)
+    best = found.x[found.best]
+    sizes = (grid.coarse_points, grid.points)
+    single = [profile(problem, j, best, *sizes) for j in range(len(PHI_NAMES))]
+    pair = pair_profile(problem, single[PAIR[0]], single[PAIR[1]])
+    # a profile may climb a little above the search, whose steps stop at a tolerance
+    highest = max(found.log_likelihood.max(), *(one.log_likelihood.max() for one in (*single, pair)))
+    ends, closed = _intervals(single, best, highest, settings.interval, prior)
+    return Profiles(
+        maximum_phi=from_logit(best, prior),
+        log_likelihood=float(highest),
+        value=np.stack([_phi_of(one.axes[0], j, prior) for j, one in enumerate(single)]),
+        deviance=np.stack([one.deviance(highest) for one in single]),
+        interval=ends,
+        closed=closed,
+        k0_kpa=_phi_of(pair.axes[0], PAIR[0], prior),
+        k_atp_per_s=_phi_of(pair.axes[1], PAIR[1], prior),
+        pair_deviance=pair.deviance(highest),
+    )
+
+
+def _intervals(
+    single: list[Profile],
+    best: FloatArray,
+    maximum: float,
+    level: float,
+    prior: JointPriorSettings,
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    crossings = np.array([interval(one, best, maximum, level) for one in single])
+    ends = np.stack([_phi_of(row, j, prior) for j, row in enumerate(crossings)])
+    closed = np.isfinite(crossings)
+    return np.where(closed, ends, np.column_stack(bounds(prior))), closed
+
+
+def _phi_of(eta: FloatArray, parameter: int, prior: JointPriorSettings) -> FloatArray:
+    """Return the values of one parameter for its logits."""
+    return from_logit(np.repeat(eta[:, None], len(PHI_NAMES), axis=1), prior)[:, parameter]

@@ -1,0 +1,161 @@
+"""Everything about one subject: contraction, profiles, information of the phases, designs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.calibration.quantities import activation_duration_s
+from swesbi.identifiability.contraction import Contraction, contraction, prior_quantities
+from swesbi.identifiability.designs import Designs, expected_of_designs
+from swesbi.identifiability.laplace import expected_sd, prior_precision
+from swesbi.identifiability.normal import differentiate, information_by_datum, log_likelihood_terms
+from swesbi.identifiability.phases import LeftOut, PhaseInformation, leave_phases_out, phase_information
+from swesbi.identifiability.profiles import Profiles, profiles_of
+from swesbi.identifiability.quantities import log_gradient, quantities
+from swesbi.identifiability.settings import IdentifiabilitySettings
+from swesbi.identifiability.speeds import SimulatedStencil, in_log, moments_of_phi, simulate_stencil
+from swesbi.seeds import generator
+from swesbi.speed_model.model import SpeedModel
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RecordedSubject:
+    """One recording with its posterior.
+
+    Attributes:
+        model: The model of its speeds.
+        phi: Posterior draws; (n, 4).
+        phase: All phases of the recording, missing ones too; (P,).
+        measured: Which of them were measured; (P,).
+        repeat_variance: Squared relative standard error of one repeat's mean speed.
+    """
+
+    model: SpeedModel
+    phi: FloatArray
+    phase: FloatArray
+    measured: NDArray[np.bool_]
+    repeat_variance: float
+
+    @property
+    def name(self) -> str:
+        """The subject's name."""
+        return self.model.recording.subject
+
+    @property
+    def duration_s(self) -> float:
+        """Duration of the activation."""
+        return activation_duration_s(self.model)
+
+    @property
+    def equivalent_repeats(self) -> float:
+        """Repeats of usual size that give the recording's mean squared standard error."""
+        return float(self.repeat_variance / np.mean(self.model.recording.relative_se**2))
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Posterior spread of q quantities: found, and expected from the information of the recording; (q,) each.
+
+    Attributes:
+        median: Posterior median.
+        sd_log: Posterior sd of the log.
+        expected_sd_log: Expected one, the variance averaged over posterior draws.
+        expected_sd_log_at_median: The same at the posterior median alone.
+    """
+
+    median: FloatArray
+    sd_log: FloatArray
+    expected_sd_log: FloatArray
+    expected_sd_log_at_median: FloatArray
+
+
+@dataclass(frozen=True)
+class SubjectIdentifiability:
+    """What one recording tells of its subject's parameters.
+
+    Attributes:
+        subject: Name.
+        spread: Of the posterior.
+        contraction: Against the prior.
+        profiles: Of the likelihood.
+        phases: What each measured phase is expected to tell; (q, p).
+        left_out: What the posterior is without each; (q, p).
+        designs: What other recordings would tell.
+        shown: Posterior draws for the figure; (m, 4).
+    """
+
+    subject: str
+    spread: Spread
+    contraction: Contraction
+    profiles: Profiles
+    phases: PhaseInformation
+    left_out: LeftOut
+    designs: Designs
+    shown: FloatArray
+
+
+def drawn(recorded: RecordedSubject, number: int, seed: int, purpose: str) -> FloatArray:
+    """Return ``number`` of the posterior draws (all, if there are fewer), a sample of its own a purpose."""
+    rng = generator(seed, "identifiability", purpose, recorded.name)
+    rows = rng.permutation(len(recorded.phi))[:number]
+    return recorded.phi[np.sort(rows)]
+
+
+def stencil_of(
+    recorded: RecordedSubject, draws: int, settings: IdentifiabilitySettings, seed: int
+) -> SimulatedStencil:
+    """Simulate the draws that designs are judged by."""
+    return simulate_stencil(
+        recorded.model, drawn(recorded, draws, seed, "information"), settings.difference_step
+    )
+
+
+def identify(
+    recorded: RecordedSubject, settings: IdentifiabilitySettings, seed: int
+) -> SubjectIdentifiability:
+    """Study the identifiability of one subject."""
+    model, duration = recorded.model, recorded.duration_s
+    values = quantities(recorded.phi, duration)
+    simulated = stencil_of(recorded, settings.information_draws, settings, seed)
+    moments = moments_of_phi(model, recorded.phi)
+    return SubjectIdentifiability(
+        subject=recorded.name,
+        spread=_spread(recorded, np.exp(simulated.log_phi[0]), settings.difference_step),
+        contraction=contraction(values, prior_quantities(model.settings.prior, duration)),
+        profiles=profiles_of(model, settings, seed),
+        phases=_phases(recorded, np.exp(simulated.log_phi[0]), settings.difference_step),
+        left_out=leave_phases_out(
+            np.log(values), log_likelihood_terms(moments, np.log(model.recording.speed_m_s))
+        ),
+        designs=expected_of_designs(model, simulated, duration, recorded.repeat_variance, settings.design),
+        shown=drawn(recorded, settings.shown_draws, seed, "shown"),
+    )
+
+
+def _by_phase(recorded: RecordedSubject, phi: FloatArray, step: float) -> FloatArray:
+    """Return each measured phase's expected information in log phi, (n, p, 4, 4)."""
+    return information_by_datum(differentiate(in_log(recorded.model), np.log(phi), step))
+
+
+def _spread(recorded: RecordedSubject, phi: FloatArray, step: float) -> Spread:
+    values = quantities(recorded.phi, recorded.duration_s)
+    at_median = np.median(recorded.phi, axis=0)[None]
+    precision = prior_precision(recorded.model.settings.prior)
+    over_draws, at_one = (
+        expected_sd(
+            precision, _by_phase(recorded, at, step).sum(axis=1), log_gradient(at, recorded.duration_s)
+        )
+        for at in (phi, at_median)
+    )
+    return Spread(np.median(values, axis=0), np.log(values).std(axis=0), over_draws, at_one)
+
+
+def _phases(recorded: RecordedSubject, phi: FloatArray, step: float) -> PhaseInformation:
+    precision = prior_precision(recorded.model.settings.prior)
+    gradient = log_gradient(phi, recorded.duration_s)
+    return phase_information(_by_phase(recorded, phi, step), precision, gradient)

@@ -1,0 +1,163 @@
+"""Fisher information and score, contraction, and which datum informs which parameter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import speed_case
+from identifiability_case import LOG_SD_SLOPES, OBSERVED, SD, SLOPES, heteroscedastic, linear, precision
+
+from swesbi.identifiability.contraction import contraction, prior_quantities
+from swesbi.identifiability.laplace import expected_sd, interval_fold, prior_precision
+from swesbi.identifiability.normal import (
+    Moments,
+    differentiate,
+    information_by_datum,
+    log_likelihood_terms,
+    score,
+)
+from swesbi.identifiability.phases import leave_phases_out, phase_information
+from swesbi.identifiability.quantities import log_gradient, quantities
+from swesbi.identifiability.speeds import in_log, moments_of_phi
+from swesbi.speed_model.likelihood import draw_speeds
+from swesbi.speed_model.settings import DiscrepancySettings
+
+X = np.array([[0.2, -0.1, 0.3]])
+
+
+def test_the_information_of_a_linear_normal_model_is_known() -> None:
+    found = information_by_datum(differentiate(linear, X, 0.01)).sum(axis=1)[0]
+    np.testing.assert_allclose(found, precision(), rtol=1e-9)
+
+
+def test_the_information_counts_what_the_spread_tells() -> None:
+    at = differentiate(heteroscedastic, X, 0.01)
+    sd = SD * np.exp(LOG_SD_SLOPES @ X[0])
+    expected = SLOPES.T @ np.diag(sd**-2.0) @ SLOPES + 2.0 * LOG_SD_SLOPES.T @ LOG_SD_SLOPES
+    np.testing.assert_allclose(information_by_datum(at).sum(axis=1)[0], expected, rtol=1e-8)
+
+
+def test_the_score_is_the_gradient_of_the_likelihood() -> None:
+    at = differentiate(heteroscedastic, X, 0.01)
+    step = 1e-6
+    numeric = [
+        np.diff(
+            [log_likelihood_terms(heteroscedastic(X + s * step * unit), OBSERVED).sum() for s in (-1.0, 1.0)]
+        )[0]
+        / (2.0 * step)
+        for unit in np.eye(3)
+    ]
+    np.testing.assert_allclose(score(at, OBSERVED)[0], numeric, rtol=1e-6)
+
+
+def test_the_information_of_speeds_is_the_covariance_of_their_score() -> None:
+    timing = DiscrepancySettings(speed_fraction=0.01, timing_cycle=0.05)  # a spread that depends much on phi
+    shipped, draws = speed_case.model(), 40_000
+    model = replace(shipped, settings=shipped.settings.model_copy(update={"discrepancy": timing}))
+    phi = np.array([[75.0, 9.0, 24.0, 2.0]])
+    at = differentiate(in_log(model), np.log(phi), 0.01)
+    predicted = model.predict(phi)
+    rng = np.random.default_rng(5)
+    repeated = type(predicted)(
+        *(np.repeat(part, draws, axis=0) for part in (predicted.log_speed, predicted.slope))
+    )
+    speeds = draw_speeds(repeated, model.recording.relative_se, model.settings.discrepancy, rng)
+    scores = score(at, np.log(speeds))
+    information = information_by_datum(at).sum(axis=1)[0]
+    scale = np.sqrt(np.diag(information))
+    # the Monte Carlo error of a covariance in units of the information is below 1 %, that of a mean 0.5 %
+    np.testing.assert_allclose(scores.mean(axis=0) / scale, 0.0, atol=0.02)
+    np.testing.assert_allclose(
+        np.cov(scores.T) / np.outer(scale, scale), information / np.outer(scale, scale), atol=0.03
+    )
+    without_spread = np.einsum("njp,nkp->jk", *2 * (at.mean_by * np.exp(-at.moments.log_sd)[:, None],))
+    assert information[2, 2] > 1.1 * without_spread[2, 2]  # so the test would see its omission
+
+
+def test_the_moments_of_speeds_give_the_likelihood_of_the_speed_model() -> None:
+    model = speed_case.model()
+    phi = np.array([[60.0, 6.0, 29.0, 2.2], [90.0, 12.0, 20.0, 1.5]])
+    terms = log_likelihood_terms(moments_of_phi(model, phi), np.log(model.recording.speed_m_s))
+    np.testing.assert_allclose(terms.sum(axis=1), model.log_likelihood(phi), rtol=1e-12)
+
+
+def test_information_does_not_depend_on_the_step_of_the_differences() -> None:
+    model, log_phi = speed_case.model(), np.log(speed_case.PHI[None])
+    small, large = (
+        information_by_datum(differentiate(in_log(model), log_phi, step)).sum(axis=1)[0]
+        for step in (0.005, 0.02)
+    )
+    scale = np.sqrt(np.outer(np.diag(small), np.diag(small)))
+    np.testing.assert_allclose(small / scale, large / scale, atol=0.01)
+
+
+def test_contraction_of_known_distributions() -> None:
+    rng = np.random.default_rng(1)
+    prior = np.exp(rng.normal(0.0, [0.5, 0.4], (200_000, 2)))
+    same = contraction(prior, prior)
+    np.testing.assert_allclose([same.linear, same.logarithm], 0.0, atol=1e-12)
+    posterior = np.exp(rng.normal(0.3, [0.05, 0.4], (200_000, 2)))
+    np.testing.assert_allclose(contraction(posterior, prior).logarithm, [0.99, 0.0], atol=0.01)
+
+
+def test_prior_quantities_have_the_priors_moments() -> None:
+    prior = speed_case.settings().prior
+    values = np.log(prior_quantities(prior, 0.3))
+    inside = [part.log_sd for part in prior.parameters]
+    # truncation narrows the normal: least for k_0, whose bounds lie three standard deviations away
+    assert np.all(values[:, :4].std(axis=0) < inside)
+    assert values[:, 0].std() == pytest.approx(inside[0], rel=0.02)
+    np.testing.assert_allclose(
+        np.exp(values[:, 4]), np.exp(values[:, 0]) * -np.expm1(-np.exp(values[:, 1]) * 0.3)
+    )
+
+
+def test_the_gradient_of_the_quantities() -> None:
+    phi, step = speed_case.PHI[None], 1e-6
+    for j in range(4):
+        up, down = (quantities(phi * np.exp(s * step * np.eye(4)[j]), 0.3) for s in (1.0, -1.0))
+        numeric = np.log(up / down)[0] / (2.0 * step)
+        np.testing.assert_allclose(log_gradient(phi, 0.3)[0, :, j], numeric, atol=1e-6)
+
+
+def test_leaving_a_datum_out_is_exact_for_a_linear_normal_model() -> None:
+    by_datum = information_by_datum(differentiate(linear, X, 0.01))
+    prior = np.diag([0.5, 1.0, 2.0])
+    found = phase_information(by_datum, prior, np.eye(3)[None])
+    whole = np.sqrt(np.diag(np.linalg.inv(prior + precision())))
+    rows = SLOPES / SD[:, None]
+    for i in range(len(SD)):
+        without = np.linalg.inv(prior + precision() - np.outer(rows[i], rows[i]))
+        np.testing.assert_allclose(
+            found.sd_increase[:, i], np.sqrt(np.diag(without)) / whole - 1.0, rtol=1e-8
+        )
+    np.testing.assert_allclose(found.share, (rows**2 / np.sum(rows**2, axis=0)).T, rtol=1e-8)
+
+
+def test_reweighted_draws_are_those_of_the_posterior_without_the_datum() -> None:
+    noise, prior, rng = 3.0 * SD, np.diag([5.0, 4.0, 6.0]), np.random.default_rng(2)
+    rows = SLOPES / noise[:, None]
+    covariance = np.linalg.inv(prior + rows.T @ rows)
+    mean = covariance @ rows.T @ (OBSERVED / noise)
+    draws = rng.multivariate_normal(mean, covariance, 20_000)
+    moments = Moments(draws @ SLOPES.T, np.broadcast_to(np.log(noise), (len(draws), len(noise))))
+    found = leave_phases_out(draws, log_likelihood_terms(moments, OBSERVED))
+    assert found.k_hat.max() < 0.6
+    sd = np.sqrt(np.diag(covariance))
+    for i in range(len(noise)):
+        without = np.linalg.inv(prior + rows.T @ rows - np.outer(rows[i], rows[i]))
+        kept = np.arange(len(noise)) != i
+        expected = without @ rows[kept].T @ (OBSERVED[kept] / noise[kept])
+        np.testing.assert_allclose(found.sd_increase[:, i], np.sqrt(np.diag(without)) / sd - 1.0, atol=0.03)
+        np.testing.assert_allclose(found.mean_shift[:, i], (expected - mean) / sd, atol=0.04)
+    assert np.abs(found.sd_increase).max() > 0.1 and np.abs(found.mean_shift).max() > 0.2
+
+
+def test_expected_sd_of_a_normal_prior_and_of_its_information() -> None:
+    prior = prior_precision(speed_case.settings().prior)
+    np.testing.assert_allclose(np.diag(prior) ** -0.5, [0.5, 0.6, 0.45, 0.4])
+    nothing = expected_sd(prior, np.zeros((1, 4, 4)), np.eye(4)[None])
+    np.testing.assert_allclose(nothing, [0.5, 0.6, 0.45, 0.4])
+    assert interval_fold(np.array(0.1), 0.9) == pytest.approx(np.exp(2 * 1.6448536 * 0.1))
