@@ -43,3 +43,154 @@ rule train_flow:
         "Training the flow of the experiment '{wildcards.experiment}' (minutes; progress below)"
     script:
         "../scripts/train_flow.py"
+
+
+rule exact_posterior:
+    """The network's draws weighted with the simulator, or MCMC; how reliable they are stands beside them."""
+    input:
+        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
+        noise=f"{RESULTS}/cohort/noise.h5",
+        estimator=rules.train_flow.output.estimator,
+    output:
+        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+    log:
+        f"{RESULTS}/logs/exact_posterior/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/exact_posterior/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("exact_posterior"),
+    message:
+        "Exact posterior of {wildcards.subject} ('{wildcards.experiment}')"
+    script:
+        "../scripts/exact_posterior.py"
+
+
+rule misspecification:
+    """Null distributions of the misspecification tests, and recordings that measure their power."""
+    input:
+        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
+        noise=f"{RESULTS}/cohort/noise.h5",
+        estimator=rules.train_flow.output.estimator,
+    output:
+        misspecification=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/misspecification.h5",
+    log:
+        f"{RESULTS}/logs/misspecification/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/misspecification/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("misspecification"),
+    message:
+        "Null distributions of {wildcards.subject}'s misspecification tests ('{wildcards.experiment}')"
+    script:
+        "../scripts/misspecification.py"
+
+
+rule verdict:
+    """One verdict a subject, with the tests and features that say so."""
+    input:
+        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+        misspecification=rules.misspecification.output.misspecification,
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        noise=f"{RESULTS}/cohort/noise.h5",
+    output:
+        support=report(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+            caption="../report/verdict.rst",
+            category="Experiment {experiment}",
+            subcategory="Subject {subject}",
+            labels={"result": "verdict of the misspecification tests"},
+        ),
+    log:
+        f"{RESULTS}/logs/verdict/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/verdict/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("verdict"),
+    message:
+        "Verdict on {wildcards.subject} ('{wildcards.experiment}')"
+    script:
+        "../scripts/verdict.py"
+
+
+rule misspecification_table:
+    """False alarms on well-specified recordings, and power on the virtual volunteers recorded anew."""
+    input:
+        misspecifications=expand(
+            rules.misspecification.output.misspecification,
+            subject=SUBJECTS,
+            allow_missing=True,
+        ),
+    output:
+        table=report(
+            f"{RESULTS}/{{experiment}}/misspecification.csv",
+            caption="../report/misspecification.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "false alarms and power"},
+        ),
+    log:
+        f"{RESULTS}/logs/misspecification_table/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/misspecification_table/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("misspecification_table"),
+    message:
+        "False alarms and power of the misspecification tests ('{wildcards.experiment}')"
+    script:
+        "../scripts/misspecification_table.py"
+
+
+rule misspecification_figure:
+    input:
+        table=rules.misspecification_table.output.table,
+        supports=expand(
+            rules.verdict.output.support, subject=SUBJECTS, allow_missing=True
+        ),
+    output:
+        figure_pdf=f"{RESULTS}/figures/misspecification-{{experiment}}.pdf",
+        figure_png=report(
+            f"{RESULTS}/figures/misspecification-{{experiment}}.png",
+            caption="../report/misspecification.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "misspecification tests"},
+        ),
+    log:
+        f"{RESULTS}/logs/misspecification_figure/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/misspecification_figure/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("misspecification_figure"),
+    message:
+        "Figure: misspecification tests of '{wildcards.experiment}'"
+    script:
+        "../scripts/misspecification_figure.py"
+
+
+rule noise_figure:
+    """Noise between repeats and between samples: of each recording, and of the whole cohort."""
+    input:
+        noise=f"{RESULTS}/cohort/noise.h5",
+    output:
+        figure_pdf=f"{RESULTS}/figures/noise.pdf",
+        figure_png=f"{RESULTS}/figures/noise.png",
+    log:
+        f"{RESULTS}/logs/noise_figure.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/noise_figure.tsv"
+    params:
+        stage=stage("noise_figure"),
+    message:
+        "Figure: noise of the measured speeds"
+    script:
+        "../scripts/noise_figure.py"

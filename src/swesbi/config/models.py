@@ -11,6 +11,7 @@ from swesbi.config.checks import CHECKS
 from swesbi.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.flow.settings import FlowSettings
+from swesbi.exact.settings import ExactSettings
 from swesbi.forward_model import ForwardModelSettings
 from swesbi.inference.settings import (
     AcquisitionSeedsSettings,
@@ -21,6 +22,7 @@ from swesbi.inference.settings import (
     RecoverySettings,
     SupportSettings,
 )
+from swesbi.misspecification.settings import MisspecificationSettings
 from swesbi.noise.settings import NoiseSettings
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
 from swesbi.recording.settings import RecordingSettings
@@ -61,7 +63,9 @@ class SpeedExperimentSettings(Settings):
     summary: SummarySettings
     observation_model: SpeedObservationSettings
     estimator: FlowSettings
+    exact: ExactSettings
     predictive: PredictiveSettings
+    misspecification: MisspecificationSettings
 
 
 AnyExperiment = Annotated[ExperimentSettings | SpeedExperimentSettings, Field(discriminator="kind")]

@@ -126,6 +126,10 @@ def _train_flow(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return own | {"model": _speed_model(study, wildcards)}
 
 
+def _exact_posterior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _of_experiment(study, wildcards, "exact") | {"model": _speed_model(study, wildcards)}
+
+
 def _discrepancy(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     section = study.config.discrepancy_study.to_plain()
     none = {"speed_fraction": 0.0, "timing_cycle": 0.0}  # what is chosen already must not matter
@@ -157,6 +161,32 @@ def _predictive_speeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return own | {"model": _speed_model(study, wildcards)}
 
 
+def _misspecification(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    own = _of_experiment(study, wildcards, "misspecification")["misspecification"]
+    parts = {"model": _speed_model(study, wildcards), "synthetic": own["synthetic"]}
+    return parts | _common(study.config, "acquisition", "recording")
+
+
+def _misspecification_table(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return {"rule": _of_experiment(study, wildcards, "misspecification")["misspecification"]["rule"]}
+
+
+def _misspecification_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    rule = _misspecification_table(study, wildcards)["rule"]
+    return _figure(study, wildcards) | {"strained_level": rule["strained_level"]}
+
+
+def _verdict(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    own = _of_experiment(study, wildcards, "misspecification", "summary")
+    tests = own["misspecification"]
+    return {
+        "model": _speed_model(study, wildcards),
+        "rule": tests["rule"],
+        "strip_fraction": tests["synthetic"]["strip_fraction"],
+        "summary": own["summary"],
+    }
+
+
 def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     config = study.config
     own = {"search": config.cmaes.search.to_plain(), "prior": config.priors[config.cmaes.prior].to_plain()}
@@ -169,6 +199,14 @@ def _figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 def _figure_with_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return _figure(study, wildcards) | _of_experiment(study, wildcards, "prior")
+
+
+def _exact_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _figure(study, wildcards) | {"prior": _speed_model(study, wildcards)["prior"]}
+
+
+def _nothing(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return {}
 
 
 def _experiments_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
@@ -271,22 +309,41 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "acquisition_seeds": _acquisition_seeds,
     "speed_pool": _speed_pool,
     "train_flow": _train_flow,
+    "exact_posterior": _exact_posterior,
     "discrepancy": _discrepancy,
     "noise_figure": _figure,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,
     "predictive_speeds": _predictive_speeds,
+    "misspecification": _misspecification,
+    "misspecification_table": _misspecification_table,
+    "misspecification_figure": _misspecification_figure,
+    "verdict": _verdict,
     "cmaes": _cmaes,
     "ppc_figure": _figure,
     "posterior_figure": _figure_with_prior,
+    "exact_figure": _exact_figure,
+    "exact_figures": _exact_figure,
     "cohort_figures": _figure_with_prior,
     "training_figure": _figure,
     "tables": _figure,
+    "truth": _nothing,
     "workflow_figure": _workflow_figure,
     "experiments_figure": _experiments_figure,
     "paper_comparison": _paper_comparison,
     "report": _report,
 }
 STAGES: Final = tuple(_SLICES)
-SPEED_STAGES: Final = ("speed_pool", "train_flow", "predictive_speeds")
+SPEED_STAGES: Final = (
+    "speed_pool",
+    "train_flow",
+    "exact_posterior",
+    "predictive_speeds",
+    "exact_figure",
+    "exact_figures",
+    "misspecification",
+    "misspecification_table",
+    "misspecification_figure",
+    "verdict",
+)
 """The stages of experiments of kind `speeds`; those that name an experiment and are not here: `features`."""

@@ -42,20 +42,14 @@ class RememberingModel:
 
 
 def weighted_posterior(
-    model: SpeedModel, flow: TrainedFlow, draws: int, prior_fraction: float, seed: int
+    model: SpeedModel, flow: TrainedFlow, settings: SyntheticSettings, seed: int
 ) -> PosteriorDraws:
     """Weight draws of the flow and the prior to the exact posterior of the model's recording."""
     remembering = RememberingModel(model)
-    weighted = weigh(remembering, flow_proposal(flow, model.recording), draws, prior_fraction, seed)
+    proposal = flow_proposal(flow, model.recording)
+    weighted = weigh(remembering, proposal, settings.draws, settings.prior_fraction, seed)
     predicted = remembering.predicted if remembering.predicted else model.predict(weighted.phi)
     return _posterior(weighted, predicted)
-
-
-def equal_posterior(model: SpeedModel, phi: FloatArray, k_hat: float, efficiency: float) -> PosteriorDraws:
-    """Return equally weighted draws of the exact posterior (n, 4), simulated anew; failures get no weight."""
-    predicted = model.predict(phi)
-    works = np.isfinite(predicted.log_speed).all(axis=1)
-    return PosteriorDraws(phi, works / works.sum(), predicted, k_hat, efficiency)
 
 
 def check_recordings(
@@ -63,7 +57,6 @@ def check_recordings(
     recordings: Sequence[SpeedRecording],
     flow: TrainedFlow,
     settings: SyntheticSettings,
-    prior_fraction: float,
     seed: int,
     name: str,
 ) -> Checks:
@@ -74,7 +67,6 @@ def check_recordings(
         recordings: The n recordings, at least one.
         flow: The proposal.
         settings: Weighted draws of each recording, and the width of the strip at a bound.
-        prior_fraction: Share of the draws from the prior.
         seed: Study seed; each recording has a stream of its own.
         name: Names the streams and the progress lines.
     """
@@ -83,7 +75,7 @@ def check_recordings(
     for index, recording in enumerate(recordings):
         stream = ("misspecification", name, model.recording.subject, index)
         own = replace(model, recording=recording)
-        posterior = weighted_posterior(own, flow, settings.draws, prior_fraction, integer_seed(seed, *stream))
+        posterior = weighted_posterior(own, flow, settings, integer_seed(seed, *stream))
         rng = generator(seed, *stream, "replicated")
         rows.append(check_recording(own, posterior, flow.conditioner.settings, settings.strip_fraction, rng))
         progress.step()

@@ -40,7 +40,6 @@ class MisspecificationStageSettings(Settings):
     model: SpeedModelSettings
     recording: RecordingSettings
     acquisition: AcquisitionSettings
-    prior_fraction: float
     synthetic: SyntheticSettings
 
 
@@ -75,9 +74,7 @@ def run(
     made = _make(model, observed, components, settings, origin.seed)
     names = summary_names(conditioning.summary)
     checks = {
-        kind: check_recordings(
-            model, part.recordings, flow, sizes, settings.prior_fraction, origin.seed, kind
-        )
+        kind: check_recordings(model, part.recordings, flow, sizes, origin.seed, kind)
         if part.recordings
         else no_checks(len(names))
         for kind, part in made.items()
