@@ -106,6 +106,17 @@ def study_outputs():
                 "paper_comparison.tex",
             ],
         ),
+        *expand(
+            f"{RESULTS}/figures/{{figure}}-{{experiment}}.{{image}}",
+            figure=["identifiability", "design"],
+            experiment=SPEED_EXPERIMENTS,
+            image=["pdf", "png"],
+        ),
+        *expand(
+            f"{RESULTS}/{{experiment}}/{{table}}.csv",
+            experiment=SPEED_EXPERIMENTS,
+            table=["identifiability", "information", "design"],
+        ),
         *expand(f"{RESULTS}/{{experiment}}/recovery.csv", experiment=EXPERIMENTS),
         *expand(
             f"{RESULTS}/{{experiment}}/recovery_acquisition.csv", experiment=EXPERIMENTS

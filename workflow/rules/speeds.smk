@@ -194,3 +194,81 @@ rule noise_figure:
         "Figure: noise of the measured speeds"
     script:
         "../scripts/noise_figure.py"
+
+
+rule identifiability:
+    """Contraction, profiles of the exact likelihood, information of each phase, and other designs."""
+    input:
+        posteriors=of_subjects("{experiment}/subjects/{subject}/posterior.h5"),
+        observations=of_subjects("cohort/{subject}/observation.h5"),
+        noise=f"{RESULTS}/cohort/noise.h5",
+    output:
+        identifiability=f"{RESULTS}/{{experiment}}/identifiability.h5",
+        summary=report(
+            f"{RESULTS}/{{experiment}}/identifiability.csv",
+            caption="../report/identifiability_table.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "identifiability"},
+        ),
+        information=report(
+            f"{RESULTS}/{{experiment}}/information.csv",
+            caption="../report/information.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "information of the phases"},
+        ),
+        design=report(
+            f"{RESULTS}/{{experiment}}/design.csv",
+            caption="../report/design.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "designs"},
+        ),
+    log:
+        f"{RESULTS}/logs/identifiability/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/identifiability/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("identifiability"),
+    message:
+        "Identifiability in '{wildcards.experiment}': profiles, information of the phases, designs"
+    script:
+        "../scripts/identifiability.py"
+
+
+rule identifiability_figures:
+    """What the recordings tell, and what more repeats or phases would."""
+    input:
+        identifiability=rules.identifiability.output.identifiability,
+    output:
+        identifiability_pdf=f"{RESULTS}/figures/identifiability-{{experiment}}.pdf",
+        identifiability_png=report(
+            f"{RESULTS}/figures/identifiability-{{experiment}}.png",
+            caption="../report/identifiability.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "what the recordings tell"},
+        ),
+        design_pdf=f"{RESULTS}/figures/design-{{experiment}}.pdf",
+        design_png=report(
+            f"{RESULTS}/figures/design-{{experiment}}.png",
+            caption="../report/design.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "more repeats or phases"},
+        ),
+    log:
+        f"{RESULTS}/logs/identifiability_figures/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/identifiability_figures/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("identifiability_figures"),
+    message:
+        "Figures: identifiability and designs of '{wildcards.experiment}'"
+    script:
+        "../scripts/identifiability_figures.py"

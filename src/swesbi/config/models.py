@@ -13,6 +13,7 @@ from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.flow.settings import FlowSettings
 from swesbi.exact.settings import ExactSettings
 from swesbi.forward_model import ForwardModelSettings
+from swesbi.identifiability.settings import IdentifiabilitySettings
 from swesbi.inference.settings import (
     AcquisitionSeedsSettings,
     EpochStudySettings,
@@ -66,6 +67,7 @@ class SpeedExperimentSettings(Settings):
     exact: ExactSettings
     predictive: PredictiveSettings
     misspecification: MisspecificationSettings
+    identifiability: IdentifiabilitySettings
 
 
 AnyExperiment = Annotated[ExperimentSettings | SpeedExperimentSettings, Field(discriminator="kind")]

@@ -187,6 +187,15 @@ def _verdict(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     }
 
 
+def _identifiability(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _of_experiment(study, wildcards, "identifiability") | {"model": _speed_model(study, wildcards)}
+
+
+def _identifiability_figures(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    _named(study, wildcards, "experiment")
+    return _figure(study, wildcards)
+
+
 def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     config = study.config
     own = {"search": config.cmaes.search.to_plain(), "prior": config.priors[config.cmaes.prior].to_plain()}
@@ -319,6 +328,8 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "misspecification_table": _misspecification_table,
     "misspecification_figure": _misspecification_figure,
     "verdict": _verdict,
+    "identifiability": _identifiability,
+    "identifiability_figures": _identifiability_figures,
     "cmaes": _cmaes,
     "ppc_figure": _figure,
     "posterior_figure": _figure_with_prior,
@@ -337,6 +348,8 @@ STAGES: Final = tuple(_SLICES)
 SPEED_STAGES: Final = (
     "speed_pool",
     "train_flow",
+    "identifiability",
+    "identifiability_figures",
     "exact_posterior",
     "predictive_speeds",
     "exact_figure",

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from swesbi.artefacts import load
 from swesbi.artefacts.kinds.identifiability import SCHEMAS
-from swesbi.figures import design, identifiability
+from swesbi.figures import design
+from swesbi.figures import identifiability as told
 from swesbi.figures.style import save_figure
 from swesbi.identifiability.dataset import KIND
 from swesbi.settings import Settings
@@ -21,7 +22,7 @@ class IdentifiabilityFiguresSettings(Settings):
 
 def run(
     *,
-    identifiability_file: Path,
+    identifiability: Path,
     identifiability_pdf: Path,
     identifiability_png: Path,
     design_pdf: Path,
@@ -34,7 +35,6 @@ def run(
     Raises:
         ArtefactError: The file is not such an artefact.
     """
-    groups = {name: load(identifiability_file, KIND, name)[0] for name in SCHEMAS[KIND]}
-    told = identifiability.draw(groups, settings.cohort_title)
-    save_figure(told, identifiability_pdf, identifiability_png)
+    groups = {name: load(identifiability, KIND, name)[0] for name in SCHEMAS[KIND]}
+    save_figure(told.draw(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
     save_figure(design.draw(groups, settings.cohort_title), design_pdf, design_png)

@@ -1,0 +1,101 @@
+"""Stage: what the recordings can tell about the parameters, and what other recordings would."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from swesbi.artefacts import ArtefactError, save
+from swesbi.exact.dataset import read_exact_posterior
+from swesbi.identifiability.cohort import CohortIdentifiability, identify_cohort
+from swesbi.identifiability.dataset import KIND, to_groups
+from swesbi.identifiability.design import single_repeat_variance
+from swesbi.identifiability.quantities import QUANTITY_NAMES
+from swesbi.identifiability.settings import IdentifiabilitySettings
+from swesbi.identifiability.subject import RecordedSubject
+from swesbi.identifiability.tables import design_table, information_table, summary_table
+from swesbi.noise.dataset import read_noise
+from swesbi.recording.dataset import read_observation
+from swesbi.settings import Settings
+from swesbi.speed_model.model import SpeedModelSettings
+from swesbi.speed_model.subjects import read_speed_model
+from swesbi.stages.origin import Origin
+from swesbi.stages.places import place_of
+from swesbi.tables.files import write_csv
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class IdentifiabilityStageSettings(Settings):
+    """What the study of identifiability depends on, beside its input files."""
+
+    model: SpeedModelSettings
+    identifiability: IdentifiabilitySettings
+
+
+def run(
+    *,
+    posteriors: Sequence[Path],
+    observations: Sequence[Path],
+    noise: Path,
+    identifiability: Path,
+    summary: Path,
+    information: Path,
+    design: Path,
+    settings: IdentifiabilityStageSettings,
+    origin: Origin,
+) -> None:
+    """Study every subject of the cohort; write the artefact and its three tables.
+
+    Raises:
+        ArtefactError: A posterior is missing, empty or of another subject than its recording.
+        ValueError: A reference beat does not become periodic, or there is no subject.
+    """
+    pairs = zip(posteriors, observations, strict=True)
+    recorded = [read_recorded(posterior, one, noise, settings.model) for posterior, one in pairs]
+    found = identify_cohort(recorded, settings.identifiability, origin.seed)
+    groups = to_groups(found, settings.identifiability)
+    save(identifiability, groups, origin.provenance(KIND, settings))
+    write_csv(summary, summary_table(groups["/"], groups["profile"]))
+    write_csv(information, information_table(groups["phases"]))
+    mass = settings.identifiability.interval
+    write_csv(design, design_table(groups["design"], groups["placement"], mass))
+    _log(found)
+
+
+def read_recorded(
+    posterior: Path, observation: Path, noise: Path, settings: SpeedModelSettings
+) -> RecordedSubject:
+    """Read one recording with its posterior draws.
+
+    Raises:
+        ArtefactError: The posterior is empty, or of another subject.
+    """
+    observed, components = read_observation(observation), read_noise(noise).components
+    phi = read_exact_posterior(posterior).phi
+    if place_of(posterior).subject != observed.subject:
+        raise ArtefactError(
+            f"{posterior}: is not of subject {observed.subject}, whose recording comes with it"
+        )
+    if not len(phi):
+        raise ArtefactError(f"{posterior}: holds no posterior draw; delete it and rerun")
+    return RecordedSubject(
+        model=read_speed_model(observation, noise, settings),
+        phi=phi,
+        phase=observed.phase,
+        measured=observed.measured,
+        repeat_variance=single_repeat_variance(components, observed.samples_by_repeat[observed.measured]),
+    )
+
+
+def _log(found: CohortIdentifiability) -> None:
+    """Log the expected over the found posterior sd: how far the design figures can be trusted."""
+    for one in found.subjects:
+        ratio = one.spread.expected_sd_log / one.spread.sd_log
+        parts = ", ".join(
+            f"{name} {value:.2f}" for name, value in zip(QUANTITY_NAMES, np.round(ratio, 2), strict=True)
+        )
+        LOGGER.info("subject %s: expected / found posterior sd: %s", one.subject, parts)
