@@ -272,3 +272,123 @@ rule identifiability_figures:
         "Figures: identifiability and designs of '{wildcards.experiment}'"
     script:
         "../scripts/identifiability_figures.py"
+
+
+rule calibration_recordings:
+    """Recordings of known parameters in one subject's context, inferred by the network and exactly."""
+    input:
+        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
+        noise=f"{RESULTS}/cohort/noise.h5",
+        estimator=rules.train_flow.output.estimator,
+    output:
+        recordings=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/calibration_recordings.h5",
+    log:
+        f"{RESULTS}/logs/calibration_recordings/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/calibration_recordings/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("calibration_recordings"),
+    message:
+        "Recordings of known parameters like {wildcards.subject}'s ('{wildcards.experiment}', minutes)"
+    script:
+        "../scripts/calibration_recordings.py"
+
+
+rule calibration_local:
+    """Calibration at one subject's own data, and its samplers beside long Markov chains."""
+    input:
+        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
+        noise=f"{RESULTS}/cohort/noise.h5",
+        estimator=rules.train_flow.output.estimator,
+        posterior=rules.exact_posterior.output.posterior,
+    output:
+        local=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/calibration_local.h5",
+    log:
+        f"{RESULTS}/logs/calibration_local/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/calibration_local/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("calibration_local"),
+    message:
+        "Calibration at {wildcards.subject}'s own data ('{wildcards.experiment}')"
+    script:
+        "../scripts/calibration_local.py"
+
+
+rule calibration:
+    """Every check of calibration, and the coverage of known parameters."""
+    input:
+        recordings=expand(
+            rules.calibration_recordings.output.recordings,
+            subject=SUBJECTS,
+            allow_missing=True,
+        ),
+        local_parts=expand(
+            rules.calibration_local.output.local, subject=SUBJECTS, allow_missing=True
+        ),
+    output:
+        calibration=f"{RESULTS}/{{experiment}}/calibration.h5",
+        table=report(
+            f"{RESULTS}/{{experiment}}/calibration.csv",
+            caption="../report/calibration.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "checks of calibration"},
+        ),
+        recovery=report(
+            f"{RESULTS}/{{experiment}}/recovery.csv",
+            caption="../report/recovery_speeds.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "recovery, own noise"},
+        ),
+        recovery_acquisition=report(
+            f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
+            caption="../report/recovery_speeds.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "recovery, acquisition noise"},
+        ),
+    log:
+        f"{RESULTS}/logs/calibration/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/calibration/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("calibration"),
+    message:
+        "Checks of calibration of the experiment '{wildcards.experiment}'"
+    script:
+        "../scripts/calibration.py"
+
+
+rule calibration_figure:
+    input:
+        calibration=rules.calibration.output.calibration,
+        table=rules.calibration.output.table,
+    output:
+        figure_pdf=f"{RESULTS}/figures/calibration-{{experiment}}.pdf",
+        figure_png=report(
+            f"{RESULTS}/figures/calibration-{{experiment}}.png",
+            caption="../report/calibration.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "calibration"},
+        ),
+    log:
+        f"{RESULTS}/logs/calibration_figure/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/calibration_figure/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("calibration_figure"),
+    message:
+        "Figure: calibration of the experiment '{wildcards.experiment}'"
+    script:
+        "../scripts/calibration_figure.py"

@@ -7,11 +7,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, StringConstraints, model_validator
 
+from swesbi.calibration.settings import CalibrationSettings
 from swesbi.config.checks import CHECKS
 from swesbi.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
-from swesbi.flow.settings import FlowSettings
 from swesbi.exact.settings import ExactSettings
+from swesbi.flow.settings import FlowSettings
 from swesbi.forward_model import ForwardModelSettings
 from swesbi.identifiability.settings import IdentifiabilitySettings
 from swesbi.inference.settings import (
@@ -67,6 +68,7 @@ class SpeedExperimentSettings(Settings):
     exact: ExactSettings
     predictive: PredictiveSettings
     misspecification: MisspecificationSettings
+    calibration: CalibrationSettings
     identifiability: IdentifiabilitySettings
 
 

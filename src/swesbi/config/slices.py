@@ -196,6 +196,30 @@ def _identifiability_figures(study: Study, wildcards: Wildcards) -> dict[str, An
     return _figure(study, wildcards)
 
 
+def _calibration_recordings(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    own = _of_experiment(study, wildcards, "exact", "calibration")
+    parts = {"recordings": own["calibration"]["recordings"], "exact": own["exact"]}
+    parts["model"] = _speed_model(study, wildcards)
+    return parts | _common(study.config, "acquisition", "recording")
+
+
+def _calibration_local(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    own = _of_experiment(study, wildcards, "exact", "calibration")
+    parts = {"local": own["calibration"]["local"], "exact": own["exact"]}
+    return parts | {"model": _speed_model(study, wildcards)}
+
+
+def _calibration(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    own = _of_experiment(study, wildcards, "prior", "calibration")
+    return {"prior": own["prior"], "judgement": own["calibration"]["judgement"]}
+
+
+def _calibration_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    own = _of_experiment(study, wildcards, "exact", "calibration")
+    shown = {"judgement": own["calibration"]["judgement"], "max_k_hat": own["exact"]["max_k_hat"]}
+    return _figure(study, wildcards) | shown | {"experiment": _named(study, wildcards, "experiment")}
+
+
 def _cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     config = study.config
     own = {"search": config.cmaes.search.to_plain(), "prior": config.priors[config.cmaes.prior].to_plain()}
@@ -330,6 +354,10 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "verdict": _verdict,
     "identifiability": _identifiability,
     "identifiability_figures": _identifiability_figures,
+    "calibration_recordings": _calibration_recordings,
+    "calibration_local": _calibration_local,
+    "calibration": _calibration,
+    "calibration_figure": _calibration_figure,
     "cmaes": _cmaes,
     "ppc_figure": _figure,
     "posterior_figure": _figure_with_prior,
@@ -357,6 +385,10 @@ SPEED_STAGES: Final = (
     "misspecification",
     "misspecification_table",
     "misspecification_figure",
+    "calibration_recordings",
+    "calibration_local",
+    "calibration",
+    "calibration_figure",
     "verdict",
 )
 """The stages of experiments of kind `speeds`; those that name an experiment and are not here: `features`."""

@@ -21,7 +21,7 @@ from swesbi.calibration.settings import JudgementSettings
 from swesbi.calibration.table import LOCAL, POOLED
 from swesbi.calibration.uniformity import band, points, uniformity
 from swesbi.figures.layout import shared_legend
-from swesbi.figures.style import CMAES, OBSERVED, POSTERIOR, PRIOR, TEXT_WIDTH_IN, TRUTH, new_figure, style
+from swesbi.figures.style import CMAES, OBSERVED, POSTERIOR, PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.figures.text import titled
 
 FloatArray = NDArray[np.float64]
@@ -36,7 +36,7 @@ LABELS: Final = {
     "log_likelihood": "log-likelihood",
 }
 PARAMETERS: Final = QUANTITY_NAMES[:4]
-COLORS: Final = dict(zip(PARAMETERS, (POSTERIOR, CMAES, TRUTH, OBSERVED), strict=True))
+COLORS: Final = dict(zip(PARAMETERS, ("#009E73", "#CC79A7", "#000000", "#E69F00"), strict=True))
 SAMPLER_COLORS: Final = {NETWORK: CMAES, WEIGHTED: POSTERIOR}
 SAMPLER_NAMES: Final = {NETWORK: "network", WEIGHTED: "weighted (reported)"}
 REPORTED: Final = 0.9
@@ -85,7 +85,7 @@ def draw(case: CalibrationCase, cohort_title: str, experiment: str) -> Figure:
             axes.set_ylabel("ECDF of ranks $-$ uniform")
         title = f"Calibration of the experiment '{experiment}'"
         figure.suptitle(titled(title, f"contexts of the {cohort_title}"), fontsize=7.5)
-        shared_legend(figure, [grid[0, 0], grid[2, 0]], entries_a_row=4)
+        shared_legend(figure, [grid[0, 0], grid[2, 1], grid[2, 0]], entries_a_row=3)
     return figure
 
 
@@ -111,7 +111,7 @@ def _coverage(axes: Axes, case: CalibrationCase) -> None:
         )
     _level_axis(axes, "nominal level")
     axes.set_ylabel("coverage $-$ nominal")
-    axes.set_title("(g) marginal intervals, weighted")
+    axes.set_title("(g) intervals, weighted")
 
 
 def _joint(axes: Axes, case: CalibrationCase) -> None:
@@ -119,11 +119,10 @@ def _joint(axes: Axes, case: CalibrationCase) -> None:
     _band(axes, len(own.truth), case.settings.alpha)
     for sampler in (NETWORK, WEIGHTED):
         _line(axes, own.of(sampler).tarp, color=SAMPLER_COLORS[sampler])
-    _line(axes, acquired.weighted.tarp, color=POSTERIOR, ls=":", lw=0.9)
-    _level_axis(axes, "nominal level")
-    axes.text(
-        0.03, 0.03, "dotted: acquired recordings", transform=axes.transAxes, fontsize=5.5, color="#5A5A5A"
+    _line(
+        axes, acquired.weighted.tarp, color=POSTERIOR, ls=":", lw=0.9, label="weighted, acquired recordings"
     )
+    _level_axis(axes, "nominal level")
     axes.set_title("(h) joint regions (TARP)")
 
 
@@ -150,14 +149,15 @@ def _reported_coverage(axes: Axes, case: CalibrationCase) -> None:
     axes.axhspan(0.88, 0.92, color=BAND, lw=0, zorder=-1)
     axes.set_xticks(range(len(PARAMETERS)), [LABELS[name] for name in PARAMETERS])
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
-    axes.set_title("(i) 90 % intervals (open: acquired)")
+    axes.set_xlabel("open: acquired")
+    axes.set_title("(i) 90 % intervals")
 
 
 def _efficiency(axes: Axes, case: CalibrationCase) -> None:
     found = case.diagnostics
     axes.hist(found.efficiency, bins=np.linspace(0.0, 1.0, 41).tolist(), color=POSTERIOR, alpha=0.8)
     median = float(np.median(found.efficiency))
-    axes.axvline(median, color=OBSERVED, lw=0.8, ls="--")
+    axes.axvline(median, 0.0, 0.66, color=OBSERVED, lw=0.8, ls="--")
     high = float(np.mean(found.k_hat > case.max_k_hat))
     text = (
         f"median {100 * median:.0f} %\n"
@@ -166,6 +166,7 @@ def _efficiency(axes: Axes, case: CalibrationCase) -> None:
     )
     axes.text(0.04, 0.96, text, transform=axes.transAxes, va="top", fontsize=6.0)
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    axes.set_ylim(0.0, 1.5 * axes.get_ylim()[1])
     axes.set_xlabel("importance efficiency")
     axes.set_ylabel("recordings")
     axes.set_title("(j) weights")
@@ -184,7 +185,7 @@ def _local(axes: Axes, case: CalibrationCase) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     _subject_axis(axes, subjects)
     axes.set_ylabel("p-value")
-    axes.set_title("(k) ranks at own data")
+    axes.set_title("(k) local calibration")
 
 
 def _two_samples(axes: Axes, case: CalibrationCase) -> None:
@@ -198,7 +199,7 @@ def _two_samples(axes: Axes, case: CalibrationCase) -> None:
     axes.axhline(case.settings.max_c2st, color=PRIOR, lw=0.8, ls="--", zorder=0)
     _subject_axis(axes, subjects)
     axes.set_ylabel("accuracy")
-    axes.set_title("(l) told apart from MCMC")
+    axes.set_title("(l) C2ST with MCMC")
 
 
 def _line(axes: Axes, level: FloatArray, **look: object) -> None:
@@ -227,4 +228,5 @@ def _level_axis(axes: Axes, label: str = "") -> None:
 def _subject_axis(axes: Axes, subjects: list[str]) -> None:
     named = len(subjects) <= 12
     axes.set_xticks(range(len(subjects)) if named else [], subjects if named else [])
+    axes.set_xlim(-0.5, len(subjects) - 0.5)
     axes.set_xlabel("subject")

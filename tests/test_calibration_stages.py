@@ -1,0 +1,207 @@
+"""From parts of subjects to the joined artefact, the tables and the figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from calibration_case import PRIOR, Sampler, prior_variances, simulate
+from figure_text import assert_text_apart
+
+from swesbi.artefacts import ArtefactError, Provenance, load, save
+from swesbi.calibration.dataset import (
+    KIND,
+    LOCAL_KIND,
+    RECORDINGS_KIND,
+    diagnostics_of,
+    inferred_dataset,
+    ranked_dataset,
+    ranked_of,
+    two_samples_dataset,
+)
+from swesbi.calibration.quantities import QUANTITY_NAMES
+from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
+from swesbi.calibration.settings import JudgementSettings
+from swesbi.calibration.table import COLUMNS, POOLED
+from swesbi.figures.calibration import CalibrationCase, draw
+from swesbi.stages import calibration, calibration_figure
+from swesbi.stages.calibration import CalibrationStageSettings
+from swesbi.stages.calibration_figure import CalibrationFigureSettings
+from swesbi.stages.origin import Origin
+
+SUBJECTS = ("A", "B")
+RECORDINGS = 120
+JUDGEMENT = JudgementSettings(
+    alpha=0.05, least_contraction=0.2, max_c2st=0.53, nominal_levels=(0.5, 0.9), confidence=0.95
+)
+
+
+def ranked(subject: str, network: Sampler, seed: int) -> Ranked:
+    scores, weighted = (simulate(RECORDINGS, sampler, 99, seed) for sampler in (network, Sampler()))
+    return Ranked(
+        subject=np.full(RECORDINGS, subject),
+        truth=np.ones((RECORDINGS, len(QUANTITY_NAMES))),
+        prior_variance=prior_variances(RECORDINGS),
+        network=scores,
+        weighted=weighted,
+    )
+
+
+def diagnostics() -> Diagnostics:
+    rng = np.random.default_rng(1)
+    return Diagnostics(
+        k_hat=rng.uniform(0.0, 0.8, RECORDINGS),
+        efficiency=rng.uniform(0.3, 0.9, RECORDINGS),
+        log_evidence=rng.normal(size=RECORDINGS),
+        by_mcmc=np.arange(RECORDINGS) == 0,
+        phases=np.full(RECORDINGS, 19),
+        min_chi2=rng.chisquare(16, RECORDINGS),
+        mean_chi2=rng.chisquare(20, RECORDINGS),
+        strip_mass=rng.random((RECORDINGS, 4, 2)),
+    )
+
+
+@pytest.fixture(scope="module")
+def parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Path], list[Path]]:
+    """Parts of two subjects; the network's posteriors are too narrow."""
+    folder, narrow = tmp_path_factory.mktemp("parts"), Sampler(noise_factor=0.6)
+    recordings, local_parts = [], []
+    for index, subject in enumerate(SUBJECTS):
+        groups = {
+            name: inferred_dataset(Inferred(ranked(subject, narrow, 10 * index + shift), diagnostics()))
+            for shift, name in enumerate(("own", "acquired"))
+        }
+        recordings.append(folder / f"recordings-{subject}.h5")
+        save(recordings[-1], groups, Provenance(RECORDINGS_KIND, subject))
+        pairs = {"npe mcmc": 0.6, "weighted mcmc": 0.51, "npe weighted": float("nan")}
+        groups = {
+            "local": ranked_dataset(ranked(subject, Sampler(), 30 + index)),
+            "two_samples": two_samples_dataset(subject, pairs, 5000),
+        }
+        local_parts.append(folder / f"local-{subject}.h5")
+        save(local_parts[-1], groups, Provenance(LOCAL_KIND, subject))
+    return recordings, local_parts
+
+
+@pytest.fixture(scope="module")
+def results(parts: tuple[list[Path], list[Path]], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("calibration")
+    calibration.run(
+        recordings=parts[0],
+        local_parts=parts[1],
+        calibration=folder / "calibration.h5",
+        table=folder / "calibration.csv",
+        recovery=folder / "recovery.csv",
+        recovery_acquisition=folder / "recovery_acquisition.csv",
+        settings=CalibrationStageSettings(prior=PRIOR.theta, judgement=JUDGEMENT),
+        origin=Origin(1),
+    )
+    return folder
+
+
+def group(results: Path, name: str) -> xr.Dataset:
+    return load(results / "calibration.h5", KIND, name)[0]
+
+
+def test_the_parts_come_back_joined_and_unchanged(
+    parts: tuple[list[Path], list[Path]], results: Path
+) -> None:
+    joined = ranked_of(group(results, "own"))
+    assert joined.subject.tolist() == ["A"] * RECORDINGS + ["B"] * RECORDINGS
+    second = ranked_of(load(parts[0][1], RECORDINGS_KIND, "own")[0])
+    for name in ("level", "tarp", "mean", "sd"):
+        for sampler in ("npe", "weighted"):
+            of_both = getattr(joined.rows(joined.subject == "B").of(sampler), name)
+            np.testing.assert_array_equal(of_both, getattr(second.of(sampler), name))
+    found, made = diagnostics_of(group(results, "own")), diagnostics()
+    np.testing.assert_array_equal(found.k_hat[:RECORDINGS], made.k_hat)
+    np.testing.assert_array_equal(found.strip_mass[RECORDINGS:], made.strip_mass)
+    assert found.by_mcmc.dtype == bool and found.by_mcmc.sum() == 2
+    assert group(results, "two_samples")["subject"].to_numpy().tolist() == list(SUBJECTS)
+
+
+def test_recovery_is_that_of_the_weighted_posterior(results: Path) -> None:
+    for name, recordings in (("recovery", "own"), ("recovery_acquisition", "acquired")):
+        table = pd.read_csv(results / f"{name}.csv")
+        assert list(table.columns) == [
+            "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "bias", "contraction",
+        ]  # fmt: skip
+        assert len(table) == 3 * len(JUDGEMENT.nominal_levels)
+        assert (table["n"] == 2 * RECORDINGS).all()
+        level = ranked_of(group(results, recordings)).weighted.level
+        covered = np.abs(2.0 * level[:, 2] - 1.0) <= 0.9
+        row = table[(table["parameter"] == "k_sr_per_s") & (table["nominal"] == 0.9)]
+        assert row["coverage"].item() == pytest.approx(covered.mean())
+
+
+def test_the_table_flags_the_narrow_network_and_not_the_weighted_posterior(results: Path) -> None:
+    table = pd.read_csv(results / "calibration.csv")
+    assert list(table.columns) == list(COLUMNS)
+    pooled = table[(table["subject"] == POOLED) & (table["recordings"] == "own")]
+    narrow = pooled[(pooled["sampler"] == "npe") & (pooled["test"] == "coverage")]
+    assert narrow["flagged"].sum() >= 3
+    assert pooled[pooled["sampler"] == "weighted"]["flagged"].sum() == 0
+    assert (pooled["n"] == 2 * RECORDINGS).all()
+
+
+def test_limits_are_shared_where_several_are_looked_at(results: Path) -> None:
+    table = pd.read_csv(results / "calibration.csv")
+    sbc = table[table["test"] == "sbc"]
+    pooled = sbc["subject"] == POOLED
+    assert sbc[pooled]["limit"].unique() == pytest.approx([0.05 / 6])
+    assert sbc[~pooled]["limit"].unique() == pytest.approx([0.05 / 12])
+    assert not ((table["recordings"] == "local") & (table["subject"] == POOLED)).any()
+
+
+def test_a_classifier_that_finds_a_difference_or_nothing_is_flagged(results: Path) -> None:
+    table = pd.read_csv(results / "calibration.csv")
+    c2st = table[table["test"] == "c2st"].set_index(["subject", "sampler"])["flagged"]
+    for subject in SUBJECTS:
+        assert c2st.loc[subject].to_dict() == {"npe mcmc": 1, "weighted mcmc": 0, "npe weighted": 1}
+
+
+def test_a_part_of_another_kind_is_refused(parts: tuple[list[Path], list[Path]], tmp_path: Path) -> None:
+    with pytest.raises(ArtefactError, match="local-A.h5"):
+        calibration.run(
+            recordings=parts[1],
+            local_parts=parts[1],
+            **{name: tmp_path / name for name in ("calibration", "table", "recovery")},
+            recovery_acquisition=tmp_path / "last",
+            settings=CalibrationStageSettings(prior=PRIOR.theta, judgement=JUDGEMENT),
+            origin=Origin(1),
+        )
+
+
+FIGURE = CalibrationFigureSettings(
+    judgement=JUDGEMENT, max_k_hat=0.7, experiment="calibrated", cohort_title="virtual volunteers"
+)
+
+
+def test_the_figure_is_the_same_file_whenever_it_is_made(results: Path, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        calibration_figure.run(
+            calibration=results / "calibration.h5",
+            table=results / "calibration.csv",
+            figure_pdf=tmp_path / f"{name}.pdf",
+            figure_png=tmp_path / f"{name}.png",
+            settings=FIGURE,
+            origin=Origin(1),
+        )
+    for suffix in ("pdf", "png"):
+        assert (tmp_path / f"one.{suffix}").read_bytes() == (tmp_path / f"two.{suffix}").read_bytes()
+
+
+def test_the_figure_says_whose_contexts_it_shows_and_keeps_its_text_apart(results: Path) -> None:
+    case = CalibrationCase(
+        ranked={name: ranked_of(group(results, name)) for name in ("own", "acquired", "local")},
+        diagnostics=diagnostics_of(group(results, "own")),
+        table=pd.read_csv(results / "calibration.csv"),
+        settings=JUDGEMENT,
+        max_k_hat=0.7,
+    )
+    figure = draw(case, "virtual volunteers", "calibrated")
+    assert "virtual volunteers" in figure.get_suptitle()
+    assert_text_apart(figure)

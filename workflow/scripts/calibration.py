@@ -1,0 +1,4 @@
+from swesbi.stages import calibration
+from swesbi.stages.job import run_job
+
+run_job(snakemake, calibration.run)
