@@ -82,6 +82,17 @@ def of_cohort(*experiments):
     return results
 
 
+def of_cohort_of_experiment(wildcards):
+    """Return what is shown of every subject in the experiment of the wildcard."""
+    return of_cohort(wildcards.experiment)(wildcards)
+
+
+def truth_files():
+    """Return the true parameters of a generated cohort; a recorded one has none."""
+    path = STUDY.cohort / "truth.csv"
+    return [str(path)] if path.is_file() else []
+
+
 def study_outputs():
     """Return every figure and table of the study, and the page that shows them."""
     return [
@@ -90,6 +101,10 @@ def study_outputs():
             f"{RESULTS}/figures/{{figure}}.{{image}}",
             figure=["workflow", "ppc", "posterior", "experiments", "epochs"],
             image=["pdf", "png"],
+        ),
+        *expand(
+            f"{RESULTS}/figures/noise.{{image}}",
+            image=["pdf", "png"] if SPEED_EXPERIMENTS else [],
         ),
         *expand(
             f"{RESULTS}/figures/training-{{experiment}}.png", experiment=EXPERIMENTS
@@ -105,6 +120,13 @@ def study_outputs():
                 "paper_comparison.csv",
                 "paper_comparison.tex",
             ],
+        ),
+        *(f"{RESULTS}/tables/truth.csv" for _ in truth_files()),
+        *expand(
+            f"{RESULTS}/figures/{{figure}}-{{experiment}}.{{image}}",
+            figure=["ppc", "posterior"],
+            experiment=SPEED_EXPERIMENTS,
+            image=["pdf", "png"],
         ),
         *expand(
             f"{RESULTS}/figures/{{figure}}-{{experiment}}.{{image}}",
@@ -133,7 +155,7 @@ def study_outputs():
 def linked_artefacts():
     """Return the results that the landing page leads to, in the order in which it lists them."""
     shown = [path for path in study_outputs() if path != f"{RESULTS}/report.html"]
-    of_experiment = ["pool.h5", "estimator.pt", "checkpoints.pt", "training.csv"]
+    of_experiment = ["pool.h5", "estimator.pt", "training.csv"]
     of_subject = ["support.json", "posterior.h5", "predictive.h5"]
     priors = dict.fromkeys(CONFIG.experiments[name].prior for name in EXPERIMENTS)
     return [
@@ -146,6 +168,9 @@ def linked_artefacts():
             f"{RESULTS}/{{experiment}}/{{file}}",
             experiment=EXPERIMENTS,
             file=of_experiment,
+        ),
+        *expand(
+            f"{RESULTS}/{{experiment}}/checkpoints.pt", experiment=FEATURE_EXPERIMENTS
         ),
         f"{RESULTS}/{MAIN}/epochs.csv",
         *expand(

@@ -43,12 +43,78 @@ rule posterior_figure:
         f"{RESULTS}/logs/posterior_figure/{{experiment}}/{{subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/posterior_figure/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=FEATURES,
     params:
         stage=stage("posterior_figure"),
     message:
         "Figure: posterior of {wildcards.subject} ('{wildcards.experiment}')"
     script:
         "../scripts/posterior_figure.py"
+
+
+rule exact_figure:
+    input:
+        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+        support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+        cmaes=rules.cmaes.output.cmaes,
+        truth=truth_files(),
+    output:
+        figure=report(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.png",
+            caption="../report/exact_posterior.rst",
+            category="Experiment {experiment}",
+            subcategory="Subject {subject}",
+            labels={"result": "exact posterior"},
+        ),
+    log:
+        f"{RESULTS}/logs/exact_figure/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/exact_figure/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("exact_figure"),
+    message:
+        "Figure: exact posterior of {wildcards.subject} ('{wildcards.experiment}')"
+    script:
+        "../scripts/exact_figure.py"
+
+
+rule exact_figures:
+    """Predictive checks and exact posteriors of the cohort, for each experiment on speeds."""
+    input:
+        unpack(of_cohort_of_experiment),
+        truth=truth_files(),
+    output:
+        ppc_pdf=f"{RESULTS}/figures/ppc-{{experiment}}.pdf",
+        ppc_png=report(
+            f"{RESULTS}/figures/ppc-{{experiment}}.png",
+            caption="../report/exact_cohort_ppc.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "predictive checks"},
+        ),
+        posterior_pdf=f"{RESULTS}/figures/posterior-{{experiment}}.pdf",
+        posterior_png=report(
+            f"{RESULTS}/figures/posterior-{{experiment}}.png",
+            caption="../report/exact_cohort_posterior.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "exact posteriors"},
+        ),
+    log:
+        f"{RESULTS}/logs/exact_figures/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/exact_figures/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+    params:
+        stage=stage("exact_figures"),
+    message:
+        "Figures: predictive checks and exact posteriors of the experiment '{wildcards.experiment}'"
+    script:
+        "../scripts/exact_figures.py"
 
 
 rule cohort_figures:

@@ -37,6 +37,39 @@ rule tables:
         "../scripts/tables.py"
 
 
+rule truth:
+    """Credible intervals of every experiment beside the truth of a generated cohort."""
+    input:
+        posteriors=expand(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+            experiment=EXPERIMENTS,
+            subject=SUBJECTS,
+        ),
+        supports=expand(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+            experiment=EXPERIMENTS,
+            subject=SUBJECTS,
+        ),
+        truth=str(STUDY.cohort / "truth.csv"),
+    output:
+        truth_csv=report(
+            f"{RESULTS}/tables/truth.csv",
+            caption="../report/table_truth.rst",
+            category="Tables",
+            labels={"result": "truth of a generated cohort"},
+        ),
+    log:
+        f"{RESULTS}/logs/truth.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/truth.tsv"
+    params:
+        stage=stage("truth"),
+    message:
+        "Table: credible intervals beside the truth"
+    script:
+        "../scripts/truth.py"
+
+
 rule paper_comparison:
     """Every number that the paper prints beside this study's."""
     input:
@@ -44,7 +77,9 @@ rule paper_comparison:
         ppc=rules.tables.output.ppc_csv,
         posterior=rules.tables.output.posterior_csv,
         features=rules.tables.output.features_csv,
-        recoveries=expand(rules.recovery.output.recovery, experiment=EXPERIMENTS),
+        recoveries=expand(
+            rules.recovery.output.recovery, experiment=FEATURE_EXPERIMENTS
+        ),
         training=expand(rules.train.output.training, experiment=MAIN),
         pool=expand(rules.pool.output.pool, experiment=MAIN),
         supports=expand(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.evaluation.exact_result import ExactResult
 from swesbi.evaluation.fit import CmaesFit
 from swesbi.evaluation.predictive import PredictiveCheck
 from swesbi.inference.support import Support
@@ -41,3 +42,22 @@ class PosteriorPanel:
     unfiltered: FloatArray
     fit_theta: FloatArray
     support: Support
+
+
+@dataclass(frozen=True)
+class ExactPanel:
+    """One subject's exact posterior.
+
+    Attributes:
+        subject: Name.
+        result: Draws, the network's draws, and how reliable they are.
+        fit_theta: (3,) the CMA-ES reference fit.
+        support: The verdict.
+        truth: (3,) active parameters that made the recording, of a generated cohort; else None.
+    """
+
+    subject: str
+    result: ExactResult
+    fit_theta: FloatArray
+    support: Support
+    truth: FloatArray | None

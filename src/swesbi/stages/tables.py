@@ -8,7 +8,7 @@ from pathlib import Path
 from swesbi.artefacts import atomic_path
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.evaluation.support_numbers import support_numbers
+from swesbi.evaluation.verdict import verdict_numbers
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
 from swesbi.settings import Settings
@@ -46,7 +46,7 @@ def run(
     """Write the tables; every experiment and subject whose predictive check is given has its rows."""
     cases = read_cases(predictives, posteriors, supports, cmaes)
     scores = ppc_table(cases)
-    reasons = {(case.experiment, case.subject): ", ".join(support_numbers(case.support)) for case in cases}
+    reasons = {(case.experiment, case.subject): ", ".join(verdict_numbers(case.support)) for case in cases}
     write_csv(ppc_csv, scores)
     write_csv(features_csv, features_table(cases))
     posteriors_in_numbers = posterior_table(cases)

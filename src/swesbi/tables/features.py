@@ -38,6 +38,7 @@ def features_table(cases: Sequence[Case]) -> pd.DataFrame:
 def _rows(case: Case) -> Iterator[dict[str, Any]]:
     check = case.check
     prior, posterior = check.prior.features.predicted, check.posterior.features.predicted
+    missing = 1.0 if check.supported else float("nan")
     for j, name in enumerate(check.target.feature_names):
         yield {
             "experiment": case.experiment,
@@ -49,8 +50,8 @@ def _rows(case: Case) -> Iterator[dict[str, Any]]:
             "prior_median": prior.median[j],
             "prior_pi_low": prior.low[j],
             "prior_pi_high": prior.high[j],
-            "median": posterior.median[j],
-            "pi_low": posterior.low[j],
-            "pi_high": posterior.high[j],
+            "median": missing * posterior.median[j],
+            "pi_low": missing * posterior.low[j],
+            "pi_high": missing * posterior.high[j],
             "inside": bool(check.posterior.features.inside[j]) if check.supported else None,
         }

@@ -21,6 +21,8 @@ ESCAPES = {
     "|": r"\textbar{}",
     "<": r"\textless{}",
     ">": r"\textgreater{}",
+    "χ": r"$\chi$",
+    "²": r"\textsuperscript{2}",
 }
 HEAD = (
     r"Case",

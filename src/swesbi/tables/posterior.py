@@ -65,6 +65,7 @@ def _parameters(case: Case) -> Iterator[dict[str, Any]]:
 def _derived(case: Case) -> Iterator[dict[str, Any]]:
     draws = case.check.posterior.draws
     target = case.check.target
+    missing = 1.0 if case.support.supported else np.nan
     measured_fraction = 1.0 - target.lvesv_ml / target.lvedv_ml
     quantities = {
         ("ejection_fraction", "1"): (draws.ejection_fraction, measured_fraction),
@@ -75,8 +76,8 @@ def _derived(case: Case) -> Iterator[dict[str, Any]]:
     }
     for (name, unit), (values, measured) in quantities.items():
         summary = band(values[:, None], case.posterior.interval_mass)
-        interval = {"ci_low": summary.low[0], "ci_high": summary.high[0]}
-        center = {"median": summary.median[0], "measured": measured}
+        interval = {"ci_low": missing * summary.low[0], "ci_high": missing * summary.high[0]}
+        center = {"median": missing * summary.median[0], "measured": measured}
         yield {**_identity(case, name, unit), **center, **interval}
 
 

@@ -1,0 +1,116 @@
+"""One subject's exact posterior: the reported draws, the network's beside them, references, truth."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from swesbi.evaluation.verdict import status, verdict_numbers, weights_in_words
+from swesbi.figures import corner
+from swesbi.figures.panels import ExactPanel
+from swesbi.figures.style import CMAES, NETWORK, PRIOR, STATUS_COLORS, TRUTH, new_figure, style
+from swesbi.figures.text import percent, titled
+from swesbi.speed_model.joint_prior import JointPriorSettings
+
+FloatArray = NDArray[np.float64]
+
+SIDE_IN = 6.2
+PARAMETERS = 4
+ACTIVE = 3  # fit and truth have no passive scale that would be the same quantity
+
+
+def draw(panel: ExactPanel, prior: JointPriorSettings, cohort_title: str) -> Figure:
+    """Draw a corner plot of the exact posterior of the active parameters and the passive scale.
+
+    The network's own draws are outlines: where they agree with the reported ones, the weights had little
+    to do. An unsupported subject is drawn on grey.
+
+    Args:
+        panel: The subject.
+        prior: The joint prior, drawn behind the marginals, each density scaled to its maximum.
+        cohort_title: What the subject is one of ("virtual volunteers").
+    """
+    phi, color = panel.result.phi, STATUS_COLORS[status(panel.support)]
+    limits = [corner.shown_range(phi[:, j], _points(panel, j)) for j in range(PARAMETERS)]
+    with style():
+        figure = new_figure(SIDE_IN, SIDE_IN)
+        grid = figure.subplots(PARAMETERS, PARAMETERS)
+        for j in range(PARAMETERS):
+            _draw_column(grid, panel, prior, j, color)
+            for i in range(j):
+                grid[j, i].set_ylim(limits[j])
+        for (j, i), axes in np.ndenumerate(grid):
+            corner.finish(axes, j, i, limits[i], last_row=PARAMETERS - 1)
+            if i <= j:
+                corner.draw_bounds(axes, prior.parameters[i], limits[i])
+                _draw_references(axes, panel, i, j)
+        if not panel.support.supported:
+            corner.mark_excluded(grid)
+        figure.suptitle(_title(panel, cohort_title), fontsize=8.0)
+        figure.align_ylabels(list(grid[:, 0]))
+        _legend(figure, panel, color)
+    return figure
+
+
+def _points(panel: ExactPanel, j: int) -> list[float]:
+    points = [panel.fit_theta] if panel.truth is None else [panel.fit_theta, panel.truth]
+    return [float(point[j]) for point in points] if j < ACTIVE else []
+
+
+def _draw_column(
+    grid: NDArray[np.object_], panel: ExactPanel, prior: JointPriorSettings, j: int, color: str
+) -> None:
+    """Draw one parameter's marginal and its pairs with those before it."""
+    phi, npe, mass = panel.result.phi, panel.result.npe_phi, panel.result.interval_mass
+    corner.draw_marginal(grid[j, j], phi[:, j], prior.parameters[j], color, mass)
+    corner.draw_density(grid[j, j], npe[:, j], color=NETWORK, lw=0.8, ls="--")
+    for i in range(j):
+        corner.draw_pair(grid[j, i], phi[:, i], phi[:, j], color, mass)
+        look = {"colors": NETWORK, "linewidths": 0.8, "linestyles": "dashed"}
+        corner.draw_contours(grid[j, i], npe[:, i], npe[:, j], (1.0 - mass,), **look)
+        corner.write_correlation(grid[i, j], phi[:, i], phi[:, j], (i, j))
+
+
+def _draw_references(axes: Axes, panel: ExactPanel, i: int, j: int) -> None:
+    """Draw the reference fit and the truth: points in pairs, on the axis in marginals."""
+    if max(i, j) >= ACTIVE:
+        return
+    corner.draw_point(axes, (panel.fit_theta[i], panel.fit_theta[j] if i < j else 0.0), CMAES)
+    if panel.truth is not None:
+        corner.draw_point(axes, (panel.truth[i], panel.truth[j] if i < j else 0.0), TRUTH, "*")
+
+
+def _title(panel: ExactPanel, cohort_title: str) -> str:
+    """Say what is shown, the verdict, and how the draws were come by."""
+    result, support = panel.result, panel.support
+    made = "MCMC" if result.by_mcmc else "importance weights"
+    certificate = f", R-hat {result.r_hat:.3f}" if result.by_mcmc else ""
+    doubt = "" if result.converged else ", NOT CONVERGED"
+    reasons = ": ".join([status(support), ", ".join(verdict_numbers(support))]).removesuffix(": ")
+    return "\n".join(
+        [
+            titled(f"{panel.subject}, exact posterior", cohort_title),
+            reasons,
+            f"draws by {made}{certificate}{doubt}; weights: {weights_in_words(support)}",
+        ]
+    )
+
+
+def _legend(figure: Figure, panel: ExactPanel, color: str) -> None:
+    mass = percent(panel.result.interval_mass)
+    handles = [
+        Line2D([], [], color=color, label=f"exact posterior ({status(panel.support)})"),
+        Line2D([], [], color=NETWORK, lw=0.8, ls="--", label=f"network alone, {mass} region"),
+        Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
+        Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
+        Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
+        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
+    ]
+    if panel.truth is not None:
+        handles.append(
+            Line2D([], [], color=TRUTH, marker="*", ls="none", label="truth of the generated recording")
+        )
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)
