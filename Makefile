@@ -33,6 +33,8 @@ acquisition-seeds: $(INSTALLED) ## virtual volunteers under 20 acquisition seeds
 
 discrepancy: $(INSTALLED) ## the model's discrepancy chosen on a generated cohort: a table and a figure, in minutes
 	$(BIN)/snakemake --cores $(CORES) results/tables/discrepancy.csv
+	cp results/tables/discrepancy.csv tests/reference/study/discrepancy.csv
+	cp results/figures/discrepancy.png docs/figures/discrepancy.png
 
 sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a table and a figure, in half an hour
 	$(BIN)/snakemake --cores $(CORES) results/tables/sensitivity.csv

@@ -108,6 +108,15 @@ def check_predictive_draws(config: Config) -> None:
                 )
 
 
+def check_discrepancy_study(config: Config) -> None:
+    """The discrepancy is chosen for an experiment that has one."""
+    if (name := config.discrepancy_study.experiment) not in config.speed_experiments:
+        known = ", ".join(config.speed_experiments) or "none"
+        raise ValueError(
+            f"discrepancy_study.experiment = {name!r} is no experiment of kind speeds; known: {known}"
+        )
+
+
 def check_sensitivity(config: Config) -> None:
     """The variants are of an experiment with an exact likelihood, and one of them changes nothing."""
     section = config.sensitivity
@@ -128,5 +137,6 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_feature_names,
     check_acquisition,
     check_predictive_draws,
+    check_discrepancy_study,
     check_sensitivity,
 )

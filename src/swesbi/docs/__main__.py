@@ -12,6 +12,7 @@ from typing import Final
 from swesbi.artefacts import ArtefactError, atomic_path
 from swesbi.config import ConfigError, load_study, overlay, read_yaml
 from swesbi.docs.marks import MarkError, fill
+from swesbi.docs.noise import write_noise_figure
 from swesbi.docs.parts import PARTS
 from swesbi.docs.results import read_results
 
@@ -56,6 +57,8 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     for name in FIGURES:
         with atomic_path(docs / "figures" / f"{name}.png") as temporary:
             shutil.copyfile(folder / "figures" / f"{name}.png", temporary)
+    if any(name in study.config.speed_experiments for name in study.config.experiments_run):
+        write_noise_figure(folder / "cohort" / "noise.h5", docs, study.config.cohort_title)
     with atomic_path(page) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
+from matplotlib.ticker import PercentFormatter, ScalarFormatter
 from scipy.stats import binom
 
 from swesbi.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
@@ -20,6 +20,7 @@ from swesbi.theta import THETA_NAMES
 HEIGHT_IN: Final = 4.2
 CHANCE: Final = 0.9  # mass of the band in which coverage lies by chance
 LABELS: Final = (r"$k_0$", r"$k_\mathrm{ATP}$", r"$k_\mathrm{SR}$")
+EXPLANATION: Final = r"$\delta$: relative error of the speed; $\tau$: error in phase, of the cycle"
 MARKERS: Final = "osD^vPX*"
 
 
@@ -40,6 +41,17 @@ def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
         for panel, axes, name, label in zip("cde", covered, THETA_NAMES, LABELS, strict=True):
             _coverage(axes, table, f"coverage_{name}", interval)
             axes.set_title(f"({panel}) {label}")
+        for axes in (evidence, misfit, *covered):
+            axes.set_xlabel(r"$\delta$")
+        lines, labels = evidence.get_legend_handles_labels()
+        figure.legend(
+            lines,
+            labels,
+            loc="outside lower center",
+            ncols=len(labels),
+            title=EXPLANATION,
+            title_fontsize=6.5,
+        )
         covered[0].set_ylabel(f"truth in the {percent(interval)} interval")
         subjects = int(table["subjects"].iloc[0])
         figure.suptitle(
@@ -59,7 +71,6 @@ def _lines(axes: Axes, table: pd.DataFrame, draw: Callable[[pd.DataFrame, str, s
             MARKERS[index % len(MARKERS)],
             rf"$\tau$ = {percent(tau)}",
         )
-    axes.set_xlabel(r"$\delta$, relative error of the speed")
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
 
 
@@ -74,9 +85,9 @@ def _evidence(axes: Axes, table: pd.DataFrame) -> None:
     best = table.iloc[int(table["log_evidence"].argmax())]
     axes.plot(best["speed_fraction"], 0.0, marker="o", ms=8, mfc="none", mec="black", ls="")
     axes.set_yscale("symlog", linthresh=10.0)
-    axes.set_ylabel("total log evidence less the best")
+    axes.set_ylim(top=30.0)
+    axes.set_ylabel("log evidence less the best")
     axes.set_title("(a) evidence; circle: best")
-    axes.legend(loc="lower right", ncols=2, columnspacing=1.0)
 
 
 def _misfit(axes: Axes, table: pd.DataFrame) -> None:
@@ -86,7 +97,8 @@ def _misfit(axes: Axes, table: pd.DataFrame) -> None:
     _lines(axes, table, draw)
     phases = float(table["mean_phases"].iloc[0])
     axes.axhline(phases, color=PRIOR, ls="--", lw=0.8, zorder=0, label="measured phases")
-    axes.set_yscale("log")
+    axes.set_yscale("log", base=2)
+    axes.yaxis.set_major_formatter(ScalarFormatter())
     axes.set_ylabel(r"mean $\chi^2$ at the mode")
     axes.set_title("(b) misfit")
     axes.legend(loc="upper right")

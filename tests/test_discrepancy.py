@@ -1,0 +1,213 @@
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from figure_text import assert_text_apart
+from scipy.special import logsumexp
+from speed_case import PHI, ROOT, model, settings, shipped
+
+from swesbi.config import load_study, read_yaml
+from swesbi.config.slices import stage_settings
+from swesbi.discrepancy import (
+    DiscrepancyStudySettings,
+    GeneratedSubject,
+    PairScore,
+    best_pair,
+    discrepancy_table,
+    generate_cohort,
+    score_subject,
+)
+from swesbi.discrepancy.bank import (
+    PriorProposal,
+    StudentProposal,
+    effective_draws,
+    fill_bank,
+    fitted_proposal,
+)
+from swesbi.discrepancy.cohort import PHYSIOLOGY, draw_volunteer
+from swesbi.discrepancy.evidence import score_pairs
+from swesbi.figures.discrepancy import draw_discrepancy
+from swesbi.recording import ContextRow
+from swesbi.speed_model.settings import DiscrepancySettings
+from swesbi.speed_model.synthetic import own_recordings
+from swesbi.stages import discrepancy as stage
+from swesbi.stages.origin import Origin
+from swesbi.virtual_cohort import VOLUNTEERS
+
+FILES = {"table": ".csv", "figure_pdf": ".pdf", "figure_png": ".png"}
+REFERENCE = ROOT / "tests" / "reference" / "study" / "discrepancy.csv"
+STUDY = DiscrepancyStudySettings(
+    subjects=3,
+    speed_fractions=(0.0, 0.03),
+    timing_cycles=(0.0, 0.015),
+    simulations_per_round=800,
+    max_rounds=12,
+    min_effective_draws=150,
+    interval=0.9,
+)
+
+SMALL = {"simulations_per_round": 400, "min_effective_draws": 60}
+
+
+def pair(speed_fraction: float, timing_cycle: float) -> DiscrepancySettings:
+    return DiscrepancySettings(speed_fraction=speed_fraction, timing_cycle=timing_cycle)
+
+
+@cache
+def cohort(count: int) -> tuple[GeneratedSubject, ...]:
+    config = shipped()
+    return generate_cohort(
+        count, settings().prior.theta, config.acquisition, config.recording, 100, config.seed
+    )
+
+
+def test_the_evidence_is_the_mean_likelihood_over_the_prior() -> None:
+    pairs = (pair(0.1, 0.0), pair(0.05, 0.02))
+    bank = fill_bank(model(), pairs, 1000, 10, 300, np.random.default_rng(1))
+    scores = score_pairs(bank, PHI[:3])
+    prior = fill_bank(model(), pairs, 15_000, 1, 1, np.random.default_rng(2))
+    for index, score in enumerate(scores):
+        log_likelihood = prior.log_likelihood[index]
+        expected = logsumexp(log_likelihood) - np.log(len(log_likelihood))
+        error = np.hypot(1.0 / np.sqrt(effective_draws(log_likelihood)), score.log_evidence_se)
+        assert error < 0.2
+        assert abs(score.log_evidence - expected) < 3.0 * error
+
+
+def test_the_bank_covers_every_pair_and_repeats() -> None:
+    first, second = (
+        fill_bank(model(), STUDY.pairs, 800, 20, 150, np.random.default_rng(3)) for _ in range(2)
+    )
+    assert min(effective_draws(row) for row in first.log_weights()) >= 150
+    np.testing.assert_array_equal(first.log_weights(), second.log_weights())
+    assert np.isfinite(first.log_likelihood).any(axis=1).all()
+
+
+def test_proposals_have_the_density_that_they_are_drawn_from() -> None:
+    prior = PriorProposal(settings().prior)
+    rng = np.random.default_rng(4)
+    eta = prior.draw(50_000, rng)
+    wide = StudentProposal(eta.mean(axis=0), 2.0 * np.cov(eta.T))
+    drawn = wide.draw(50_000, rng)
+    # the mean of p / q under q is one when both are densities
+    assert np.exp(prior.log_density(drawn) - wide.log_density(drawn)).mean() == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_proposal_from_one_dominant_draw_is_still_wide() -> None:
+    eta = np.random.default_rng(5).standard_normal((500, 4))
+    log_weight = -200.0 * (eta**2).sum(axis=1)
+    assert effective_draws(log_weight) < 5
+    scale = fitted_proposal(eta, log_weight).scale
+    assert np.all(np.linalg.eigvalsh(scale) > 0.02)
+
+
+def test_the_discrepancy_behind_recordings_has_the_highest_evidence() -> None:
+    truth = pair(0.03, 0.015)
+    grid = STUDY.model_copy(
+        update={"speed_fractions": (0.0, 0.03, 0.07), "timing_cycles": (0.0, 0.015, 0.04), **SMALL}
+    )
+    made = settings().model_copy(update={"discrepancy": truth})
+    source = model()
+    synthetic = own_recordings(type(source)(source.recording, source.shape, made), 8, 8, "discrepancy test")
+    scores = [
+        score_subject(GeneratedSubject(recording, phi[:3]), settings(), grid, np.random.default_rng(index))
+        for index, (recording, phi) in enumerate(zip(synthetic.recordings, synthetic.phi, strict=True))
+    ]
+    table = discrepancy_table(grid.pairs, scores, [20] * 8, 0.9)
+    assert best_pair(table) == truth
+    by_pair = table.set_index(["speed_fraction", "timing_cycle"])
+    assert by_pair.loc[(0.0, 0.0), "below_best"] > 50.0
+    assert by_pair.loc[(0.0, 0.0), "mean_chi2"] > 40.0
+    assert by_pair.loc[(0.03, 0.015), "mean_chi2"] == pytest.approx(17.0, abs=6.0)  # 20 phases, 4 parameters
+    covered = [f"coverage_{name}" for name in ("k0_kpa", "k_atp_per_s", "k_sr_per_s")]
+    assert by_pair.loc[(0.03, 0.015), covered].mean() > 0.75
+    assert by_pair.loc[(0.0, 0.0), covered].mean() < 0.6
+
+
+def test_generated_subjects_are_healthy_hearts_of_their_own() -> None:
+    config, prior = shipped(), settings().prior.theta
+    volunteers = [draw_volunteer(i, prior, config.acquisition, np.random.default_rng(i)) for i in range(40)]
+    for volunteer in volunteers:
+        row = {name: getattr(volunteer.context, name) for name in ContextRow.model_fields}
+        assert ContextRow.from_plain(row).to_context() == volunteer.context
+    assert {one.context.sex for one in volunteers} == {"F", "M"}
+    for name, (low, high) in PHYSIOLOGY.items():
+        drawn = np.array([getattr(one, name) for one in volunteers])
+        assert low <= drawn.min() < low + 0.2 * (high - low) < high - 0.2 * (high - low) < drawn.max() <= high
+        assert all(low <= getattr(one, name) <= high for one in VOLUNTEERS), (
+            f"{name} does not span the cohort"
+        )
+
+
+def test_the_generated_cohort_is_recorded_and_none_of_the_study() -> None:
+    small, large = cohort(2), cohort(3)
+    for one, other in zip(small, large, strict=False):  # a larger cohort begins with the smaller one
+        np.testing.assert_array_equal(one.theta, other.theta)
+        np.testing.assert_array_equal(one.recording.speed_m_s, other.recording.speed_m_s)
+    contexts = {one.context for one in VOLUNTEERS}
+    for subject in large:
+        assert subject.recording.context not in contexts
+        assert subject.recording.subject not in "ABCDEF"
+        assert 0.02 < subject.recording.relative_se.mean() < 0.035
+
+
+def score(level: float, evidence: float) -> PairScore:
+    return PairScore(evidence, 0.1, np.full(3, level), 20.0, 500.0)
+
+
+def test_the_table_adds_up() -> None:
+    pairs = (pair(0.0, 0.0), pair(0.03, 0.015))
+    scores = [(score(0.99, 1.0), score(0.5, 4.0)), (score(0.96, 2.0), score(0.06, 3.0))]
+    table = discrepancy_table(pairs, scores, [20, 19], 0.9)
+    assert table["log_evidence"].tolist() == [3.0, 7.0]
+    assert table["below_best"].tolist() == [4.0, 0.0]
+    assert table["below_best_se"].tolist() == pytest.approx([np.sqrt(2.0) * np.std([3.0, 1.0], ddof=1), 0.0])
+    assert table["coverage_k0_kpa"].tolist() == [0.0, 1.0]
+    assert table["log_evidence_se"].tolist() == pytest.approx([np.sqrt(0.02)] * 2)
+    assert table["best"].tolist() == [0, 1]
+    assert table["mean_phases"].tolist() == [19.5] * 2
+    assert best_pair(table) == pairs[1]
+
+
+def test_the_stage_writes_table_and_figure_and_repeats(tmp_path: Path) -> None:
+    plain = stage_settings(load_study(read_yaml(ROOT / "config.yaml")), "discrepancy")
+    plain = plain | {"study": STUDY.model_copy(update={"subjects": 2} | SMALL).to_plain()}
+    tables = []
+    for name in ("one", "two"):
+        files = {key: tmp_path / f"{name}{suffix}" for key, suffix in FILES.items()}
+        stage.run(
+            **files, settings=stage.DiscrepancyStageSettings.from_plain(plain), origin=Origin(7, "", "c")
+        )
+        assert all(path.stat().st_size > 0 for path in files.values())
+        tables.append(files["table"].read_bytes())
+    assert tables[0] == tables[1]
+    table = pd.read_csv(tmp_path / "one.csv")
+    assert len(table) == 4
+    assert table["subjects"].tolist() == [2] * 4
+    assert (table["min_effective_draws"] >= 60).all()
+
+
+def test_the_figure_s_text_stands_apart() -> None:
+    assert_text_apart(draw_discrepancy(pd.read_csv(REFERENCE), 0.9))
+
+
+def test_the_configured_discrepancy_is_the_best_of_the_reference() -> None:
+    config = shipped()
+    table = pd.read_csv(REFERENCE)
+    chosen = config.speed_experiments[config.discrepancy_study.experiment].observation_model.discrepancy
+    assert chosen == best_pair(table)
+    assert table["subjects"].unique().tolist() == [config.discrepancy_study.subjects]
+    grid = [(one.speed_fraction, one.timing_cycle) for one in config.discrepancy_study.pairs]
+    assert grid == list(zip(table["speed_fraction"], table["timing_cycle"], strict=True))
+
+
+def test_the_discrepancy_chosen_already_does_not_matter() -> None:
+    raw = read_yaml(ROOT / "config.yaml")
+    before = stage_settings(load_study(raw), "discrepancy")
+    chosen = raw["experiments"]["calibrated"]["observation_model"]["discrepancy"]
+    chosen["speed_fraction"] = 0.123
+    assert stage_settings(load_study(raw), "discrepancy") == before
