@@ -23,6 +23,10 @@ FEATURE_EXPERIMENTS = [
     name for name in EXPERIMENTS if name in CONFIG.feature_experiments
 ]
 SPEED_EXPERIMENTS = [name for name in EXPERIMENTS if name in CONFIG.speed_experiments]
+EXACT_FIGURES = ["ppc", "posterior", "calibration", "misspecification"]
+EXACT_FIGURES += ["identifiability", "design"]
+EXACT_TABLES = ["calibration", "misspecification"]
+EXACT_TABLES += ["identifiability", "information", "design"]
 NONE = "(?!)"  # a pattern that matches no name
 FEATURES = "|".join(CONFIG.feature_experiments) or NONE
 SPEEDS = "|".join(CONFIG.speed_experiments) or NONE
@@ -124,20 +128,14 @@ def study_outputs():
         *(f"{RESULTS}/tables/truth.csv" for _ in truth_files()),
         *expand(
             f"{RESULTS}/figures/{{figure}}-{{experiment}}.{{image}}",
-            figure=["ppc", "posterior"],
-            experiment=SPEED_EXPERIMENTS,
-            image=["pdf", "png"],
-        ),
-        *expand(
-            f"{RESULTS}/figures/{{figure}}-{{experiment}}.{{image}}",
-            figure=["identifiability", "design"],
+            figure=EXACT_FIGURES,
             experiment=SPEED_EXPERIMENTS,
             image=["pdf", "png"],
         ),
         *expand(
             f"{RESULTS}/{{experiment}}/{{table}}.csv",
             experiment=SPEED_EXPERIMENTS,
-            table=["identifiability", "information", "design"],
+            table=EXACT_TABLES,
         ),
         *expand(f"{RESULTS}/{{experiment}}/recovery.csv", experiment=EXPERIMENTS),
         *expand(

@@ -32,6 +32,30 @@ rule report:
         training_pngs=expand(
             rules.training_figure.output.figure_png, experiment=EXPERIMENTS
         ),
+        exact_posteriors=expand(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+            experiment=SPEED_EXPERIMENTS,
+            subject=SUBJECTS,
+        ),
+        calibrations=expand(
+            f"{RESULTS}/{{experiment}}/calibration.csv", experiment=SPEED_EXPERIMENTS
+        ),
+        misspecifications=expand(
+            f"{RESULTS}/{{experiment}}/misspecification.csv",
+            experiment=SPEED_EXPERIMENTS,
+        ),
+        identifiabilities=expand(
+            f"{RESULTS}/{{experiment}}/identifiability.csv",
+            experiment=SPEED_EXPERIMENTS,
+        ),
+        noise=[f"{RESULTS}/cohort/noise.h5"] if SPEED_EXPERIMENTS else [],
+        truth_csv=[f"{RESULTS}/tables/truth.csv" for _ in truth_files()],
+        exact_pngs=expand(
+            f"{RESULTS}/figures/{{figure}}-{{experiment}}.png",
+            figure=EXACT_FIGURES,
+            experiment=SPEED_EXPERIMENTS,
+        )
+        + ([f"{RESULTS}/figures/noise.png"] if SPEED_EXPERIMENTS else []),
         artefacts=linked_artefacts(),
     output:
         report=f"{RESULTS}/report.html",

@@ -10,6 +10,7 @@ from swesbi.inference.support import Support, SupportTest
 SUPPORTED: Final = "supported"
 STRAINED: Final = "strained"
 UNSUPPORTED: Final = "unsupported"
+STATUSES: Final = (SUPPORTED, STRAINED, UNSUPPORTED)
 SHOWN_TESTS: Final = 3
 TEST_LABELS: Final = {
     "chi2": "χ²",

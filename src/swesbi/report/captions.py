@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from swesbi.report.results import Experiment
 
 Texts = tuple[str, str]
@@ -79,6 +81,26 @@ def training(stem: str, cohort_title: str) -> Texts:
     experiment = stem.removeprefix("training-")
     description = f"Training and validation loss against epoch, experiment {experiment}, {cohort_title}"
     return description, f"Training and validation loss of the experiment {experiment} ({cohort_title})."
+
+
+def of_experiment(kind: str, experiment: str, cohort_title: str) -> Texts:
+    """Return the texts of a figure of an experiment on speeds, by the figure's kind."""
+    caption = _OF_EXPERIMENT.get(kind, kind.replace("_", " ").capitalize())
+    return f"{caption} Experiment {experiment}, {cohort_title}", f"{caption} ({cohort_title})."
+
+
+_OF_EXPERIMENT: Final = {
+    "noise": "Noise of the measured speeds: components of the cohort and of each recording alone",
+    "ppc": "Predictive checks: observed stiffness with its standard error, predictive medians within bands "
+    "of new recordings, noise and model discrepancy included",
+    "posterior": "Exact posteriors by verdict, the network's own draws as outlines, and the reliability of "
+    "the importance weights",
+    "calibration": "Calibration: ranks, coverage and joint coverage on recordings of known parameters",
+    "misspecification": "Misspecification: p-values of every test, and alarms on recordings of known origin",
+    "identifiability": "What a recording tells: exact likelihood along two parameters, and what is lost "
+    "without a phase",
+    "design": "What more repeats or more phases would buy",
+}
 
 
 def _unsupported(main: Experiment) -> str:

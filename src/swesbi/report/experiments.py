@@ -16,6 +16,7 @@ from swesbi.report.recovery import level
 from swesbi.report.results import Experiment, records
 from swesbi.report.table import Cell, Column, Row, Table, body, words
 
+_KINDS: Final = {False: "noise on features", True: "noise on the measured speeds"}
 PAIRS: Final = (("k0_kpa", "k_atp_per_s"), ("k0_kpa", "k_sr_per_s"), ("k_atp_per_s", "k_sr_per_s"))
 SCORES: Final = (
     ("RMSE, prior predictive (kPa)", "rmse_prior_kpa", 1.0, 2),
@@ -29,10 +30,16 @@ SCORES: Final = (
 
 
 def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Table:
-    """Return the settings in which each experiment differs from the main one."""
+    """Return the settings in which each experiment differs from the main one.
+
+    One of another kind, which has other settings altogether, differs in its kind.
+    """
     reference = dict(_leaves(main.settings))
     rows: list[tuple[Cell, ...]] = []
     for experiment in experiments:
+        if experiment.exact != main.exact:
+            rows.append((experiment.name, "kind", *(_KINDS[part.exact] for part in (main, experiment))))
+            continue
         own = dict(_leaves(experiment.settings))
         changed = [key for key in {**reference, **own} if own.get(key) != reference.get(key)]
         rows.extend(

@@ -12,6 +12,7 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
 from swesbi.report.cohort import context_table, recording_table
+from swesbi.report.exact_section import Section
 from swesbi.report.experiments import comparison_table, differences_table, median_table
 from swesbi.report.figures import Figure
 from swesbi.report.headline import Fact, caution, headline
@@ -81,14 +82,20 @@ class Page:
     tables: Mapping[str, Table]
     levels: tuple[Table, ...]
     figures: Figures
+    sections: tuple[Section, ...]
     files: tuple[Table, ...]
     provenance: Provenance
 
 
 def make_page(
-    results: Results, cohort: Cohort, figures: Figures, files: Sequence[Table], provenance: Provenance
+    results: Results,
+    cohort: Cohort,
+    figures: Figures,
+    sections: Sequence[Section],
+    files: Sequence[Table],
+    provenance: Provenance,
 ) -> Page:
-    """Put the page together from the results."""
+    """Put the page together from the results; there is one section an experiment on speeds."""
     return Page(
         cohort=cohort,
         verdicts=tuple(Fact(name, support.verdict) for name, support in results.main.supports.items()),
@@ -99,6 +106,7 @@ def make_page(
         tables=_tables(results, cohort.title),
         levels=tuple(map(levels_table, results.experiments)),
         figures=figures,
+        sections=tuple(sections),
         files=tuple(files),
         provenance=provenance,
     )

@@ -57,7 +57,13 @@ class Experiment:
     @property
     def credible_percent(self) -> float:
         """Mass of the credible intervals, in percent."""
-        return 100.0 * float(self.settings["posterior"]["interval"])
+        part = "exact" if self.exact else "posterior"
+        return 100.0 * float(self.settings[part]["interval"])
+
+    @property
+    def exact(self) -> bool:
+        """Whether the likelihood is explicit: an experiment with noise on the measured speeds."""
+        return "exact" in self.settings
 
     @property
     def predictive_percent(self) -> float:

@@ -69,14 +69,17 @@ def score_table(experiment: Experiment, cohort_title: str) -> Table:
         Column("RMSE, CMA-ES", "kPa"),
     )
     rows = [_scores(row) for row in records(experiment.scores)]
+    band = "band of new recordings, noise included" if experiment.exact else "predictive band"
     note = (
         "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage "
-        f"is the share of the observed curve inside the {experiment.predictive_percent:g} % predictive band. "
+        f"is the share of the observed curve inside the {experiment.predictive_percent:g} % {band}. "
         "Subjects outside the prior's support have no posterior scores."
     )
     if len(experiment.supported) > 1:
         rows.append(_mean_scores(experiment.supported))
-    return Table(f"Table 1. Posterior predictive performance ({cohort_title}).", columns, tuple(rows), note)
+    number = "" if experiment.exact else "Table 1. "
+    caption = f"{number}Posterior predictive performance ({cohort_title})."
+    return Table(caption, columns, tuple(rows), note)
 
 
 def _scores(row: Mapping[Hashable, Any]) -> Row:

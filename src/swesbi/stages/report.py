@@ -16,6 +16,7 @@ from swesbi.figures.training import read_history
 from swesbi.inference.support import read_support
 from swesbi.recording.dataset import read_observation
 from swesbi.report import captions
+from swesbi.report.exact_section import make_section, section_figures
 from swesbi.report.figures import figure
 from swesbi.report.files import file_groups, relative
 from swesbi.report.names import protocol_entry
@@ -24,6 +25,7 @@ from swesbi.report.paper import read_comparison
 from swesbi.report.provenance import provenance_table, software_table
 from swesbi.report.results import Experiment, Recovery, Results
 from swesbi.settings import Settings
+from swesbi.stages.exact_results import read_exact
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place
 
@@ -67,6 +69,13 @@ def run(
     epochs_png: Path,
     epochs_pdf: Path,
     training_pngs: Sequence[Path],
+    exact_posteriors: Sequence[Path],
+    calibrations: Sequence[Path],
+    misspecifications: Sequence[Path],
+    identifiabilities: Sequence[Path],
+    noise: Sequence[Path],
+    truth_csv: Sequence[Path],
+    exact_pngs: Sequence[Path],
     artefacts: Sequence[Path],
     report: Path,
     configuration: Path,
@@ -74,6 +83,9 @@ def run(
     origin: Origin,
 ) -> None:
     """Write the configuration and the page, which refers to every file by its path relative to itself.
+
+    What belongs to experiments on speeds is empty where none is run; ``noise`` and ``truth_csv`` hold one
+    file or none.
 
     Raises:
         ArtefactError: An input is missing for an experiment, or cannot be read.
@@ -100,7 +112,16 @@ def run(
         configuration_file=relative(configuration, report),
     )
     cohort = _cohort(recording, title)
-    page = make_page(results, cohort, figures, file_groups(artefacts, report), origins)
+    of_exact = {
+        "calibration": calibrations,
+        "misspecification": misspecifications,
+        "identifiability": identifiabilities,
+    }
+    sections = [
+        make_section(each, section_figures(exact_pngs, each.experiment.name, report, title), title)
+        for each in read_exact(results.experiments, exact_posteriors, of_exact, noise, truth_csv)
+    ]
+    page = make_page(results, cohort, figures, sections, file_groups(artefacts, report), origins)
     with atomic_path(configuration) as temporary:
         temporary.write_text(origins.configuration, encoding="utf-8")
     with atomic_path(report) as temporary:
