@@ -56,7 +56,7 @@ def test_the_paper_experiment_is_the_paper_s() -> None:
     ("changes", "message"),
     [
         ({"forward_model__steps_per_beet": 3}, r"steps_per_beet = 3: .*did you mean 'steps_per_beat'"),
-        ({"nonsense": 1}, r"nonsense = 1: .*remove this key"),
+        ({"gibberish": 1}, r"gibberish = 1: .*remove this key"),
         ({"seed": None}, r"seed: .*add this key"),
         ({"seed": "1e-3"}, r"seed = '1e-3': .*write 1.0e-3 or 0.001"),
         (
@@ -119,7 +119,7 @@ def test_a_wrong_value_is_refused_with_key_value_and_remedy(changes: dict[str, A
 
 def test_every_problem_is_listed_at_once() -> None:
     with pytest.raises(ConfigError, match="2 problem") as caught:
-        parse_config(changed(seed=None, nonsense=1))
+        parse_config(changed(seed=None, gibberish=1))
     assert len(str(caught.value).splitlines()) == 3
 
 
@@ -142,32 +142,45 @@ def test_a_file_that_is_no_mapping_is_refused(tmp_path: Path, content: str) -> N
 
 
 SHOWING = {"report", "paper_comparison"}  # they print the configuration
+OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
+    "train_flow",
+    "exact_posterior",
+    "predictive_speeds",
+    "misspecification",
+    "verdict",
+    "calibration_recordings",
+    "calibration_local",
+    "identifiability",
+    "sensitivity_run",
+}
 AFFECTED = {
     "experiments__paper__predictive__draws": {"predictive", "epochs", "acquisition_seeds"},
     "experiments__paper__estimator__learning_rate": {"train"},
     "experiments__paper__observation_model__augmentations": {"pool", "predictive", "recovery", "epochs"},
     "experiments__paper__support__candidate_draws": {"posterior", "epochs", "acquisition_seeds"},
     "experiments__paper__recovery__recordings": {"recovery", "epochs", "recovery_acquisition"},
-    "experiments__calibrated__estimator__learning_rate": {"train_flow"},
-    "experiments__calibrated__simulations_per_subject": {"speed_pool"},
-    "passive__exponent_b": {
-        "passive",
-        "recovery_acquisition",
-        "acquisition_seeds",
-        "train_flow",
-        "discrepancy",
-    },
+    "experiments__calibrated__estimator__learning_rate": {"train_flow", "sensitivity_run"},
+    "experiments__calibrated__simulations_per_subject": {"speed_pool", "sensitivity_run"},
+    "experiments__calibrated__observation_model__discrepancy__timing_cycle": OF_A_RECORDING,
+    "experiments__calibrated__exact__min_efficiency": {"exact_posterior", "sensitivity_run"},
+    "experiments__calibrated__calibration__recordings__own": {"calibration_recordings"},
+    "experiments__calibrated__misspecification__rule__neighbours": {"verdict"},
+    "passive__exponent_b": OF_A_RECORDING
+    | {"passive", "recovery_acquisition", "acquisition_seeds", "discrepancy"},
     "recording__min_samples_per_phase": {
         "ingest",
         "noise",
         "recovery_acquisition",
         "acquisition_seeds",
         "discrepancy",
+        "calibration_recordings",
+        "misspecification",
     },
     "noise__interval": {"noise"},
     "discrepancy_study__subjects": {"discrepancy"},
     "cmaes__search__generations": {"cmaes"},
-    "forward_model__steps_per_beat": {
+    "forward_model__steps_per_beat": OF_A_RECORDING
+    | {
         "simulate",
         "passive",
         "predictive",
@@ -176,7 +189,6 @@ AFFECTED = {
         "recovery_acquisition",
         "epochs",
         "acquisition_seeds",
-        "train_flow",
         "discrepancy",
     },
     "experiments__paper__epoch_study__candidate_draws": {"epochs"},
