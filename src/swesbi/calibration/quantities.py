@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.evaluation import subject_model
 from swesbi.evaluation.draws import attained_stiffness_kpa
 from swesbi.simulations.prior import quantile
 from swesbi.speed_model.joint_prior import PHI_NAMES
@@ -37,9 +38,7 @@ def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: float) -
 
 def activation_duration_s(model: SpeedModel) -> float:
     """Return the duration D_T of the activation at the heart rate of the model's recording."""
-    settings = model.settings.forward_model
-    ratio = model.recording.context.period_s / settings.activation_reference_period_s
-    return float(settings.activation_duration_s * np.sqrt(ratio))
+    return subject_model.activation_duration_s(model.recording.context, model.settings.forward_model)
 
 
 def prior_variance(model: SpeedModel) -> FloatArray:
