@@ -162,9 +162,17 @@ AFFECTED = {
     "experiments__calibrated__estimator__learning_rate": {"train_flow", "sensitivity_run"},
     "experiments__calibrated__simulations_per_subject": {"speed_pool", "sensitivity_run"},
     "experiments__calibrated__observation_model__discrepancy__timing_cycle": OF_A_RECORDING,
-    "experiments__calibrated__exact__min_efficiency": {"exact_posterior", "sensitivity_run"},
+    "experiments__calibrated__exact__min_efficiency": {
+        "exact_posterior",
+        "sensitivity_run",
+        "calibration_local",
+        "calibration_recordings",
+    },
     "experiments__calibrated__calibration__recordings__own": {"calibration_recordings"},
-    "experiments__calibrated__misspecification__rule__neighbours": {"verdict"},
+    "experiments__calibrated__misspecification__rule__neighbours": {
+        "verdict",
+        "misspecification_table",
+    },
     "passive__exponent_b": OF_A_RECORDING
     | {"passive", "recovery_acquisition", "acquisition_seeds", "discrepancy"},
     "recording__min_samples_per_phase": {
