@@ -29,6 +29,7 @@ MIXING = np.array(
     ]
 )
 NOISE_SD = np.array([0.15, 0.2, 0.1, 0.15, 0.2])
+TRAP_DEPTH = 20.0
 OBSERVED = np.array([0.5, -0.2, 0.3, 0.4, 0.1])
 
 
@@ -70,15 +71,28 @@ class ToySettings:
 
 @dataclass(frozen=True)
 class ToyModel:
-    """Simulations fail where k_0 is above ``fails_above``."""
+    """Simulations fail where k_0 is above ``fails_above``.
+
+    With ``trap`` there is a second mode, that many prior standard deviations up in every parameter: of no
+    mass (e^-20), but hard to leave.
+    """
 
     fails_above: float = np.inf
+    trap: float | None = None
     settings: ToySettings = field(default_factory=ToySettings)
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
-        z = (OBSERVED - np.log(phi / log_centre(PRIOR)) @ MIXING.T) / NOISE_SD
-        value = -0.5 * (z**2).sum(axis=1) - np.log(NOISE_SD).sum() - 0.5 * len(OBSERVED) * np.log(2 * np.pi)
+        log_phi = np.log(phi / log_centre(PRIOR))
+        value = self._normal(OBSERVED - log_phi @ MIXING.T)
+        if self.trap is not None:
+            moved = log_phi - LOG_SD * self.trap
+            lifted = 0.5 * ((log_phi / LOG_SD) ** 2).sum(axis=1)
+            value = np.logaddexp(value, self._normal(OBSERVED - moved @ MIXING.T) + lifted - TRAP_DEPTH)
         return np.where(phi[:, 0] > self.fails_above, -np.inf, value)
+
+    def _normal(self, residual: FloatArray) -> FloatArray:
+        z = residual / NOISE_SD
+        return -0.5 * (z**2).sum(axis=1) - np.log(NOISE_SD).sum() - 0.5 * len(NOISE_SD) * np.log(2 * np.pi)
 
 
 def known_covariance() -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import emcee
 import numpy as np
 import pytest
-from exact_case import MCMC, PRIOR, ToyModel, check_posterior, known_mean, proposal
+from exact_case import LOG_SD, MCMC, PRIOR, ToyModel, check_posterior, known_mean, proposal
 from pydantic import ValidationError
 from scipy.signal import lfilter
 
@@ -195,3 +195,13 @@ def test_gathering_keeps_half_of_an_ensemble_however_scattered() -> None:
     gather(state, 2)
     assert len(np.unique(state.coords[:16], axis=0)) == 8
     assert len(np.unique(state.coords[16:], axis=0)) == 8
+
+
+def test_walkers_that_start_in_a_trap_do_not_stay_there() -> None:
+    trap = 4.0
+    start = proposal().draw(MCMC.start_points, seed=2)
+    start[::8] *= np.exp(LOG_SD * trap)
+    draws = sample_mcmc(ToyModel(trap=trap), start, MCMC, seed=3)
+    assert draws.converged
+    assert draws.steps == MCMC.steps
+    check_posterior(draws.phi.reshape(-1, 4), draws.effective_draws.min())

@@ -1,0 +1,155 @@
+"""Importance weighting beside MCMC: efficiency, and processor time for the same effective sample size.
+
+    python benchmarks/exact.py
+    python benchmarks/exact.py --results results --experiment calibrated --seconds
+
+Reads the recordings, the noise and the network of a finished study. `--seconds` times a further subject's
+exact posterior as a user meets it: a process of its own, imports and writing included.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from swesbi.config import load_study, read_yaml
+from swesbi.config.slices import stage_settings
+from swesbi.exact.importance import k_hat_limit, weigh
+from swesbi.exact.mcmc import sample_mcmc
+from swesbi.exact.posterior import weight_failures
+from swesbi.exact.proposal import flow_proposal
+from swesbi.exact.settings import ExactSettings
+from swesbi.exact.starts import starting_points
+from swesbi.flow.files import load_flow
+from swesbi.flow.net import TrainedFlow
+from swesbi.speed_model.model import SpeedModel
+from swesbi.speed_model.subjects import read_speed_model
+from swesbi.stages.exact_posterior import ExactPosteriorStageSettings
+
+SEED = 1
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Row:
+    """Both ways for one subject; times in seconds of one core."""
+
+    subject: str
+    k_hat: float
+    efficiency: float
+    reliable: bool
+    weighting_s: float
+    weighted_effective: float
+    mcmc_s: float
+    mcmc_effective: float
+    r_hat: float
+
+    @property
+    def ratio(self) -> float:
+        """Time of MCMC over time of weighting, for the same effective sample size."""
+        return (self.mcmc_s / self.mcmc_effective) / (self.weighting_s / self.weighted_effective)
+
+
+def timed(work: Callable[[], Result]) -> tuple[Result, float]:
+    """Return what ``work`` returns and the processor time it took (s)."""
+    begin = time.process_time()
+    result = work()
+    return result, time.process_time() - begin
+
+
+def compare(model: SpeedModel, flow: TrainedFlow, settings: ExactSettings) -> Row:
+    """Sample one posterior both ways."""
+    proposal = flow_proposal(flow, model.recording)
+    draws, fraction = settings.proposal_draws, settings.prior_fraction
+    weigh(model, proposal, 200, fraction, SEED)  # compiles and warms up
+    weighted, weighting_s = timed(lambda: weigh(model, proposal, draws, fraction, SEED))
+    start = starting_points(model, weighted, settings.mcmc.start_points, np.random.default_rng(SEED))
+    sampled, mcmc_s = timed(lambda: sample_mcmc(model, start, settings.mcmc, SEED))
+    return Row(
+        subject=model.recording.subject,
+        k_hat=weighted.k_hat,
+        efficiency=weighted.efficiency,
+        reliable=not weight_failures(
+            weighted, k_hat_limit(draws, settings.max_k_hat), settings.min_efficiency
+        ),
+        weighting_s=weighting_s,
+        weighted_effective=weighted.efficiency * draws,
+        mcmc_s=mcmc_s,
+        mcmc_effective=float(sampled.effective_draws.min()),
+        r_hat=float(sampled.r_hat.max()),
+    )
+
+
+def print_rows(rows: list[Row]) -> None:
+    """Print the comparison, a line a subject."""
+    print(f"{'':8s}{'weighting':^42s}{'MCMC':^30s}{'MCMC / weighting':>18s}")
+    print(
+        f"{'subject':8s}{'k-hat':>8s}{'efficiency':>12s}{'effective':>11s}{'s':>7s}    "
+        f"{'R-hat':>9s}{'effective':>11s}{'s':>7s}{'time, same size':>21s}"
+    )
+    for row in rows:
+        mark = " " if row.reliable else "*"
+        print(
+            f"{row.subject:8s}{row.k_hat:8.2f}{row.efficiency:12.2f}{row.weighted_effective:11.0f}"
+            f"{row.weighting_s:7.2f}{mark}   {row.r_hat:9.4f}{row.mcmc_effective:11.0f}{row.mcmc_s:7.2f}"
+            f"{row.ratio:21.1f}"
+        )
+    print("* the weights fail a criterion, MCMC is what is reported; effective: of the worst parameter")
+    median = float(np.median([row.efficiency for row in rows]))
+    print(f"median efficiency {median:.2f}; processor time of one core")
+
+
+def seconds_of_a_subject(arguments: argparse.Namespace, subject: str) -> float:
+    """Return the wall time (s) of one subject's exact posterior in a process of its own."""
+    results, experiment = arguments.results, arguments.experiment
+    with tempfile.TemporaryDirectory() as folder:
+        command = [
+            *(sys.executable, "-m", "swesbi", "exact_posterior"),
+            *("--config", str(arguments.config), "--subject", subject, "--experiment", experiment),
+            *("--observation", str(results / "cohort" / subject / "observation.h5")),
+            *("--noise", str(results / "cohort" / "noise.h5")),
+            *("--estimator", str(results / experiment / "estimator.pt")),
+            *("--posterior", str(Path(folder) / "posterior.h5")),
+        ]
+        begin = time.perf_counter()
+        subprocess.run(command, check=True, capture_output=True)
+        return time.perf_counter() - begin
+
+
+def main() -> None:
+    """Compare both ways for every subject and print the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--config", type=Path, default=Path("config.yaml"))
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder of a finished study")
+    parser.add_argument("--experiment", default="calibrated", help="an experiment of kind speeds")
+    parser.add_argument("--seconds", action="store_true", help="time a process for each subject too")
+    arguments = parser.parse_args()
+    study = load_study(read_yaml(arguments.config), str(arguments.config))
+    plain = stage_settings(study, "exact_posterior", experiment=arguments.experiment)
+    settings = ExactPosteriorStageSettings.from_plain(plain)
+    flow, _ = load_flow(arguments.results / arguments.experiment / "estimator.pt")
+    noise = arguments.results / "cohort" / "noise.h5"
+    rows = []
+    for subject in study.subjects:
+        observation = arguments.results / "cohort" / subject / "observation.h5"
+        rows.append(compare(read_speed_model(observation, noise, settings.model), flow, settings.exact))
+    print_rows(rows)
+    if arguments.seconds:
+        for subject in study.subjects:
+            taken = seconds_of_a_subject(arguments, subject)
+            print(f"{subject}: {taken:.1f} s for its exact posterior, imports and writing included")
+
+
+if __name__ == "__main__":
+    main()
