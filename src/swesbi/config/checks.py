@@ -100,6 +100,8 @@ def check_predictive_draws(config: Config) -> None:
         available = {"simulations_per_subject": experiment.simulations_per_subject}
         if name in config.feature_experiments:
             available["posterior.draws"] = config.feature_experiments[name].posterior.draws
+        else:
+            available["exact.draws"] = config.speed_experiments[name].exact.draws
         for key, number in available.items():
             if wanted > number:
                 raise ValueError(
