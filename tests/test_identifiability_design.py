@@ -113,8 +113,9 @@ def test_more_repeats_help_up_to_the_floor_and_more_phases_help() -> None:
     assert np.all(found.floor[..., None] < found.sd_log)
     np.testing.assert_allclose(found.sd_log[..., -1], found.floor, rtol=0.02)
     assert np.all(found.sd_log[:, 2] < found.sd_log[:, 0])
-    # correlated errors tell less than independent ones, and the same where phases are far apart
-    assert np.all(found.sd_log[:, 2, :3] >= found.sd_log_independent[:, 2, :3] * 0.999)
+    # correlated errors cost information, save what differences of neighbours tell
+    ratio = found.sd_log[:, 2, :3] / found.sd_log_independent[:, 2, :3]
+    assert ratio.min() > 0.98 and ratio.mean() > 1.03
     np.testing.assert_allclose(found.sd_log[:, :2], found.sd_log_independent[:, :2], rtol=1e-6)
     exact = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
     perfect = replace(model, settings=model.settings.model_copy(update={"discrepancy": exact}))

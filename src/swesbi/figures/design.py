@@ -164,7 +164,7 @@ def _finish(grid: NDArray[np.object_], phases: int, repeats: int, mass: float) -
     titles = (
         f"{phases} phases",
         f"{repeats} repeats",
-        f"median subject; dash-dotted: {phases * repeats} pushes",
+        f"median; dash-dotted: {phases * repeats} pushes",
     )
     for axes, title in zip(grid[0], titles, strict=True):
         axes.set_title(title, fontsize=6.5, pad=3.0)

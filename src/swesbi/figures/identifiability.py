@@ -141,10 +141,10 @@ def _draw_phases(figure: SubFigure, phases: xr.Dataset, names: list[str]) -> Non
         first.set_yticks(range(len(labels)), labels)
     label_outer(panels, "phase (fraction of the cycle)")
     bar = figure.colorbar(ScalarMappable(norm, colors), ax=panels, extend="max", aspect=30, pad=0.01)
-    bar.set_label("growth of the posterior sd\nwithout the phase (%)")
+    bar.set_label("growth of the sd (%)")
     figure.suptitle(
-        "Which phase informs what: expected growth (colour) and growth found by reweighting (circles, "
-        "by area);\ngrey: not measured",
+        "Which phase informs what: growth of the posterior sd without it,\n"
+        "expected (colour) and found by reweighting (circles, by area); grey: not measured",
         fontsize=6.5,
     )
 
@@ -170,6 +170,7 @@ def _draw_heat_map(axes: Axes, phases: xr.Dataset, norm: PowerNorm, colors: List
     area = DOT_AREA * np.minimum(found[shown] / TOP_INCREASE, 1.5)
     axes.scatter(x[shown], y[shown], s=area, facecolors="none", edgecolors=CMAES, linewidths=0.7)
     axes.set_xlim(0.0, 1.0)
+    axes.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0", "", "0.5", "", "1"])
     axes.set_ylim(len(expected) - 0.5, -0.5)
     axes.tick_params(axis="y", length=0)
     for row in range(1, len(expected)):
