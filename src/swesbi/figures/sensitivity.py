@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -64,7 +64,10 @@ def _points(axes: Axes, rows: pd.DataFrame, names: list[str], column: str) -> No
     for number, (subject, offset) in enumerate(zip(subjects, offsets, strict=True)):
         own = rows[rows["subject"] == subject]
         height = [names.index(label) + offset for label in own["label"]]
-        look = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
+        look: dict[str, Any] = {
+            "color": COLOURS[number % len(COLOURS)],
+            "marker": MARKERS[number % len(MARKERS)],
+        }
         axes.plot(own[column], height, linestyle="none", markersize=2.4, label=subject, **look)
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.5)
