@@ -22,6 +22,7 @@ ROW_IN: Final = 0.26
 RATES_IN: Final = 2.1
 MARGINS_IN: Final = 1.75
 SMALLEST_SHOWN: Final = 1e-4
+WELL_SPECIFIED: Final = 2  # bars of well-specified recordings
 STATUS_COLORS: Final = {"supported": TRUTH, "strained": "#E69F00", "unsupported": CMAES}
 GROUP_COLORS: Final = dict(zip(GROUPS, ("#56B4E9", "#CC79A7", POSTERIOR), strict=True))
 GROUP_LABELS: Final = dict(
@@ -85,10 +86,7 @@ def _draw_verdicts(axes: Axes, verdicts: Mapping[str, Support]) -> None:
     axes.set_xlim(-0.5, len(names) + 1.6)
     axes.set_ylim(len(verdicts) - 0.5, -0.5)
     axes.set_yticks(range(len(verdicts)), list(verdicts))
-    axes.set_xticks(
-        range(len(names)), [LABELS.get(name, name) for name in names], rotation=35.0, ha="left",
-        rotation_mode="anchor",
-    )  # fmt: skip
+    axes.set_xticks(range(len(names)), [LABELS.get(name, name) for name in names], rotation=90.0)
     axes.xaxis.tick_top()
     axes.tick_params(length=0)
     for spine in axes.spines.values():
@@ -131,6 +129,8 @@ def _draw_rates(axes: Axes, rows: Sequence[AlarmRow], level: float) -> None:
     axes.set_xlim(-0.5, len(shown) - 0.5)
     axes.set_ylim(0.0, 1.02)
     axes.set_ylabel("share of recordings with an alarm")
+    volunteers = "; by name: each virtual volunteer recorded anew" if len(shown) > WELL_SPECIFIED else ""
+    axes.set_xlabel(f"well-specified recordings of all: own noise, acquired{volunteers}")
     axes.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0), columnspacing=1.2, handlelength=1.4)
 
 
@@ -147,9 +147,8 @@ def _recordings(rows: Sequence[AlarmRow]) -> list[tuple[str, str]]:
 
 
 def _bar_label(rows: Mapping[tuple[str, str, str], AlarmRow], subject: str, kind: str) -> str:
-    words = {OWN: "well-specified,\nown noise", ACQUIRED: "well-specified,\nacquired"}
-    n = rows[(subject, kind, UNSUPPORTED)].n
-    return f"{words.get(kind, f'{subject},{chr(10)}recorded anew')}\n(n = {n})"
+    words = {OWN: "own noise", ACQUIRED: "acquired"}
+    return f"{words.get(kind, subject)}\nn = {rows[(subject, kind, UNSUPPORTED)].n}"
 
 
 def _p_text(p: float) -> str:

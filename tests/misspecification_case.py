@@ -1,0 +1,86 @@
+"""Checks made without a network: posteriors from one bank of simulations weighted by the likelihood."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import speed_case
+from numpy.typing import NDArray
+
+from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.misspecification.bounds import prior_strip_mass
+from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording, stack_checks
+from swesbi.misspecification.dataset import ACQUIRED, NULL, OWN, VOLUNTEER, SubjectChecks
+from swesbi.misspecification.settings import MisspecificationSettings
+from swesbi.observation import summary_names
+from swesbi.simulations.prior import quantile
+from swesbi.speed_model.likelihood import draw_speeds, log_likelihood
+from swesbi.speed_model.prediction import PredictedSpeeds
+
+FloatArray = NDArray[np.float64]
+STRIP = 0.1
+BANK = 6000
+DRAWS = 200
+RELATIVE_SE = 0.12
+
+
+def settings() -> MisspecificationSettings:
+    return speed_case.shipped().speed_experiments["calibrated"].misspecification
+
+
+def conditioning() -> ConditioningSettings:
+    experiment = speed_case.shipped().speed_experiments["calibrated"]
+    return ConditioningSettings(summary=experiment.summary, grid_points=100, density_kg_m3=1000.0)
+
+
+class Bank:
+    """Prior simulations, simulated once, weighted to the posterior of any recording.
+
+    The recordings are noisier than real ones, so that many simulations share the posterior.
+    """
+
+    def __init__(self) -> None:
+        quiet = speed_case.model()
+        recording = replace(quiet.recording, relative_se=np.full(len(quiet.recording.phase), RELATIVE_SE))
+        self.model = replace(quiet, recording=recording)
+        self.phi, self.predicted = self._simulate(BANK, 1)
+
+    def clean(self, count: int, seed: int) -> PredictedSpeeds:
+        """Return noiseless speeds of phi from the prior that are not in the bank."""
+        return self._simulate(count, seed)[1]
+
+    def recordings(self, count: int, seed: int, noise: float = 1.0) -> FloatArray:
+        """Draw speeds (count, p) of recordings, well-specified if ``noise`` is one."""
+        clean, rng = self.clean(count, seed), np.random.default_rng(seed + 1)
+        noisy = draw_speeds(clean, self.model.recording.relative_se, self.model.settings.discrepancy, rng)
+        return np.asarray(np.exp(clean.log_speed + noise * (np.log(noisy) - clean.log_speed)))
+
+    def _simulate(self, count: int, seed: int) -> tuple[FloatArray, PredictedSpeeds]:
+        phi = quantile(np.random.default_rng(seed).random((count, 4)), self.model.settings.prior)
+        return phi, self.model.predict(phi)
+
+    def check(self, speeds: FloatArray, seed: int) -> Checks:
+        """Check recordings (n, p) under posteriors from all simulations, weighted by the exact likelihood."""
+        return stack_checks([self._check(row, seed + i) for i, row in enumerate(speeds)])
+
+    def _check(self, speeds: FloatArray, seed: int) -> Checks:
+        model = replace(self.model, recording=replace(self.model.recording, speed_m_s=speeds))
+        log_weight = log_likelihood(self.predicted, model.recording, model.settings.discrepancy)
+        weight = np.exp(log_weight - log_weight.max())
+        rows = np.random.default_rng(seed).choice(len(weight), DRAWS, p=weight / weight.sum())
+        predicted = PredictedSpeeds(self.predicted.log_speed[rows], self.predicted.slope[rows])
+        draws = PosteriorDraws(self.phi[rows], np.full(DRAWS, 1 / DRAWS), predicted, 0.1, 1.0)
+        return check_recording(model, draws, conditioning(), STRIP, np.random.default_rng(seed))
+
+
+def subject_checks(null: Checks, fresh: Checks, reference: FloatArray) -> SubjectChecks:
+    """Put checks together as a subject's, the fresh ones in all other places."""
+    return SubjectChecks(
+        subject="T",
+        reference_features=reference,
+        feature_names=summary_names(conditioning().summary),
+        prior_mass=prior_strip_mass(speed_case.settings().prior, STRIP),
+        recordings={NULL: null, OWN: fresh, ACQUIRED: fresh, VOLUNTEER: fresh},
+        refused={NULL: 0, OWN: 0, ACQUIRED: 2, VOLUNTEER: 0},
+    )

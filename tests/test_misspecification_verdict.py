@@ -1,0 +1,193 @@
+"""Verdicts: well-specified recordings pass at the level, planted misfits are flagged by their tests."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from misspecification_case import Bank, conditioning, settings, subject_checks
+from numpy.typing import NDArray
+from scipy.stats import kstest
+
+from swesbi.artefacts import Provenance, save, write_json
+from swesbi.flow.conditioning import raw_features
+from swesbi.inference.support import Support, SupportTest, read_support
+from swesbi.misspecification.checks import GROUPS, TEST_NAMES, Checks, no_checks
+from swesbi.misspecification.dataset import KIND, VOLUNTEER, SubjectChecks, read_subject_checks, to_groups
+from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, alarm_rows
+from swesbi.misspecification.reference import Reference, Status
+from swesbi.misspecification.verdict import grade, make_support, null_tests
+
+FloatArray = NDArray[np.float64]
+NULL_RECORDINGS = 400
+
+
+@pytest.fixture(scope="module")
+def bank() -> Bank:
+    return Bank()
+
+
+@pytest.fixture(scope="module")
+def subject(bank: Bank) -> SubjectChecks:
+    null = bank.check(bank.recordings(NULL_RECORDINGS, 2), 1000)
+    fresh = bank.check(bank.recordings(150, 3), 2000)
+    reference = bank.recordings(2000, 4)
+    features = raw_features(reference, bank.model.recording.phase, conditioning())
+    return subject_checks(null, fresh, features)
+
+
+@pytest.fixture(scope="module")
+def reference(subject: SubjectChecks) -> Reference:
+    return subject.reference(settings().rule)
+
+
+def test_p_values_of_fresh_recordings_are_uniform(subject: SubjectChecks, reference: Reference) -> None:
+    judged = reference.judge(subject.recordings["own"])
+    for name, p in zip(TEST_NAMES, judged.test_p.T, strict=True):
+        if name != "boundary_mass":  # most recordings have no mass at any bound: p = 1
+            assert kstest(p, "uniform").pvalue > 0.01, name
+    assert kstest(judged.group_p[:, 1], "uniform").pvalue > 0.01
+    assert (judged.status > 0).mean() < 0.10
+
+
+def test_noise_larger_than_stated_is_caught_by_the_fit(bank: Bank, reference: Reference) -> None:
+    judged = reference.judge(bank.check(bank.recordings(40, 5, noise=2.0), 3000))
+    assert (judged.status >= Status.STRAINED).mean() > 0.8
+    chi2 = TEST_NAMES.index("chi2")
+    assert (judged.test_p[:, chi2] <= reference.joint.thresholds(0.05)[chi2]).mean() > 0.6
+
+
+def test_a_curve_that_no_theta_gives_is_unsupported(bank: Bank, reference: Reference) -> None:
+    """A second wave in diastole as high as the first: not in the prior, not in the fit."""
+    speeds = bank.recordings(20, 7)
+    speeds = np.maximum(speeds, np.roll(speeds, 10, axis=1))
+    judged = reference.judge(bank.check(speeds, 4000))
+    assert (judged.status == Status.UNSUPPORTED).mean() >= 0.9
+    assert (judged.status >= Status.STRAINED).all()
+    assert (judged.group_p[:, GROUPS.index("prior predictive")] <= 0.02).mean() > 0.8
+    features = TEST_NAMES.index("conditional_features")
+    assert (judged.test_p[:, features] <= reference.joint.thresholds(0.05)[features]).mean() > 0.5
+
+
+def test_mass_at_a_rare_bound_is_caught_by_the_boundary_test_alone(
+    subject: SubjectChecks, reference: Reference
+) -> None:
+    usual = subject.recordings["own"]
+    quiet = np.flatnonzero(reference.judge(usual).overall_p > 0.5)[0]
+    one = Checks(**{f.name: getattr(usual, f.name)[[quiet]].copy() for f in fields(Checks)})
+    mass = np.zeros((1, 4, 2))
+    mass[0, 1, 1] = 0.9
+    pressed = replace(one, bound_mass=mass)
+    judged = reference.judge(pressed)
+    assert judged.status[0] == Status.UNSUPPORTED
+    flagged = [test for test in null_tests(reference, pressed, judged) if test.flagged]
+    assert [test.name for test in flagged] == ["boundary_mass"]
+    assert "upper bound of k_atp_per_s" in flagged[0].detail
+
+
+def test_a_feature_moved_alone_is_named(subject: SubjectChecks, reference: Reference) -> None:
+    usual = subject.recordings["own"]
+    tails = np.full((1, usual.tails.shape[1]), 0.5)
+    tails[0, subject.feature_names.index("half_relaxation_time_cycle")] = 1.0
+    one = Checks(**{f.name: getattr(usual, f.name)[[0]] for f in fields(Checks)})
+    moved = replace(one, tails=tails)
+    found = {t.name: t for t in null_tests(reference, moved, reference.judge(moved))}["conditional_features"]
+    assert found.detail.startswith("least likely given the recording: half_relaxation_time_cycle (P 1.000)")
+
+
+def test_the_file_gives_the_same_verdicts(
+    subject: SubjectChecks, reference: Reference, tmp_path: Path
+) -> None:
+    path = tmp_path / "misspecification.h5"
+    without = {**subject.recordings, VOLUNTEER: no_checks(len(subject.feature_names))}
+    save(path, to_groups(replace(subject, recordings=without)), Provenance(KIND, "T"))
+    read = read_subject_checks(path)
+    assert read.subject == "T"
+    assert len(read.recordings[VOLUNTEER]) == 0
+    assert read.refused == subject.refused
+    own = subject.recordings["own"]
+    again = read.reference(settings().rule).judge(read.recordings["own"])
+    assert np.array_equal(again.overall_p, reference.judge(own).overall_p)
+
+
+def test_alarms_are_counted_once_for_each_recording(subject: SubjectChecks, reference: Reference) -> None:
+    rows = {(r.subject, r.recordings, r.alarm): r for r in alarm_rows([subject, subject], settings().rule)}
+    status = reference.judge(subject.recordings["own"]).status
+    alone, cohort = rows["T", "own", STRAINED_OR_WORSE], rows[COHORT, "own", STRAINED_OR_WORSE]
+    assert alone.rate == (status >= 1).mean()
+    assert alone.ci_low <= alone.rate <= alone.ci_high
+    assert cohort.n == 2 * alone.n
+    assert rows[COHORT, "acquired", UNSUPPORTED].refused == 4
+    assert (COHORT, VOLUNTEER, UNSUPPORTED) not in rows
+    groups = [rows["T", "own", f"group: {g}"].rate for g in ("prior predictive", "fit", "bounds")]
+    assert max(groups) <= alone.rate + 1e-9
+    assert sum(groups) >= alone.rate - 0.01
+
+
+def volume(z: float) -> SupportTest:
+    return SupportTest("end_systolic_volume", z, None, 3.0, abs(z) > 3.0, "")
+
+
+def ranges(outside: int) -> SupportTest:
+    return SupportTest("context_ranges", float(outside), None, 0.0, outside > 0, "")
+
+
+@pytest.mark.parametrize(
+    ("overall", "z", "outside", "expected"),
+    [
+        (Status.SUPPORTED, -2.9, 0, Status.SUPPORTED),
+        (Status.SUPPORTED, -3.1, 0, Status.STRAINED),
+        (Status.SUPPORTED, 6.1, 0, Status.UNSUPPORTED),
+        (Status.SUPPORTED, 0.0, 1, Status.STRAINED),
+        (Status.UNSUPPORTED, 3.1, 1, Status.UNSUPPORTED),
+        (Status.STRAINED, 0.0, 0, Status.STRAINED),
+    ],
+)
+def test_volumes_and_context_strain_and_only_extreme_volumes_do_more(
+    overall: Status, z: float, outside: int, expected: Status
+) -> None:
+    assert grade(overall, [volume(z)], [ranges(outside)], 6.0) == expected
+
+
+class Made:
+    npe_phi = np.tile([60.0, 6.0, 29.0, 2.2], (50, 1))
+    sampler = "mcmc"
+    converged = False
+    reasons = "MCMC has not converged"
+    k_hat = float("inf")
+    efficiency = 0.03
+
+
+def test_support_json_holds_both_forms(tmp_path: Path) -> None:
+    z, names = np.array([0.1, -3.4]), ("maximum_kpa", "ivsd_cm")
+    test = SupportTest("chi2", 3.2, 0.001, 0.004, True, "posterior predictive p-value of chi2 = 0.004")
+    support = make_support(Status.STRAINED, 0.02, (test, volume(1.0)), z, names, Made())
+    path = tmp_path / "support.json"
+    write_json(path, support.to_json())
+    assert read_support(path) == support
+    assert support.supported
+    assert support.worst_component == "ivsd_cm"
+    assert support.k_hat is None
+    assert support.acceptance == 1.0
+    assert support.reasons[-1] == "MCMC has not converged"
+    assert support.verdict.startswith("strained: chi2 (p = 0.001")
+    assert not make_support(Status.UNSUPPORTED, 0.0, (test,), z, names, Made()).supported
+
+
+def test_support_of_an_experiment_on_features_has_no_new_keys(tmp_path: Path) -> None:
+    old = Support(2.0, "maximum_kpa", 900, 1000, {"k0_kpa": 50.0}, True, "supported by the prior", ())
+    assert list(old.to_json()) == [
+        "max_abs_z",
+        "worst_component",
+        "in_prior_draws",
+        "candidate_draws",
+        "acceptance",
+        "unfiltered_median",
+        "supported",
+        "verdict",
+        "reasons",
+    ]
+    write_json(tmp_path / "support.json", old.to_json())
+    assert read_support(tmp_path / "support.json") == old
