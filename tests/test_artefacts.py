@@ -68,7 +68,7 @@ def test_a_file_of_another_kind_or_broken_is_named(tmp_path: Path) -> None:
     with pytest.raises(ArtefactError, match="holds a 'toy' artefact, expected 'pool'"):
         load(path, "pool")
     path.write_bytes(path.read_bytes()[:200])
-    with pytest.raises(ArtefactError, match=r"toy\.h5: cannot be read .* delete it and rerun"):
+    with pytest.raises(ArtefactError, match=r"toy\.h5: has no checksum .* delete it and rerun"):
         load(path, "toy")
 
 

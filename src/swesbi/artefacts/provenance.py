@@ -9,7 +9,11 @@ from typing import Any
 
 from swesbi import __version__
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+"""Raised whenever what a file holds changes: 2 since artefacts end with a checksum."""
+
+OLDEST_READ = 1
+"""Files of an older schema version are refused."""
 
 
 @dataclass(frozen=True)

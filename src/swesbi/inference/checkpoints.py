@@ -12,6 +12,7 @@ from torch import Tensor
 
 from swesbi.artefacts import Provenance
 from swesbi.inference.estimator import describe_net, rebuild_net
+from swesbi.inference.net_metadata import CheckpointsMetadata
 from swesbi.inference.settings import EstimatorSettings
 from swesbi.inference.torch_files import read_plain, write_plain
 
@@ -82,14 +83,14 @@ def load_checkpoints(path: Path) -> tuple[tuple[Checkpoint, ...], Provenance]:
 
 
 def _rebuild(content: Mapping[str, Any]) -> tuple[Checkpoint, ...]:
-    metadata, states = content["metadata"], content["state_dicts"]
+    metadata, states = CheckpointsMetadata.from_plain(content["metadata"]), content["state_dicts"]
     return tuple(
         Checkpoint(
             epoch=epoch,
             validation_loss=loss,
-            best=epoch == metadata["best_epoch"],
-            components=tuple(metadata["components"]),
+            best=epoch == metadata.best_epoch,
+            components=metadata.components,
             net=rebuild_net(metadata, states[str(epoch)]),
         )
-        for epoch, loss in zip(metadata["epochs"], metadata["validation_losses"], strict=True)
+        for epoch, loss in zip(metadata.epochs, metadata.validation_losses, strict=True)
     )

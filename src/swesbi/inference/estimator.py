@@ -18,6 +18,7 @@ from torch import Tensor
 
 from swesbi.artefacts import Provenance
 from swesbi.inference.determinism import reproducible
+from swesbi.inference.net_metadata import EstimatorMetadata, NetMetadata, check_size
 from swesbi.inference.settings import EstimatorSettings
 from swesbi.inference.torch_files import read_plain, write_plain
 from swesbi.theta import THETA_NAMES
@@ -89,10 +90,16 @@ def describe_net(settings: EstimatorSettings, components: tuple[str, ...]) -> di
     }
 
 
-def rebuild_net(metadata: Mapping[str, Any], state: Mapping[str, Tensor]) -> ConditionalDensityEstimator:
-    """Build the net that the metadata describes and give it these weights."""
-    settings = EstimatorSettings.model_validate_json(metadata["estimator"])
-    shapes = len(metadata["parameters"]), len(metadata["components"])
+def rebuild_net(metadata: NetMetadata, state: Mapping[str, Tensor]) -> ConditionalDensityEstimator:
+    """Build the net that the metadata describes and give it these weights.
+
+    Raises:
+        ValueError: The metadata describe no estimator, or one larger than the weights.
+        RuntimeError: Names or shapes of the weights are not the net's.
+    """
+    settings = metadata.architecture()
+    check_size(settings, state)
+    shapes = len(metadata.parameters), len(metadata.components)
     net = build_net(*_placeholders(*shapes), settings)
     net.load_state_dict(dict(state))
     net.eval()
@@ -100,14 +107,14 @@ def rebuild_net(metadata: Mapping[str, Any], state: Mapping[str, Tensor]) -> Con
 
 
 def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
-    metadata = content["metadata"]
+    metadata = EstimatorMetadata.from_plain(content["metadata"])
     return TrainedEstimator(
         net=rebuild_net(metadata, content["state_dict"]),
-        settings=EstimatorSettings.model_validate_json(metadata["estimator"]),
-        components=tuple(metadata["components"]),
-        best_epoch=metadata["best_epoch"],
-        epochs_run=metadata["epochs_run"],
-        best_validation_loss=metadata["best_validation_loss"],
+        settings=metadata.architecture(),
+        components=metadata.components,
+        best_epoch=metadata.best_epoch,
+        epochs_run=metadata.epochs_run,
+        best_validation_loss=metadata.best_validation_loss,
     )
 
 

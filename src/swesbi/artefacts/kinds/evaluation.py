@@ -76,3 +76,5 @@ SCHEMAS = {
         }
     },
 }
+
+LABELS = {"predictive": {"/": ("feature",)}, "cmaes": {"/": ("parameter", "stop")}}

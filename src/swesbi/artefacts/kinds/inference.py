@@ -41,3 +41,8 @@ SCHEMAS: Final = {
         },
     },
 }
+
+LABELS: Final = {
+    "pool": {"/": ("parameter", "component", "component_unit", "subject")},
+    "posterior": {"/": ("parameter", "component")},
+}

@@ -24,7 +24,7 @@ SCHEMAS = {
             "sample_noise_fraction": Variable((), "1", "relative standard deviation between samples"),
         },
         "context": {
-            "sex": Variable((), "1", "F or M"),
+            "sex": Variable((), "1", "F or M", text=True),
             "age_years": Variable((), "year", "age"),
             "bsa_m2": Variable((), "m2", "body surface area"),
             "hr_bpm": Variable((), "min-1", "heart rate"),

@@ -17,3 +17,5 @@ SCHEMAS = {
         }
     }
 }
+
+LABELS = {"simulations": {"/": ("parameter",)}}
