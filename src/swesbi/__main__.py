@@ -18,7 +18,11 @@ from swesbi.stages.origin import Origin
 
 EXIT_USAGE = 2
 WILDCARDS = ("subject", "experiment", "prior", "shard")
-COMMANDS = {"validate": "swesbi.validation.command", "template": "swesbi.validation.template"}
+COMMANDS = {
+    "validate": "swesbi.validation.command",
+    "template": "swesbi.validation.template",
+    "inspect": "swesbi.inspection.command",
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,0 +1,1 @@
+"""Looking into the files of a study, and comparing two runs of it."""

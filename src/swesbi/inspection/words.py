@@ -1,0 +1,52 @@
+"""What the files of a study are, in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+KINDS: Final = {
+    "observation": "observed stiffness curve of one subject, from its recording",
+    "passive": "passive baseline of one subject",
+    "simulations": "simulations from a prior, one shard of one subject",
+    "pool": "pooled training set of an experiment on features",
+    "speed_pool": "training set of an experiment on measured speeds",
+    "posterior": "posterior of one subject in one experiment",
+    "predictive": "prior and posterior predictive checks of one subject",
+    "noise": "noise of the measured speeds of a cohort",
+    "sensitivity": "posteriors under one variant of the configuration",
+    "calibration": "recordings of known parameters, and what each sampler made of them",
+    "identifiability": "posterior and likelihood-ratio intervals of every subject",
+    "misspecification": "whether the model can have made the recordings",
+    "cmaes": "CMA-ES reference fit of one subject",
+    "estimator": "trained network of an experiment, weights of the best epoch",
+    "flow": "trained flow of an experiment on measured speeds",
+    "checkpoints": "weights of one training after selected epochs",
+}
+
+FILES: Final = {
+    "support.json": "verdict on the prior support of one subject",
+    "training.csv": "losses of a training by epoch",
+    "epochs.csv": "recovery and posteriors by epoch of training",
+    "recovery.csv": "recovery of known parameters, the experiment's own observation model",
+    "recovery_acquisition.csv": "recovery of known parameters from synthetic recordings",
+    "ppc.csv": "table 1: predictive scores of every subject and experiment",
+    "features.csv": "checked features of every subject and experiment",
+    "posterior.csv": "posterior medians, intervals and correlations",
+    "paper_comparison.csv": "every number of the paper beside this study's",
+    "acquisition_seeds.csv": "virtual volunteers under other acquisition seeds",
+    "acquisition_seeds_medians.csv": "medians over acquisition seeds",
+    "configuration.yaml": "every choice of a run, merged configuration",
+    "subjects.csv": "the subjects of a cohort",
+    "recording.yaml": "how the recordings of a cohort were made",
+}
+
+
+def kind_in_words(kind: str) -> str:
+    """Return what an artefact of this kind is."""
+    return KINDS.get(kind, f"artefact of kind {kind!r}")
+
+
+def file_in_words(path: Path) -> str:
+    """Return what a table or a text file is, by its name."""
+    return FILES.get(path.name, f"{path.suffix.removeprefix('.')} file")

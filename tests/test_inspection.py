@@ -1,0 +1,220 @@
+"""What `inspect` shows of every file of a study, and what it says of two runs."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from study_copy import StudyCopy
+
+from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.checksum import LENGTH, append_checksum
+from swesbi.inspection.command import main
+from swesbi.inspection.content import Array, flatten
+from swesbi.inspection.diff import compare_arrays, compare_runs
+from swesbi.inspection.read import READERS, read
+from swesbi.inspection.text import as_lines
+
+Shown = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def runs(finished: StudyCopy, tmp_path: Path) -> tuple[Path, Path]:
+    """The results of a finished study, and a copy to be changed."""
+    shutil.copytree(finished.results, tmp_path / "other")
+    return finished.results, tmp_path / "other"
+
+
+def test_every_result_of_a_readable_format_is_shown(finished: StudyCopy) -> None:
+    paths = [path for path in sorted(finished.results.rglob("*")) if path.suffix in READERS]
+    assert {path.suffix for path in paths} == set(READERS)
+    for path in paths:
+        content = read(path)
+        assert content.what
+        assert "of kind" not in content.what, f"{path} has no words of its own"
+        lines = as_lines(content)
+        assert lines[0] == str(path)
+        assert len(lines) > 3
+
+
+def test_an_artefact_says_what_it_is_how_it_was_made_and_what_it_holds(
+    finished: StudyCopy, capsys: Shown
+) -> None:
+    path = finished.results / "paper" / "subjects" / "A" / "posterior.h5"
+    assert main([str(path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "  posterior of one subject in one experiment" in lines
+    assert "  checksum right" in lines
+    facts = {line.split()[0]: line.split()[1:] for line in lines if line.startswith("    ")}
+    assert facts["subject"] == ["A"]
+    assert facts["posterior.draws"] == ["500"]
+    with h5py.File(path) as file:
+        draws = file["posterior/k0_kpa"][()]
+        assert facts["code"] == ["hash", file.attrs["code_hash"]]
+    row = next(line.split() for line in lines if line.split()[:1] == ["posterior/k0_kpa"])
+    assert row[1:8] == ["chain", "1", "x", "draw", str(draws.shape[1]), "kPa", "0"]
+    expected = [f"{value:.5g}" for value in (draws.min(), np.median(draws), draws.mean(), draws.max())]
+    assert row[8:12] == expected
+
+
+def test_missing_values_and_texts_are_counted(tmp_path: Path, capsys: Shown) -> None:
+    (tmp_path / "table.csv").write_text("subject,rmse_kpa\nA,1.5\nB,\nC,2.5\nD,3\nE,4\nA,1\n")
+    assert main([str(tmp_path / "table.csv")]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["rmse_kpa", "row", "6", "kPa", "1", "1", "2.5", "2.4", "4"] in rows
+    assert ["subject", "row", "6", "A,", "B,", "C,", "D,", "...", "(5", "different)"] in rows
+
+
+def test_weights_are_shown_with_their_metadata(finished: StudyCopy, capsys: Shown) -> None:
+    assert main([str(finished.results / "paper" / "estimator.pt")]) == 0
+    shown = capsys.readouterr().out
+    assert "trained network of an experiment" in shown
+    assert "estimator.learning_rate" in shown
+    assert "k0_kpa, k_atp_per_s, k_sr_per_s" in shown
+    assert "state_dict/net._transform" in shown
+
+
+def test_a_file_that_cannot_be_shown_does_not_hide_the_others(
+    finished: StudyCopy, tmp_path: Path, capsys: Shown
+) -> None:
+    good = finished.results / "cohort" / "A" / "passive.h5"
+    cut = tmp_path / "cut.h5"
+    cut.write_bytes(good.read_bytes()[:-200])
+    (tmp_path / "broken.json").write_text("{")
+    (tmp_path / "notes.txt").touch()
+    names = ["nowhere.h5", "broken.json", "notes.txt"]
+    assert main([str(cut), *(str(tmp_path / name) for name in names), str(good)]) == 2
+    shown = capsys.readouterr()
+    assert "cut.h5: has no checksum at its end: it was cut off" in shown.err
+    assert "rm -f" in shown.err
+    assert "nowhere.h5: no such file" in shown.err
+    assert "broken.json: cannot be read as JSON" in shown.err
+    assert "notes.txt: .txt is not among the formats shown: .h5, .pt, .csv, .json, .yaml" in shown.err
+    assert "passive baseline of one subject" in shown.out
+
+
+def test_check_compares_every_artefact_with_its_checksum(runs: tuple[Path, Path], capsys: Shown) -> None:
+    _, other = runs
+    assert main(["--check", str(other)]) == 0
+    whole = capsys.readouterr().out.splitlines()
+    assert len(whole) == len([*other.rglob("*.h5"), *other.rglob("*.pt")])
+    shard = other / "simulations" / "paper" / "A" / "shard-0.h5"
+    content = bytearray(shard.read_bytes())
+    content[5000] ^= 1
+    shard.write_bytes(content)
+    assert main(["--check", str(other)]) == 2
+    shown = capsys.readouterr()
+    assert len(shown.out.splitlines()) == len(whole) - 1
+    assert f"{shard}: does not match its checksum" in shown.err
+
+
+@pytest.mark.parametrize("arguments", [[], ["a.h5", "--diff", "b", "c"]])
+def test_a_wrong_call_is_explained(arguments: list[str], capsys: Shown) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    assert "name files, or --diff and two folders" in capsys.readouterr().err
+
+
+def test_equal_runs_are_equal(runs: tuple[Path, Path], capsys: Shown) -> None:
+    first, other = runs
+    (other / "logs" / "extra.log").write_text("logs do not count")
+    assert main(["--diff", str(first), str(other)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "the runs are equal"
+
+
+def change_attribute(path: Path, change: Callable[[h5py.File], None]) -> None:
+    path.write_bytes(path.read_bytes()[:-LENGTH])
+    with h5py.File(path, "a") as file:
+        change(file)
+    append_checksum(path)
+
+
+def test_differences_of_settings_code_arrays_and_verdicts_are_told(
+    runs: tuple[Path, Path], capsys: Shown
+) -> None:
+    first, other = runs
+
+    def change(file: h5py.File) -> None:
+        settings = json.loads(file.attrs["settings"])
+        settings["passive"]["exponent_b"] = 4.0
+        file.attrs["settings"] = json.dumps(settings, sort_keys=True)
+        file.attrs["code_hash"] = "0123456789abcdef"
+        file["scale_kpa"][()] *= 1.01
+
+    change_attribute(other / "cohort" / "A" / "passive.h5", change)
+    support = other / "paper" / "subjects" / "B" / "support.json"
+    verdict = json.loads(support.read_text())
+    before = verdict["supported"]
+    support.write_text(json.dumps({**verdict, "supported": not before}))
+    (other / "figures" / "ppc.png").write_bytes(b"another")
+    (other / "tables" / "ppc.csv").unlink()
+    (other / "extra.csv").write_text("a\n1\n")
+    assert main(["--diff", str(first), str(other)]) == 1
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    sections = {title: lines.index(title) for title in ("settings:", "code and origin:", "verdicts:")}
+    assert lines[sections["settings:"] + 1] == "passive.exponent_b: 3.0 -> 4.0  (cohort/A/passive.h5)"
+    assert "-> 0123456789abcdef  (cohort/A/passive.h5)" in lines[sections["code and origin:"] + 1]
+    assert lines[sections["verdicts:"] + 1] == f"paper/subjects/B: supported: {before} -> {not before}"
+    row = next(line.split() for line in lines if line.startswith("cohort/A/passive.h5"))
+    assert row[1:3] == ["scale_kpa", "kPa"]
+    assert float(row[4]) == pytest.approx(0.01 / 1.01, rel=0.01)
+    assert "figures/ppc.png" in lines
+    assert lines[lines.index("only in the first:") + 1] == "tables/ppc.csv"
+    assert lines[lines.index("only in the second:") + 1] == "extra.csv"
+    assert lines[-1] == "the runs differ"
+
+
+def test_what_is_no_run_is_named(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(ArtefactError, match="nowhere: no such folder; name the results folder"):
+        compare_runs(tmp_path / "nowhere", tmp_path)
+    with pytest.raises(ArtefactError, match="empty: holds no results"):
+        compare_runs(tmp_path / "empty", tmp_path)
+
+
+def numbers(*values: float, units: str = "kPa") -> Array:
+    return Array("a", ("n",), np.array(values), units)
+
+
+def texts(*values: str) -> Array:
+    return Array("a", ("n",), np.array(values))
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "expected"),
+    [
+        (numbers(1.0, np.nan), numbers(1.0, np.nan), None),
+        (numbers(0.0, np.inf), numbers(-0.0, np.inf), None),
+        (numbers(1.0, 4.0), numbers(1.0, 5.0), (1.0, 0.2)),
+        (numbers(0.0, 4.0), numbers(1e-9, 5.0), (1.0, 1.0)),
+        (numbers(1.0), numbers(np.nan), "1 values are missing in one alone"),
+        (numbers(1.0), numbers(1.0, 2.0), r"\('n',\) of \(1,\) against \('n',\) of \(2,\)"),
+        (numbers(1.0), numbers(1.0, units="Pa"), "'kPa' against 'Pa'"),
+        (texts("x", "y"), texts("x", "zz"), "1 texts differ"),
+        (texts("x"), texts("x"), None),
+        (Array("a", (), np.array(True)), Array("a", (), np.array(False)), (1.0, 1.0)),
+    ],
+)
+def test_arrays_are_compared_in_numbers(
+    one: Array, two: Array, expected: tuple[float, float] | str | None
+) -> None:
+    found = compare_arrays(one, two)
+    if expected is None or found is None:
+        assert found is expected
+    elif isinstance(expected, str):
+        assert re.search(expected, found.note)
+    else:
+        assert (found.max_abs, found.max_rel) == pytest.approx(expected)
+        assert not found.note
+
+
+def test_nested_settings_become_dotted_keys() -> None:
+    plain = {"prior": {"low": 2}, "levels": [0.5, 0.9], "runs": [{"seed": 1}], "none": None}
+    assert flatten(plain) == {"prior.low": "2", "levels": "0.5, 0.9", "runs[0].seed": "1", "none": "None"}
