@@ -38,20 +38,25 @@ class StudyCopy:
 
     def snakemake(self, *arguments: str, cores: int = 2) -> subprocess.CompletedProcess[str]:
         """Run Snakemake in the copy, with the copy's own package."""
-        command = [
-            sys.executable,
-            "-m",
-            "snakemake",
-            "--cores",
-            str(cores),
-            *arguments,
-            "--configfile",
-            self.config,
-        ]
-        environment = {**os.environ, "PYTHONPATH": str(self.folder / "src"), "NO_COLOR": "1"}
         return subprocess.run(
-            command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False
+            self.command(*arguments, cores=cores),
+            cwd=self.folder,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            check=False,
         )
+
+    def command(self, *arguments: str, cores: int = 2) -> list[str]:
+        """Return the command that runs Snakemake."""
+        snakemake = [sys.executable, "-m", "snakemake", "--cores", str(cores)]
+        return [*snakemake, *arguments, "--configfile", self.config]
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The environment in which the copy's own package is used, and ``snakemake`` is on the path."""
+        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        return {**os.environ, "PATH": path, "PYTHONPATH": str(self.folder / "src"), "NO_COLOR": "1"}
 
     def run(self, *arguments: str, cores: int = 2) -> None:
         """Run Snakemake and fail with its output unless it succeeds."""
@@ -86,6 +91,12 @@ def copy_study(folder: Path) -> StudyCopy:
             shutil.copy2(source, folder / part)
     shutil.copy2(ROOT / "tests" / "smoke.yaml", folder / "smoke.yaml")
     return StudyCopy(folder)
+
+
+def duplicate(study: StudyCopy, folder: Path) -> StudyCopy:
+    """Copy a study with its results, its compiled code and what Snakemake knows of it."""
+    shutil.copytree(study.folder, folder)
+    return StudyCopy(folder, study.config)
 
 
 def rules_of(jobs: set[Job]) -> set[str]:

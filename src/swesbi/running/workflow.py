@@ -1,0 +1,102 @@
+"""What surrounds an execution of the workflow: recovery from a killed run, a folder that can be written.
+
+Snakemake leaves two things when it is killed: its lock files, on which the next run stops, and markers of
+the results that were being made, on which the next run stops as well unless it is told to make them again.
+Both stop it for the sake of a run that may still be alive; here the kernel's lock tells whether one is.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+import os
+import shlex
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+from snakemake.exceptions import WorkflowError
+
+from swesbi.artefacts.atomic import write_fault
+from swesbi.running.lock import held_with_others
+
+LOGGER = logging.getLogger("swesbi")
+STATE: Final = Path(".snakemake")
+LOCK: Final = "swesbi-run.lock"
+
+
+class Workflow(Protocol):
+    """What this module uses of Snakemake's ``workflow`` object."""
+
+    is_main_process: bool
+    dag_settings: Any
+    config_settings: Any
+    overwrite_configfiles: Sequence[str | Path]
+    execute: Any
+
+
+def guard_execution(workflow: Workflow, results: str) -> None:
+    """Have the workflow, when it is executed, look after what a killed run left and look at its folder.
+
+    Snakemake offers no hook before it takes its own lock, so its ``execute`` is wrapped. Nothing happens
+    in the processes of single jobs, and a dry run changes nothing.
+
+    Args:
+        workflow: Snakemake's object of this name, in a Snakefile.
+        results: Folder of the study's results.
+    """
+    if not workflow.is_main_process:
+        return
+    execute = workflow.execute
+
+    @functools.wraps(execute)
+    def guarded(*arguments: Any, executor_plugin: Any, **options: Any) -> Any:  # noqa: ANN401
+        # unfinished results are made again: each is written whole, but perhaps under other settings
+        workflow.dag_settings.force_incomplete = True
+        run = functools.partial(execute, *arguments, executor_plugin=executor_plugin, **options)
+        if executor_plugin.common_settings.dryrun_exec:
+            return run()
+        check_writable(Path(results))
+        with held_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks")):
+            return run()
+
+    workflow.execute = guarded
+
+
+def remove_stale_locks(folder: Path) -> None:
+    """Remove Snakemake's lock files; to be called only when no run is alive."""
+    if left := sorted(folder.glob("*.lock")):
+        LOGGER.warning("The last run was killed: its locks are removed, what it was making is made again.")
+    for path in left:
+        path.unlink(missing_ok=True)
+
+
+def check_writable(folder: Path) -> None:
+    """Write and remove a file in a folder, or in the nearest one above it that exists.
+
+    Raises:
+        WorkflowError: Nothing can be written there; the message says why.
+    """
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.is_dir())
+    try:
+        with tempfile.NamedTemporaryFile(dir=existing, prefix=".swesbi-") as file:
+            file.write(b"\0" * 4096)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        reason = write_fault(error) or str(error)
+        raise WorkflowError(f"{folder}: results cannot be written, {reason}") from None
+
+
+def current_run(workflow: Workflow) -> dict[str, int | str]:
+    """Return what a job has to know of the run that starts it, and that changes no result.
+
+    Returns:
+        ``process``: its number; ``options``: ``--configfile`` and ``--config`` as they were given, to be
+        typed again.
+    """
+    files = [os.path.relpath(path) for path in workflow.overwrite_configfiles]
+    parts = {"--configfile": files, "--config": list(workflow.config_settings.config_args or ())}
+    options = " ".join(shlex.join([name, *values]) for name, values in parts.items() if values)
+    return {"process": os.getpid(), "options": options}
