@@ -163,16 +163,17 @@ class Made:
 def test_support_json_holds_both_forms(tmp_path: Path) -> None:
     z, names = np.array([0.1, -3.4]), ("maximum_kpa", "ivsd_cm")
     test = SupportTest("chi2", 3.2, 0.001, 0.004, True, "posterior predictive p-value of chi2 = 0.004")
-    support = make_support(Status.STRAINED, 0.02, (test, volume(1.0)), z, names, Made())
+    support = make_support(Status.STRAINED, 0.02, (volume(3.3), test, ranges(0)), z, names, Made())
     path = tmp_path / "support.json"
     write_json(path, support.to_json())
     assert read_support(path) == support
+    assert support.verdict.endswith("; also end systolic volume; overall p = 0.02")
     assert support.supported
     assert support.worst_component == "ivsd_cm"
     assert support.k_hat is None
     assert support.acceptance == 1.0
     assert support.reasons[-1] == "MCMC has not converged"
-    assert support.verdict.startswith("strained: chi2 (p = 0.001")
+    assert support.verdict.startswith("strained: chi2: posterior predictive p-value")
     assert not make_support(Status.UNSUPPORTED, 0.0, (test,), z, names, Made()).supported
 
 

@@ -103,7 +103,8 @@ def make_support(
         exact: How the exact posterior was made.
     """
     worst = int(np.argmax(np.abs(z_obs)))
-    reasons = tuple(_reason(test) for test in tests if test.flagged)
+    flagged = sorted((test for test in tests if test.flagged), key=_strength)
+    reasons = tuple(map(_reason, flagged))
     unsure = () if exact.converged else (exact.reasons,)
     median = np.median(exact.npe_phi, axis=0)
     return Support(
@@ -113,7 +114,7 @@ def make_support(
         candidate_draws=len(exact.npe_phi),
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
         supported=status != Status.UNSUPPORTED,
-        verdict=_verdict(status, overall_p, reasons),
+        verdict=_verdict(status, overall_p, flagged),
         reasons=(*reasons, *unsure),
         status=status.word,
         tests=tests,
@@ -144,6 +145,8 @@ def _details(reference: Reference, checks: Checks) -> Mapping[str, str]:
 
 def _boundary_detail(mass: FloatArray, prior_mass: FloatArray, level: float) -> str:
     ratio = np.where(prior_mass <= level, strip_ratios(mass, prior_mass), -np.inf)
+    if not (mass[prior_mass <= level] > 0.0).any():
+        return "no posterior mass at any bound where the prior has little"
     parameter, bound = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     return (
         f"{mass[parameter, bound]:.1%} of the posterior in the strip at the {BOUNDS[bound]} bound of "
@@ -152,14 +155,27 @@ def _boundary_detail(mass: FloatArray, prior_mass: FloatArray, level: float) -> 
 
 
 def _reason(test: SupportTest) -> str:
-    name = test.name.replace("_", " ")
+    name = _words(test)
     if test.p_value is None:
         return f"{name}: {test.detail}"
     return f"{name} (p = {test.p_value:.2g}, {test.threshold:.2g} allowed): {test.detail}"
 
 
-def _verdict(status: Status, overall_p: float, reasons: tuple[str, ...]) -> str:
+def _verdict(status: Status, overall_p: float, flagged: Sequence[SupportTest]) -> str:
+    """Say the verdict, the test that speaks loudest with what it found, and the names of the others."""
     together = f"overall p = {overall_p:.2g}"
-    if reasons:
-        return f"{status.word}: {'; '.join(reasons)}; {together}"
-    return f"{status.word}: no test speaks against the model, {together}"
+    if not flagged:
+        return f"{status.word}: no test speaks against the model, {together}"
+    also = f"; also {', '.join(map(_words, flagged[1:]))}" if len(flagged) > 1 else ""
+    return f"{status.word}: {_words(flagged[0])}: {flagged[0].detail}{also}; {together}"
+
+
+def _strength(test: SupportTest) -> float:
+    """Order flagged tests: a p-value by how far it lies below its threshold, others by how far above."""
+    if test.p_value is not None:
+        return test.p_value / test.threshold
+    return test.threshold / abs(test.statistic)
+
+
+def _words(test: SupportTest) -> str:
+    return test.name.replace("_", " ")
