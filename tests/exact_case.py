@@ -9,12 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import speed_case
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
+from swesbi.exact.importance import weigh
 from swesbi.exact.settings import ExactSettings, McmcSettings
 from swesbi.simulations.prior import bounds, log_centre
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
+from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings, from_logit, log_jacobian, to_logit
+from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]
 LOG_SD = 0.4
@@ -141,3 +144,34 @@ def check_posterior(phi: FloatArray, effective: float, weight: FloatArray | None
     np.testing.assert_allclose(standard @ weight, 0.0, atol=4.5 / np.sqrt(effective))
     second = (standard * weight) @ standard.T
     np.testing.assert_allclose(second, np.eye(4), atol=4.5 * np.sqrt(2.0 / effective))
+
+
+@dataclass(frozen=True)
+class LogitNormal:
+    """eta = logit(phi) is normal: a proposal for the speed model that needs no network."""
+
+    mean: FloatArray
+    covariance: FloatArray
+    prior: JointPriorSettings
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        eta = np.random.default_rng(seed).multivariate_normal(self.mean, self.covariance, draws)
+        return from_logit(eta, self.prior)
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        eta = to_logit(phi, self.prior)
+        density = multivariate_normal(self.mean, self.covariance).logpdf(eta)
+        return np.asarray(density - log_jacobian(eta, self.prior))
+
+
+def fitted(model: SpeedModel, start: FloatArray = speed_case.PHI, draws: int = 2000) -> LogitNormal:
+    """Return a normal fitted to the posterior of a recording in two steps from a wide one."""
+    prior = model.settings.prior
+    current = LogitNormal(to_logit(start, prior), np.diag([0.5, 0.5, 0.5, 0.2]), prior)
+    for step in range(2):
+        weighted = weigh(model, current, draws, 0.1, step)
+        eta = to_logit(weighted.phi, prior)
+        mean = weighted.weight @ eta
+        covariance = (eta - mean).T @ ((eta - mean) * weighted.weight[:, None])
+        current = LogitNormal(mean, 1.2 * covariance, prior)
+    return current

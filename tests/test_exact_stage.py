@@ -1,0 +1,131 @@
+"""The stage: recording, noise and network in, a posterior with its reliability out."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+import speed_case
+from exact_case import SETTINGS, fitted
+from recordings import RECORDING, make_samples
+
+from swesbi.artefacts import Provenance, load, save
+from swesbi.exact.dataset import read_exact_posterior
+from swesbi.exact.importance import weigh
+from swesbi.exact.proposal import FlowProposal, flow_proposal
+from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.files import KIND, load_flow, save_flow
+from swesbi.flow.simulations import SubjectSimulations
+from swesbi.flow.training import train_flow
+from swesbi.inference.dataset import POSTERIOR, read_posterior
+from swesbi.noise import fit_noise, repeat_levels
+from swesbi.noise.dataset import KIND as NOISE
+from swesbi.noise.dataset import to_dataset
+from swesbi.recording import ingest
+from swesbi.recording.dataset import KIND as OBSERVATION
+from swesbi.recording.dataset import to_datasets
+from swesbi.recording.quality import ACCEPTED, rejection
+from swesbi.simulations.prior import in_bounds, quantile
+from swesbi.speed_model.prediction import active_at_phases
+from swesbi.speed_model.subjects import read_speed_model
+from swesbi.stages import exact_posterior as stage
+from swesbi.stages.origin import Origin
+
+EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]
+EXACT = SETTINGS.model_copy(
+    update={
+        "proposal_draws": 500,
+        "draws": 800,
+        "mcmc": SETTINGS.mcmc.model_copy(
+            update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}
+        ),
+    }
+)
+
+
+def write_network(path: Path) -> None:
+    """Train the smallest network for a moment on prior simulations of one subject."""
+    model = speed_case.model()
+    theta = quantile(np.random.default_rng(1).random((600, 3)), model.settings.prior.theta)
+    beats = model.simulate(np.column_stack([theta, np.full(600, 2.2)]))
+    active = active_at_phases(
+        beats.cycle_phase, beats.active_stiffness_kpa, model.recording.phase, "identity"
+    )
+    conditioning = ConditioningSettings(summary=EXPERIMENT.summary, grid_points=100, density_kg_m3=1000.0)
+    settings = EXPERIMENT.estimator.model_copy(
+        update={"transforms": 1, "hidden_features": 16, "hidden_layers": 1, "epochs": 8, "batch_size": 64}
+    )
+    flow = train_flow([SubjectSimulations(model, theta, active)], conditioning, settings, seed=3).flow
+    save_flow(path, flow, Provenance(KIND, "", 1, {}, "0" * 16))
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("exact")
+    speeds = speed_case.model().recording.speed_m_s
+    samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=1)
+    observed = ingest(samples, speed_case.CONTEXT, RECORDING, 100)
+    noise = fit_noise({"T": repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)})
+    paths = {"observation": folder / "observation.h5", "noise": folder / "noise.h5"}
+    save(paths["observation"], to_datasets(observed), Provenance(OBSERVATION, "T", 1, {}, "c"))
+    save(paths["noise"], to_dataset(noise), Provenance(NOISE, "", 1, {}, "c"))
+    write_network(folder / "estimator.pt")
+    return {**paths, "estimator": folder / "estimator.pt"}
+
+
+def posterior(inputs: dict[str, Path], path: Path, seed: int = 1) -> Path:
+    settings = stage.ExactPosteriorStageSettings(model=speed_case.settings(), exact=EXACT)
+    stage.run(**inputs, posterior=path, settings=settings, origin=Origin(seed, "T", "c"))
+    return path
+
+
+def test_the_networks_density_weights_as_a_known_proposal_does(inputs: dict[str, Path]) -> None:
+    """A wrong density or Jacobian of the network would move the evidence."""
+    model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
+    network = flow_proposal(load_flow(inputs["estimator"])[0], model.recording)
+    found, expected = (weigh(model, proposal, 6000, 0.1, 1) for proposal in (network, fitted(model)))
+    error = 4.0 * np.hypot(found.log_evidence_se, expected.log_evidence_se)
+    assert error < 1.2
+    assert found.log_evidence == pytest.approx(expected.log_evidence, abs=error)
+
+
+def test_the_stage_writes_a_posterior_and_says_what_gave_it(
+    inputs: dict[str, Path], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.INFO, logger="swesbi"):
+        path = posterior(inputs, tmp_path / "posterior.h5")
+    exact = read_exact_posterior(path)
+    assert f"draws by {exact.sampler}" in caplog.text
+    assert all(reason in caplog.text for reason in exact.reasons)
+    assert exact.phi.shape == (EXACT.draws, 4)
+    assert in_bounds(exact.phi, speed_case.settings().prior).all()
+    common, provenance = read_posterior(path), load(path, POSTERIOR)[1]
+    flow, _ = load_flow(inputs["estimator"])
+    model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
+    np.testing.assert_allclose(common.z_obs, flow.conditioner.condition(model.recording))
+    assert common.component_names == flow.components
+    assert (provenance.kind, provenance.subject) == (POSTERIOR, "T")
+
+
+def test_the_stage_repeats_to_the_byte_and_depends_on_the_seed(
+    inputs: dict[str, Path], tmp_path: Path
+) -> None:
+    first, again, other = (
+        posterior(inputs, tmp_path / f"{name}.h5", seed).read_bytes()
+        for name, seed in (("first", 1), ("again", 1), ("other", 2))
+    )
+    assert first == again
+    assert first != other
+
+
+def test_a_proposal_is_the_flow_at_one_conditioning_vector(inputs: dict[str, Path]) -> None:
+    flow, _ = load_flow(inputs["estimator"])
+    model = speed_case.model()
+    proposal = flow_proposal(flow, model.recording)
+    assert isinstance(proposal, FlowProposal)
+    phi = proposal.draw(300, 5)
+    assert phi.shape == (300, 4)
+    np.testing.assert_array_equal(phi, proposal.draw(300, 5))
+    assert np.isfinite(proposal.log_density(phi)).all()
