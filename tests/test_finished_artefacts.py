@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from study_copy import StudyCopy
 
+from swesbi.artefacts.provenance import SCHEMA_VERSION
 from swesbi.artefacts.schema import SCHEMAS
 from swesbi.theta import THETA_NAMES
 
@@ -36,7 +37,7 @@ def test_every_dataset_has_units_and_named_dimensions(finished: StudyCopy) -> No
             assert file.attrs["kind"] in SCHEMAS
             assert json.loads(file.attrs["settings"])
             assert file.attrs["code_hash"]
-            assert file.attrs["schema_version"] == 1
+            assert file.attrs["schema_version"] == SCHEMA_VERSION
             file.visititems(lambda name, item, path=path: check_item(path, name, item))
 
 

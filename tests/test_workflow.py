@@ -9,10 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import h5py
-import numpy as np
 import pytest
-import torch
+from study_arrays import assert_equal_results
 from study_copy import StudyCopy, copy_study, of_rule, rules_of
 
 SHOWN = {"cohort_figures", "tables", "paper_comparison", "report"}
@@ -152,49 +150,10 @@ def test_a_failing_stage_names_the_fault_and_keeps_the_traceback(tmp_path: Path)
     assert not (study.results / "cohort" / "A" / "observation.h5").exists()
 
 
-def arrays(file: Path) -> dict[str, np.ndarray]:
-    """Return every array of an artefact, as text or numbers."""
-    if file.suffix == ".h5":
-        with h5py.File(file) as content:
-            found: dict[str, np.ndarray] = {}
-            content.visititems(
-                lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
-            )
-            return found
-    if file.suffix == ".pt":
-        return dict(tensors(torch.load(file, weights_only=True)))
-    return {"bytes": np.frombuffer(file.read_bytes(), dtype=np.uint8)}
-
-
-def tensors(content: object, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the tensors of nested dictionaries, each with the keys that lead to it."""
-    if isinstance(content, dict):
-        for key, value in content.items():
-            yield from tensors(value, f"{name}/{key}")
-    elif isinstance(content, torch.Tensor):
-        yield name, content.numpy()
-
-
-def artefacts(results: Path) -> list[Path]:
-    """Return every result but logs and timings, relative to the results folder."""
-    return sorted(
-        path.relative_to(results)
-        for path in results.rglob("*")
-        if path.is_file() and path.relative_to(results).parts[0] not in {"logs", "benchmarks"}
-    )
-
-
 def test_one_core_and_two_give_equal_arrays_in_every_artefact(finished: StudyCopy, tmp_path: Path) -> None:
     study = copy_study(tmp_path / "one-core")
     study.run(cores=1)
-    names = artefacts(study.results)
-    assert names == artefacts(finished.results)
-    assert len(names) > 30
-    for name in names:
-        one, two = arrays(study.results / name), arrays(finished.results / name)
-        assert one.keys() == two.keys()
-        for key in one:
-            np.testing.assert_array_equal(one[key], two[key], err_msg=f"{name}: {key}")
+    assert assert_equal_results(study.results, finished.results) > 30
 
 
 @pytest.mark.slow

@@ -5,6 +5,8 @@ import sys
 from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, load_study
 from swesbi.config.slices import stage_settings
+from swesbi.running.workflow import current_run, guard_execution
+from swesbi.stages.job import RUN
 
 try:
     STUDY = load_study(
@@ -30,6 +32,9 @@ EXACT_TABLES += ["identifiability", "information", "design"]
 NONE = "(?!)"  # a pattern that matches no name
 FEATURES = "|".join(CONFIG.feature_experiments) or NONE
 SPEEDS = "|".join(CONFIG.speed_experiments) or NONE
+
+guard_execution(workflow, RESULTS)
+config[RUN] = current_run(workflow)
 
 
 wildcard_constraints:

@@ -11,10 +11,14 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Protocol, TextIO, get_type_hints
 
+from swesbi.artefacts import DamagedArtefactError
+from swesbi.running.parent import end_with
 from swesbi.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
+RUN = "current_run"
+"""Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
 
 
 class SnakemakeJob(Protocol):
@@ -23,6 +27,7 @@ class SnakemakeJob(Protocol):
     input: Any
     output: Any
     params: Any
+    config: Any
     log: Any
 
 
@@ -31,12 +36,15 @@ def run_job(snakemake: SnakemakeJob, run: Callable[..., None], **resources: obje
 
     The rule's named inputs and outputs become the arguments of the same names; ``params.stage`` holds
     settings, seed, subject and code hash. ``resources`` are passed on; they must not change a result.
+    The job ends when the run that started it is gone.
 
     Raises:
         SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
     """
     files = {**dict(snakemake.input.items()), **dict(snakemake.output.items())}
-    with logging_to(Path(str(snakemake.log[0]))):
+    run_now = snakemake.config[RUN]
+    end_with(run_now["process"])
+    with logging_to(Path(str(snakemake.log[0])), run_now["options"]):
         run(**_arguments(run, files, snakemake.params["stage"]), **resources)
 
 
@@ -59,8 +67,12 @@ def _as_paths(value: Any, hint: object) -> Path | tuple[Path, ...]:  # noqa: ANN
 
 
 @contextlib.contextmanager
-def logging_to(path: Path) -> Iterator[None]:
+def logging_to(path: Path, options: str = "") -> Iterator[None]:
     """Send log lines to a file and to the terminal; what libraries print and tracebacks go to the file alone.
+
+    Args:
+        path: The log file.
+        options: What the study is run with beside the target, for the command that repairs an artefact.
 
     Raises:
         SystemExit: The block failed.
@@ -75,11 +87,15 @@ def logging_to(path: Path) -> Iterator[None]:
                 yield
         except Exception as error:
             traceback.print_exc(file=file)
-            print(f"{type(error).__name__}: {error}\n(traceback: {path})", file=terminal)
+            print(f"{type(error).__name__}: {_message(error, options)}\n(traceback: {path})", file=terminal)
             raise SystemExit(EXIT_FAILURE) from error
         finally:
             for handler in handlers:
                 LOGGER.removeHandler(handler)
+
+
+def _message(error: Exception, options: str) -> str:
+    return error.message(options) if isinstance(error, DamagedArtefactError) else str(error)
 
 
 def _handler(stream: TextIO) -> logging.Handler:

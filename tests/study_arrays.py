@@ -1,0 +1,54 @@
+"""The results of a study as arrays, to compare two runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+import numpy as np
+import torch
+
+
+def arrays(file: Path) -> dict[str, np.ndarray]:
+    """Return every array of an artefact, as text or numbers; of other files, the bytes."""
+    if file.suffix == ".h5":
+        with h5py.File(file) as content:
+            found: dict[str, np.ndarray] = {}
+            content.visititems(
+                lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
+            )
+            return found
+    if file.suffix == ".pt":
+        return dict(tensors(torch.load(file, weights_only=True)))
+    return {"bytes": np.frombuffer(file.read_bytes(), dtype=np.uint8)}
+
+
+def tensors(content: object, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the tensors of nested dictionaries, each with the keys that lead to it."""
+    if isinstance(content, dict):
+        for key, value in content.items():
+            yield from tensors(value, f"{name}/{key}")
+    elif isinstance(content, torch.Tensor):
+        yield name, content.numpy()
+
+
+def artefacts(results: Path) -> list[Path]:
+    """Return every result but logs and timings, relative to the results folder; hidden files count."""
+    return sorted(
+        path.relative_to(results)
+        for path in results.rglob("*")
+        if path.is_file() and path.relative_to(results).parts[0] not in {"logs", "benchmarks"}
+    )
+
+
+def assert_equal_results(one: Path, two: Path) -> int:
+    """Compare two results folders array by array; return how many files they hold."""
+    names = artefacts(one)
+    assert names == artefacts(two)
+    for name in names:
+        first, second = arrays(one / name), arrays(two / name)
+        assert first.keys() == second.keys()
+        for key in first:
+            np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name}: {key}")
+    return len(names)

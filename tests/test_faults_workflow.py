@@ -1,0 +1,248 @@
+"""The workflow after faults: damaged shards, left-over locks, folders that cannot be written, orphans."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from study_arrays import arrays
+from study_copy import StudyCopy, duplicate
+
+from swesbi.running.lock import held_with_others
+from swesbi.running.workflow import check_writable, current_run, guard_execution, remove_stale_locks
+from swesbi.stages.job import logging_to
+
+SHARD = "results-smoke/simulations/paper/A/shard-0.h5"
+POOL = "results-smoke/paper/pool.h5"
+
+HOLDER = (
+    "import sys, time; from pathlib import Path; from swesbi.running.lock import held_with_others\n"
+    "with held_with_others(Path(sys.argv[1]), lambda: print('alone', flush=True)):\n"
+    "    print('held', flush=True); time.sleep(60)\n"
+)
+ORPHAN = (
+    "import sys, time; from swesbi.running.parent import end_with\n"
+    "end_with(int(sys.argv[1])); print('watching', flush=True); time.sleep(60)\n"
+)
+
+
+@pytest.fixture
+def copied(finished: StudyCopy, tmp_path: Path) -> StudyCopy:
+    """A finished study of its own, to be damaged."""
+    return duplicate(finished, tmp_path / "study")
+
+
+def damaged_by(path: Path, way: str) -> None:
+    """Damage a file and keep its modification time, as a failing disk does."""
+    times, content = path.stat(), bytearray(path.read_bytes())
+    if way == "bit flip":
+        content[len(content) // 2] ^= 8
+    else:
+        del content[len(content) * 2 // 3 :]
+    path.write_bytes(content)
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["bit flip", "truncation"])
+def test_a_damaged_shard_is_named_and_repaired_by_the_printed_command(copied: StudyCopy, way: str) -> None:
+    shard, pool = copied.folder / SHARD, copied.folder / POOL
+    before = {path: arrays(path) for path in (shard, pool)}
+    damaged_by(shard, way)
+    pool.unlink()
+    done = copied.snakemake(POOL)
+    assert done.returncode != 0
+    assert not pool.exists()
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("DamagedArtefactError")]
+    assert f"{SHARD}: " in line
+    command = line.split("delete it and rerun: ")[1]
+    repaired = subprocess.run(command, shell=True, cwd=copied.folder, env=copied.environment, check=False)
+    assert repaired.returncode == 0
+    copied.run(POOL)
+    for path, expected in before.items():
+        found = arrays(path)
+        assert found.keys() == expected.keys()
+        assert all((found[name] == expected[name]).all() for name in expected)
+
+
+@pytest.mark.slow
+def test_left_over_locks_and_markers_stop_nothing_and_a_dry_run_leaves_them(copied: StudyCopy) -> None:
+    state, result = copied.folder / ".snakemake", "results-smoke/cohort/A/passive.h5"
+    (state / "locks").mkdir(exist_ok=True)
+    lock = state / "locks" / "0.output.lock"
+    lock.write_text(f"{result}\n")
+    (state / "incomplete" / "cmVzdWx0cy1zbW9rZS9jb2hvcnQvQS9wYXNzaXZlLmg1").write_text(
+        '{"external_jobid": null}'
+    )
+    assert copied.snakemake("--dry-run", result).returncode == 0
+    assert lock.exists()
+    done = copied.snakemake(result)
+    assert done.returncode == 0, done.stderr
+    assert "The last run was killed" in done.stderr
+    assert "rule passive" in done.stderr or "Passive baseline of A" in done.stderr
+    assert not lock.exists()
+
+
+@pytest.fixture
+def read_only(copied: StudyCopy) -> Iterator[StudyCopy]:
+    """A study whose results lie on a read-only file system."""
+    target = str(copied.results)
+    commands = (["mount", "--bind", target, target], ["mount", "-o", "remount,ro,bind", target])
+    if os.name != "posix" or os.geteuid() != 0 or shutil.which("mount") is None:
+        pytest.skip("mounting needs root")
+    for command in commands:
+        if subprocess.run(command, capture_output=True, check=False).returncode != 0:
+            subprocess.run(["umount", target], capture_output=True, check=False)
+            pytest.skip("mounting is not permitted here")
+    yield copied
+    subprocess.run(["umount", target], check=True)
+
+
+@pytest.mark.slow
+def test_a_read_only_results_folder_is_named_before_any_job(read_only: StudyCopy) -> None:
+    done = read_only.snakemake("--forcerun", "passive")
+    assert done.returncode != 0
+    assert "results-smoke: results cannot be written, the folder is on a read-only file system" in done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+    assert read_only.snakemake("--dry-run").returncode == 0
+
+
+@pytest.fixture
+def nearly_full(copied: StudyCopy) -> Iterator[StudyCopy]:
+    """A study whose pool is to be written on a disk of 64 KiB."""
+    target = copied.results / "paper"
+    shutil.rmtree(target)
+    target.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=64k", "none", str(target)]
+    if subprocess.run(command, capture_output=True, check=False).returncode != 0:
+        pytest.skip("mounting is not permitted here")
+    yield copied
+    subprocess.run(["umount", str(target)], check=True)
+
+
+@pytest.mark.slow
+def test_a_full_disk_is_named_and_leaves_nothing_half_written(nearly_full: StudyCopy) -> None:
+    done = nearly_full.snakemake(POOL)
+    assert done.returncode != 0
+    assert f"{POOL}: cannot be written, the disk is full: free some space" in done.stderr
+    assert list((nearly_full.results / "paper").iterdir()) == []
+
+
+def test_a_folder_is_tried_before_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    check_writable(tmp_path / "not" / "yet")
+    assert list(tmp_path.iterdir()) == []
+
+    def full(_: int) -> None:
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr("swesbi.running.workflow.os.fsync", full)
+    with pytest.raises(Exception, match="results cannot be written, the disk is full") as caught:
+        check_writable(tmp_path)
+    assert type(caught.value).__name__ == "WorkflowError"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_only_a_lone_run_removes_locks_and_a_killed_one_is_no_company(tmp_path: Path) -> None:
+    lock, calls = tmp_path / "state" / "lock", []
+    with held_with_others(lock, lambda: calls.append("first")):
+        pass
+    holder = subprocess.Popen([sys.executable, "-c", HOLDER, str(lock)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert holder.stdout is not None
+        assert [holder.stdout.readline(), holder.stdout.readline()] == ["alone\n", "held\n"]
+        with held_with_others(lock, lambda: calls.append("beside a living run")):
+            pass
+    finally:
+        holder.kill()
+        holder.wait()
+    with held_with_others(lock, lambda: calls.append("after a killed run")):
+        pass
+    assert calls == ["first", "after a killed run"]
+
+
+def test_stale_locks_are_removed_and_nothing_else(tmp_path: Path) -> None:
+    for name in ("0.input.lock", "0.output.lock", "kept.txt"):
+        (tmp_path / name).touch()
+    remove_stale_locks(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.txt"]
+    remove_stale_locks(tmp_path / "nowhere")
+
+
+def test_a_job_ends_soon_after_its_run() -> None:
+    run = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    job = subprocess.Popen([sys.executable, "-c", ORPHAN, str(run.pid)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert job.stdout is not None
+        assert job.stdout.readline() == "watching\n"
+        time.sleep(0.5)
+        assert job.poll() is None
+        run.kill()
+        run.wait()
+        assert job.wait(5) == 3
+    finally:
+        for process in (run, job):
+            process.kill()
+            process.wait()
+
+
+def workflow(is_main: bool, executed: list[object]) -> SimpleNamespace:
+    return SimpleNamespace(
+        is_main_process=is_main,
+        dag_settings=SimpleNamespace(force_incomplete=False),
+        config_settings=SimpleNamespace(config_args=["seed=5", "cohort_title=a b"]),
+        overwrite_configfiles=[Path("tests/smoke.yaml").absolute()],
+        execute=lambda executor_plugin, updated_files: executed.append(updated_files),
+    )
+
+
+def plugin(dry: bool) -> SimpleNamespace:
+    return SimpleNamespace(common_settings=SimpleNamespace(dryrun_exec=dry))
+
+
+@pytest.mark.parametrize("dry", [False, True])
+def test_an_execution_makes_unfinished_results_again_and_a_dry_one_changes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dry: bool
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    stale = tmp_path / ".snakemake" / "locks" / "0.input.lock"
+    stale.parent.mkdir(parents=True)
+    stale.touch()
+    executed: list[object] = []
+    study = workflow(True, executed)
+    guard_execution(study, "results")
+    study.execute(executor_plugin=plugin(dry), updated_files=["x"])
+    assert executed == [["x"]]
+    assert study.dag_settings.force_incomplete
+    assert stale.exists() is dry
+
+
+def test_processes_of_single_jobs_are_left_alone() -> None:
+    study = workflow(False, [])
+    execute = study.execute
+    guard_execution(study, "results")
+    assert study.execute is execute
+
+
+def test_jobs_know_the_process_and_the_options_of_their_run() -> None:
+    assert current_run(workflow(True, [])) == {
+        "process": os.getpid(),
+        "options": "--configfile tests/smoke.yaml --config seed=5 'cohort_title=a b'",
+    }
+
+
+def test_the_terminal_gets_the_command_with_the_options_of_the_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from swesbi.artefacts import load
+
+    with pytest.raises(SystemExit), logging_to(tmp_path / "job.log", "--configfile tests/smoke.yaml"):
+        (tmp_path / "pool.h5").write_bytes(b"short")
+        load(tmp_path / "pool.h5", "pool")
+    assert "pool.h5 --configfile tests/smoke.yaml\n(traceback: " in capsys.readouterr().err
