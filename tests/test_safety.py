@@ -1,0 +1,304 @@
+"""Nothing is executed from data, no pickle is loaded, and no stage needs the network."""
+
+from __future__ import annotations
+
+import ast
+import pickle
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import torch
+from study_copy import ROOT, StudyCopy, copy_study, duplicate
+
+from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance
+from swesbi.artefacts.checksum import LENGTH, append_checksum
+from swesbi.config import ConfigError, read_yaml
+from swesbi.inference.checkpoints import load_checkpoints
+from swesbi.inference.estimator import load_estimator
+from swesbi.inspection.read import read
+
+FORBIDDEN = {
+    "eval": "executes text",
+    "exec": "executes text",
+    "compile": "executes text",
+    "__import__": "imports by name",
+    "os.system": "runs a shell",
+    "os.popen": "runs a shell",
+    "pickle.load": "loads a pickle",
+    "pickle.loads": "loads a pickle",
+    "pickle.Unpickler": "loads a pickle",
+    "pd.read_pickle": "loads a pickle",
+    "joblib.load": "loads a pickle",
+    "yaml.load": "builds any object; yaml.safe_load does not",
+    "yaml.unsafe_load": "builds any object",
+    "yaml.full_load": "builds objects",
+}
+NETWORK = {"socket", "urllib", "http", "requests", "ftplib", "smtplib", "aiohttp", "httpx"}
+SOURCES = sorted([*(ROOT / "src").rglob("*.py"), *(ROOT / "workflow").rglob("*.py")])
+
+
+def calls(path: Path) -> Iterator[tuple[str, ast.Call]]:
+    """Yield the calls in a module with the dotted name of what is called."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call):
+            yield ast.unparse(node.func), node
+
+
+def keyword(call: ast.Call, name: str) -> object:
+    """Return a keyword of a call if it is a constant, or None."""
+    values = [each.value for each in call.keywords if each.arg == name]
+    return values[0].value if values and isinstance(values[0], ast.Constant) else None
+
+
+def faults(path: Path) -> list[str]:
+    """Return what a module does that could execute data."""
+    found = []
+    for name, call in calls(path):
+        if name in FORBIDDEN:
+            found.append(f"{path}:{call.lineno}: {name} {FORBIDDEN[name]}")
+        if name == "torch.load" and keyword(call, "weights_only") is not True:
+            found.append(f"{path}:{call.lineno}: torch.load without weights_only=True")
+        if name.endswith("np.load") and keyword(call, "allow_pickle"):
+            found.append(f"{path}:{call.lineno}: np.load with allow_pickle")
+        if keyword(call, "shell") is True:
+            found.append(f"{path}:{call.lineno}: {name} with a shell")
+    return found
+
+
+def network_uses(path: Path) -> list[str]:
+    """Return the imports of network modules; the name of this machine is no network."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    imported = {name.split(".")[0] for node in ast.walk(tree) for name in imported_names(node)}
+    used = {name.removeprefix("socket.") for name, _ in calls(path) if name.startswith("socket.")}
+    own_name_alone = used <= {"gethostname"} and "socket" in imported
+    return sorted((imported & NETWORK) - ({"socket"} if own_name_alone else set()))
+
+
+def imported_names(node: ast.AST) -> list[str]:
+    """Return the modules that one statement imports."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    return [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+
+
+def test_no_module_loads_pickles_or_executes_text() -> None:
+    assert len(SOURCES) > 100
+    assert [fault for path in SOURCES for fault in faults(path)] == []
+
+
+def test_no_module_uses_the_network() -> None:
+    assert {str(path): uses for path in SOURCES if (uses := network_uses(path))} == {}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "pickle.loads(b'')",
+        "torch.load('x.pt')",
+        "torch.load('x.pt', weights_only=False)",
+        "np.load('x', allow_pickle=True)",
+        "subprocess.run('ls', shell=True)",
+        "yaml.load(text)",
+        "eval('1')",
+    ],
+)
+def test_the_search_finds_what_it_looks_for(tmp_path: Path, line: str) -> None:
+    (tmp_path / "module.py").write_text(f"{line}\n")
+    assert faults(tmp_path / "module.py")
+
+
+def test_the_search_for_network_modules_finds_them(tmp_path: Path) -> None:
+    for line in (
+        "import urllib.request",
+        "from http import client",
+        "import socket\nsocket.create_connection(1)",
+    ):
+        (tmp_path / "module.py").write_text(f"{line}\n")
+        assert network_uses(tmp_path / "module.py"), line
+
+
+class Malice:
+    """Unpickled, it makes a file."""
+
+    def __init__(self, trace: Path) -> None:
+        self.trace = trace
+
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
+        return (_touch, (str(self.trace),))
+
+
+def _touch(path: str) -> None:
+    Path(path).touch()
+
+
+def metadata(kind: str) -> dict[str, object]:
+    return {**Provenance(kind).attributes(), "best_epoch": 1}
+
+
+def sealed(path: Path) -> Path:
+    """Give a file a right checksum, as who forges it would."""
+    content = bytearray(path.read_bytes())
+    if zipfile.is_zipfile(path):
+        content[-2:] = LENGTH.to_bytes(2, "little")
+    path.write_bytes(content)
+    append_checksum(path)
+    return path
+
+
+def as_pickle(path: Path, malice: Malice) -> None:
+    path.write_bytes(pickle.dumps({"metadata": metadata(path.stem), "state_dict": malice}))
+
+
+def as_weights(path: Path, malice: Malice) -> None:
+    torch.save({"metadata": metadata(path.stem), "state_dict": {"w": malice}}, path)
+
+
+def as_metadata(path: Path, malice: Malice) -> None:
+    torch.save({"metadata": {**metadata(path.stem), "seed": malice}, "state_dict": {}}, path)
+
+
+def as_old_format(path: Path, malice: Malice) -> None:
+    torch.save(
+        {"metadata": metadata(path.stem), "state_dict": malice}, path, _use_new_zipfile_serialization=False
+    )
+
+
+@pytest.mark.parametrize("forge", [as_pickle, as_weights, as_metadata, as_old_format])
+@pytest.mark.parametrize("with_checksum", [True, False])
+@pytest.mark.parametrize(
+    ("name", "load"),
+    [("estimator.pt", load_estimator), ("checkpoints.pt", load_checkpoints), ("estimator.pt", read)],
+    ids=["estimator", "checkpoints", "inspect"],
+)
+def test_a_malicious_pickle_is_refused_and_not_executed(
+    tmp_path: Path,
+    forge: Callable[[Path, Malice], None],
+    with_checksum: bool,
+    name: str,
+    load: Callable[[Path], object],
+) -> None:
+    trace, path = tmp_path / "executed", tmp_path / name
+    forge(path, Malice(trace))
+    if with_checksum:
+        sealed(path)
+    with pytest.raises(DamagedArtefactError, match=name):
+        load(path)
+    assert not trace.exists()
+
+
+def test_the_malice_would_have_worked(tmp_path: Path) -> None:
+    trace, path = tmp_path / "executed", tmp_path / "estimator.pt"
+    as_weights(path, Malice(trace))
+    torch.load(path, weights_only=False)
+    assert trace.exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ({"state_dict": {}}, "no metadata"),
+        ({"metadata": {"kind": {"a": 1}}, "state_dict": {}}, "its metadata 'kind' is a dict"),
+        ({"metadata": metadata("estimator"), "state_dict": {"w": "text"}}, "'state_dict/w' is a str"),
+        ({"metadata": metadata("estimator"), "state_dict": [1]}, "'state_dict' is a list"),
+        (
+            {"metadata": metadata("estimator"), "state_dict": {"w": torch.ones(1).expand(10**12)}},
+            "no dense tensor",
+        ),
+        (
+            {"metadata": metadata("estimator"), "state_dict": {"w": torch.tensor([float("nan")])}},
+            "not finite",
+        ),
+        ({"metadata": metadata("estimator"), "state_dict": {}}, "Field required"),
+    ],
+    ids=["none", "nested metadata", "text", "list", "expanded", "nan", "fields"],
+)
+def test_weights_from_elsewhere_are_checked_before_a_net_is_built(
+    tmp_path: Path, content: dict[str, object], message: str
+) -> None:
+    path = tmp_path / "estimator.pt"
+    torch.save(content, path)
+    with pytest.raises(DamagedArtefactError, match=message):
+        load_estimator(sealed(path))
+
+
+def test_a_net_larger_than_its_weights_is_not_built(tmp_path: Path) -> None:
+    settings = (
+        '{"model":"maf","transforms":5,"hidden_features":1000000,"blocks":2,"z_score_theta":"none",'
+        '"z_score_x":"none","batch_size":2,"learning_rate":0.1,"max_num_epochs":1,"stop_after_epochs":1,'
+        '"validation_fraction":0.1,"clip_max_norm":1.0}'
+    )
+    names = {"parameters": ["k0_kpa", "k_atp_per_s", "k_sr_per_s"], "components": ["a", "b"]}
+    losses = {"epochs_run": 1, "best_validation_loss": 0.5}
+    plain = {**metadata("estimator"), **names, **losses, "estimator": settings}
+    path = tmp_path / "estimator.pt"
+    torch.save({"metadata": plain, "state_dict": {"w": torch.ones(3)}}, path)
+    with pytest.raises(ArtefactError, match="a net of at least 10000000000000 weights, it holds 3"):
+        load_estimator(sealed(path))
+
+
+def test_nothing_in_a_configuration_is_executed(tmp_path: Path) -> None:
+    trace, path = tmp_path / "executed", tmp_path / "config.yaml"
+    path.write_text(f"seed: !!python/object/apply:pathlib.Path.touch [!!python/name:x '{trace}']\n")
+    with pytest.raises(ConfigError, match=r"config\.yaml"):
+        read_yaml(path)
+    assert not trace.exists()
+
+
+RULES = ("ingest", "passive", "simulate", "posterior")
+DENIED = '''"""Imported by every Python process of the test: whoever opens a connection is stopped."""
+import socket
+def denied(*arguments, **options):
+    raise OSError("the network is denied")
+for name in ("connect", "connect_ex", "sendto"):
+    setattr(socket.socket, name, denied)
+socket.getaddrinfo = socket.create_connection = denied
+'''
+
+
+def test_core_stages_run_without_the_network(finished: StudyCopy, tmp_path: Path) -> None:
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "sitecustomize.py").write_text(DENIED)
+    study = duplicate(finished, tmp_path / "study")
+    environment = {**study.environment, "PYTHONPATH": f"{tmp_path / 'site'}:{study.folder / 'src'}"}
+    probe = [sys.executable, "-c", "import socket; socket.create_connection(('127.0.0.1', 1))"]
+    stopped = subprocess.run(probe, env=environment, capture_output=True, text=True, check=False)
+    assert "the network is denied" in stopped.stderr
+    targets = [
+        study.results / "cohort" / "A" / "observation.h5",
+        study.results / "cohort" / "A" / "passive.h5",
+        study.results / "simulations" / "paper" / "A" / "shard-0.h5",
+        study.results / "paper" / "subjects" / "A" / "posterior.h5",
+    ]
+    for target in targets:
+        target.unlink()
+    names = [str(target.relative_to(study.folder)) for target in targets]
+    # only what was removed: the pool is not made again for an observation that is newer
+    command = [*study.command(*names), "--rerun-triggers", "input", "--allowed-rules", *RULES]
+    done = subprocess.run(
+        command, cwd=study.folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert all(target.is_file() for target in targets)
+
+
+@pytest.mark.slow
+def test_the_whole_study_runs_in_a_namespace_without_network(tmp_path: Path) -> None:
+    unshare = ["unshare", "--net"]
+    if shutil.which("unshare") is None or subprocess.run([*unshare, "true"], check=False).returncode != 0:
+        pytest.skip("network namespaces are not permitted here")
+    study: StudyCopy = copy_study(tmp_path)
+    done = subprocess.run(
+        [*unshare, *study.command()],
+        cwd=study.folder,
+        env=study.environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (study.results / "report.html").is_file()
