@@ -54,6 +54,7 @@ def test_posteriors_are_read_back(tmp_path: Path) -> None:
 def test_a_variant_changes_what_it_names_and_nothing_else() -> None:
     study = load_study(SHIPPED)
     base = stage_settings(study, "sensitivity_run", variant="base")
+    base["train"]["estimator"]["epochs"] = study.config.sensitivity.short_training_epochs
     doubled = stage_settings(study, "sensitivity_run", variant="discrepancy_doubled")
     shipped = base["train"]["model"]["discrepancy"]
     assert doubled["train"]["model"]["discrepancy"] == {name: 2 * value for name, value in shipped.items()}
@@ -75,4 +76,4 @@ def test_a_variant_that_is_none_is_refused_by_its_key() -> None:
         raw.with_changes({"passive": {"exponent_b": -1.0}}, "sensitivity.variants.x.changes")
     with pytest.raises(ConfigError, match="needs the variant 'base'"):
         variants = {"a": {"label": "a", "changes": {}}, "b": {"label": "b", "changes": {}}}
-        load_study(SHIPPED | {"sensitivity": {"experiment": "calibrated", "variants": variants}})
+        load_study(SHIPPED | {"sensitivity": SHIPPED["sensitivity"] | {"variants": variants}})

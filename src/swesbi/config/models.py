@@ -92,6 +92,7 @@ class SensitivitySettings(Settings):
     """Variants of one experiment, each rerun with a choice made otherwise."""
 
     experiment: Name = Field(description="an experiment of kind speeds")
+    short_training_epochs: int = Field(ge=1, description="epochs of the variants without `full_training`")
     variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
 
 

@@ -142,10 +142,13 @@ def _sensitivity_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     variant = section.variants[name]
     changed = study.with_changes(variant.changes, f"sensitivity.variants.{name}.changes")
     of_experiment = {"experiment": section.experiment}
+    training = _train_flow(changed, of_experiment)
+    if not variant.full_training:
+        training["estimator"]["epochs"] = section.short_training_epochs
     return {
         "fix_passive_scale": variant.fix_passive_scale,
         "seed": changed.config.seed,
-        "train": _train_flow(changed, of_experiment),
+        "train": training,
     } | _of_experiment(changed, of_experiment, "exact", "simulations_per_subject")
 
 

@@ -12,6 +12,10 @@ class Variant(Settings):
 
     label: str = Field(min_length=1, description="what figures and tables call it")
     changes: dict[str, JsonValue] = Field(description="keys of the configuration with their other values")
+    full_training: bool = Field(
+        default=False,
+        description="train as long as the experiment does; else short, since exact weights make good for it",
+    )
     fix_passive_scale: bool = Field(
         default=False,
         description="take the passive scale calibrated beforehand, as the paper does, for granted",
