@@ -11,13 +11,25 @@ from typing import Final
 
 from swesbi.artefacts import ArtefactError, atomic_path
 from swesbi.config import ConfigError, load_study, overlay, read_yaml
+from swesbi.docs.calibration import PARTS as CALIBRATION_PARTS
+from swesbi.docs.calibration_results import experiment_shown, read_calibration_results
 from swesbi.docs.marks import MarkError, fill
 from swesbi.docs.noise import write_noise_figure
 from swesbi.docs.parts import PARTS
 from swesbi.docs.results import read_results
 
 PAGE: Final = "reproduction.md"
+CALIBRATION_PAGE: Final = "calibration.md"
 FIGURES: Final = ("workflow", "ppc", "posterior", "epochs", "experiments")
+EXACT_FIGURES: Final = (
+    "training",
+    "ppc",
+    "posterior",
+    "calibration",
+    "misspecification",
+    "identifiability",
+    "design",
+)
 EXIT_USAGE: Final = 2
 
 
@@ -25,8 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write the documentation's marked parts and figures; return 0, or 2 with a message."""
     parser = argparse.ArgumentParser(
         prog="python -m swesbi.docs",
-        description="Rewrite the marked parts of docs/reproduction.md, and copy the figures that the "
-        "documentation shows, from a finished study.",
+        description="Rewrite the marked parts of docs/reproduction.md and docs/calibration.md, and copy the "
+        "figures that the documentation shows, from a finished study.",
     )
     parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
     parser.add_argument("--overlay", type=Path, help="configuration merged over it")
@@ -41,26 +53,34 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
-    """Write the page and copy the figures; the results' folder is the configuration's.
+    """Write the pages and copy the figures; the results' folder is the configuration's.
+
+    The page on experiments on speeds is written where the study runs one.
 
     Raises:
         ArtefactError: The study is not finished.
         ConfigError: The configuration is not valid.
-        MarkError: The page's marks do not fit.
-        FileNotFoundError: The page or a figure does not exist.
+        MarkError: A page's marks do not fit.
+        FileNotFoundError: A page or a figure does not exist.
     """
     raw = read_yaml(config)
     study = load_study(overlay(raw, read_yaml(changes)) if changes else raw, str(config))
-    folder, page = Path(study.config.results), docs / PAGE
+    folder = Path(study.config.results)
     results = read_results(folder, study)
-    text = fill(page.read_text(encoding="utf-8"), {name: part(results) for name, part in PARTS.items()})
-    for name in FIGURES:
-        with atomic_path(docs / "figures" / f"{name}.png") as temporary:
-            shutil.copyfile(folder / "figures" / f"{name}.png", temporary)
-    if any(name in study.config.speed_experiments for name in study.config.experiments_run):
+    pages = {PAGE: {name: part(results) for name, part in PARTS.items()}}
+    figures = list(FIGURES)
+    if name := experiment_shown(study):
+        found = read_calibration_results(folder, study, name, docs)
+        pages[CALIBRATION_PAGE] = {mark: part(found) for mark, part in CALIBRATION_PARTS.items()}
+        figures += [f"{kind}-{name}" for kind in EXACT_FIGURES]
         write_noise_figure(folder / "cohort" / "noise.h5", docs, study.config.cohort_title)
-    with atomic_path(page) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+    texts = {page: fill((docs / page).read_text(encoding="utf-8"), parts) for page, parts in pages.items()}
+    for figure in figures:
+        with atomic_path(docs / "figures" / f"{figure}.png") as temporary:
+            shutil.copyfile(folder / "figures" / f"{figure}.png", temporary)
+    for page, text in texts.items():
+        with atomic_path(docs / page) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

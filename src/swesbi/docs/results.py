@@ -24,11 +24,11 @@ class Results:
 
     Attributes:
         main: Name of the main experiment.
-        experiments: Names of the experiments that were run.
+        experiments: Names of the experiments on features that were run.
         subjects: Names of the subjects.
         cohort_title: What the subjects are ("virtual volunteers").
-        scores: ``tables/ppc.csv``.
-        posterior: ``tables/posterior.csv``.
+        scores: Their rows of ``tables/ppc.csv``.
+        posterior: Their rows of ``tables/posterior.csv``.
         comparison: ``tables/paper_comparison.csv``, as text.
         recovery: ``recovery.csv`` of each experiment.
         recovery_acquisition: ``recovery_acquisition.csv`` of each experiment.
@@ -65,15 +65,16 @@ def read_results(folder: Path, study: Study) -> Results:
         ArtefactError: The study is not finished: a file is missing.
     """
     config = study.config
-    main, experiments = config.main_experiment, config.experiments_run
+    main = config.main_experiment
+    experiments = tuple(name for name in config.experiments_run if name in config.feature_experiments)
     try:
         return Results(
             main=main,
             experiments=experiments,
             subjects=study.subjects,
             cohort_title=config.cohort_title,
-            scores=pd.read_csv(folder / "tables" / "ppc.csv", dtype={"subject": str}),
-            posterior=pd.read_csv(folder / "tables" / "posterior.csv", dtype={"subject": str}),
+            scores=_of_experiments(folder / "tables" / "ppc.csv", experiments),
+            posterior=_of_experiments(folder / "tables" / "posterior.csv", experiments),
             comparison=pd.read_csv(
                 folder / "tables" / "paper_comparison.csv", dtype=str, keep_default_na=False
             ),
@@ -91,6 +92,11 @@ def read_results(folder: Path, study: Study) -> Results:
         raise ArtefactError(
             f"{error.filename} does not exist: finish the study first (make study)"
         ) from error
+
+
+def _of_experiments(path: Path, experiments: tuple[str, ...]) -> pd.DataFrame:
+    table = pd.read_csv(path, dtype={"subject": str})
+    return table[table["experiment"].isin(experiments)]
 
 
 def _of_each(folder: Path, experiments: tuple[str, ...], name: str) -> dict[str, pd.DataFrame]:
