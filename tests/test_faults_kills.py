@@ -1,0 +1,137 @@
+"""Killed at any moment, the study is completed by the next run, with the same results."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+from study_arrays import assert_equal_results
+from study_copy import StudyCopy, duplicate
+
+from swesbi.artefacts.files import check_whole
+
+SEED = 20
+KILLS = 20
+MOST_JOBS = 4
+LONGEST_S = 3.0
+SCRIPT = re.compile(r"scripts/tmp\w+\.(\w+)\.py$")
+WAYS = ("everything", "the run alone", "one job alone")
+
+
+@dataclass(frozen=True)
+class Moment:
+    """So long after so many jobs of this run have finished; 0 jobs is the start of the run."""
+
+    jobs: int
+    delay_s: float
+
+
+def jobs_of(run: int) -> dict[int, str]:
+    """Return the jobs at work: process -> rule."""
+    found: dict[int, str] = {}
+    for child in psutil.Process(run).children(recursive=True):
+        try:
+            match = SCRIPT.search(" ".join(child.cmdline()))
+        except psutil.Error:
+            continue
+        if match:
+            found[child.pid] = match[1]
+    return found
+
+
+def strike(process: subprocess.Popen[bytes], way: str, rng: np.random.Generator) -> dict[int, str]:
+    """Kill with SIGKILL in one of the ways; return the jobs that were at work."""
+    jobs = jobs_of(process.pid)
+    if way == "everything":
+        os.killpg(process.pid, signal.SIGKILL)
+    elif way == "one job alone" and jobs:
+        os.kill(int(rng.choice(sorted(jobs))), signal.SIGKILL)
+    else:
+        process.kill()
+    return jobs
+
+
+def wait_for_moment(process: subprocess.Popen[bytes], output: Path, moment: Moment) -> bool:
+    """Wait until the moment of the kill; return whether the run is still alive then."""
+    while process.poll() is None and output.read_text().count("Finished jobid") < moment.jobs:
+        time.sleep(0.05)
+    try:
+        process.wait(moment.delay_s)
+    except subprocess.TimeoutExpired:
+        return True
+    return False
+
+
+def run_until_killed(study: StudyCopy, moment: Moment, way: str, rng: np.random.Generator) -> set[str] | None:
+    """Run the study and kill it; return the rules at work, or None if it had finished before."""
+    output = study.folder / "output.txt"
+    with output.open("wb") as file:
+        process = subprocess.Popen(
+            study.command(),
+            cwd=study.folder,
+            env=study.environment,
+            start_new_session=True,
+            stdout=file,
+            stderr=file,
+        )
+    if not wait_for_moment(process, output, moment):
+        assert process.returncode == 0, output.read_text()
+        return None
+    jobs = strike(process, way, rng)
+    process.wait()
+    left = [psutil.Process(pid) for pid in jobs if psutil.pid_exists(pid)]
+    assert not psutil.wait_procs(left, timeout=60)[1], "a job outlived the run that started it"
+    return set(jobs.values())
+
+
+def assert_no_half_written_artefact(results: Path) -> None:
+    for path in results.rglob("*"):
+        if path.suffix in {".h5", ".pt"} and not path.name.startswith("."):
+            check_whole(path)
+
+
+def start_anew(study: StudyCopy) -> None:
+    shutil.rmtree(study.results)
+    shutil.rmtree(study.folder / ".snakemake")
+
+
+@pytest.mark.slow
+def test_the_study_is_completed_after_twenty_kills(finished: StudyCopy, tmp_path: Path) -> None:
+    """Kill one study again and again until it is finished, compare, start anew, until there were 20 kills.
+
+    Every kill is followed by a plain run with the same command, so by the end each of the 20 has been
+    recovered from. Compared with an undisturbed run are, whenever a study has finished, all arrays of its
+    artefacts and the bytes of its other results; after each single kill, only that every artefact that is
+    there is whole. Moments and ways of killing are drawn from a seed; which job they hit depends on the
+    machine, and a few hit no job because the run is just starting.
+    """
+    rng = np.random.default_rng(SEED)
+    study = duplicate(finished, tmp_path / "study")
+    start_anew(study)
+    hit: list[set[str]] = []
+    completed = 0
+    while len(hit) < KILLS:
+        way = WAYS[len(hit) % len(WAYS)]
+        moment = Moment(int(rng.integers(0, MOST_JOBS + 1)), float(rng.uniform(0.0, LONGEST_S)))
+        rules = run_until_killed(study, moment, way, rng)
+        if rules is not None:
+            hit.append(rules)
+            print(f"kill {len(hit)}: {way}, at work: {', '.join(sorted(rules)) or 'no job yet'}", flush=True)
+            assert_no_half_written_artefact(study.results)
+            continue
+        assert_equal_results(study.results, finished.results)
+        completed += 1
+        start_anew(study)
+    study.run()
+    assert assert_equal_results(study.results, finished.results) > 30
+    print(f"{len(hit)} kills, {completed + 1} completed studies")
+    assert len(set().union(*hit)) >= 5, f"the kills have hit {set().union(*hit)} alone"
