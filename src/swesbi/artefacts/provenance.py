@@ -12,8 +12,8 @@ from swesbi import __version__
 SCHEMA_VERSION = 2
 """Raised whenever what a file holds changes: 2 since artefacts end with a checksum."""
 
-OLDEST_READ = 1
-"""Files of an older schema version are refused."""
+OLDEST_READ = 2
+"""Files of an older schema version are refused: below 2 nothing shows whether they are whole."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,291 @@
+"""Damaged, foreign and outdated artefacts are named and refused; a file that cannot be written says why."""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import torch
+import xarray as xr
+
+from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, atomic_path, load, save
+from swesbi.artefacts import provenance as provenance_module
+from swesbi.artefacts.checksum import LENGTH, append_checksum
+from swesbi.artefacts.errors import repair_command
+from swesbi.inference.torch_files import read_plain, write_plain
+from swesbi.observation.dataset import SCHEMA as PASSIVE
+from swesbi.observation.dataset import read_passive
+
+Change = Callable[[h5py.File], None]
+
+
+def passive(**changed: xr.Variable) -> xr.Dataset:
+    """Return the dataset of a passive baseline, some of its variables replaced."""
+    sizes = {"cycle": 7}
+    variables = {
+        name: xr.Variable(
+            variable.dims,
+            np.linspace(1.0, 2.0, 7) if variable.dims else np.float64(2.0),
+            {"units": variable.units},
+        )
+        for name, variable in PASSIVE.items()
+    }
+    assert all(set(variable.dims) <= set(sizes) for variable in PASSIVE.values())
+    return xr.Dataset({**variables, **changed})
+
+
+def write_hdf5(path: Path) -> None:
+    save(path, passive(), Provenance("passive", "A", 3, {"b": 3.0}, "cafe"))
+
+
+def write_torch(path: Path) -> None:
+    metadata = Provenance("toy", "A", 3, {"b": 3.0}, "cafe").attributes()
+    write_plain(path, {"metadata": metadata, "state_dict": {"w": torch.arange(64.0)}})
+
+
+def read_torch(path: Path) -> None:
+    read_plain(path, "toy", lambda content: content["state_dict"])
+
+
+FORMATS = pytest.mark.parametrize(
+    ("write", "read", "name"),
+    [(write_hdf5, read_passive, "passive.h5"), (write_torch, read_torch, "net.pt")],
+    ids=["hdf5", "torch"],
+)
+Write = Callable[[Path], None]
+
+
+@FORMATS
+def test_what_is_whole_is_read(tmp_path: Path, write: Write, read: Write, name: str) -> None:
+    write(tmp_path / name)
+    read(tmp_path / name)
+
+
+@FORMATS
+def test_every_flipped_bit_is_found(tmp_path: Path, write: Write, read: Write, name: str) -> None:
+    path = tmp_path / name
+    write(path)
+    whole = path.read_bytes()
+    rng = np.random.default_rng(1)
+    positions = {0, len(whole) - 1, len(whole) - LENGTH, *map(int, rng.integers(0, len(whole), 150))}
+    for position in positions:
+        flipped = bytearray(whole)
+        flipped[position] ^= 1 << int(rng.integers(8))
+        path.write_bytes(flipped)
+        with pytest.raises(DamagedArtefactError, match="checksum"):
+            read(path)
+
+
+@FORMATS
+def test_every_truncation_and_addition_is_found(tmp_path: Path, write: Write, read: Write, name: str) -> None:
+    path = tmp_path / name
+    write(path)
+    whole = path.read_bytes()
+    for length in (0, 1, LENGTH - 1, LENGTH, len(whole) // 2, len(whole) - LENGTH, len(whole) - 1):
+        path.write_bytes(whole[:length])
+        with pytest.raises(DamagedArtefactError, match="no checksum at its end: it was cut off"):
+            read(path)
+    path.write_bytes(whole + b"\n")
+    with pytest.raises(DamagedArtefactError, match="no checksum"):
+        read(path)
+
+
+@FORMATS
+def test_the_message_names_file_fault_and_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write, read: Write, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = Path("results") / "a b" / name
+    write(path)
+    path.write_bytes(path.read_bytes()[:-90])
+    with pytest.raises(DamagedArtefactError) as caught:
+        read(path)
+    command = f"rm -f 'results/a b/{name}' && snakemake --cores 2 'results/a b/{name}'"
+    assert str(caught.value).startswith(f"results/a b/{name}: has no checksum")
+    assert str(caught.value).endswith(f"delete it and rerun: {command}")
+    assert caught.value.message("--configfile x.yaml").endswith(f"{command} --configfile x.yaml")
+    assert repair_command(path.absolute()) == command
+
+
+@FORMATS
+def test_an_older_schema_is_refused_as_such(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write, read: Write, name: str
+) -> None:
+    path = tmp_path / name
+    current = provenance_module.SCHEMA_VERSION
+    older = {**Provenance("x").attributes(), "schema_version": 1}
+    with monkeypatch.context() as patch:
+        patch.setattr(
+            Provenance, "attributes", lambda self: {**older, "kind": self.kind, "subject": self.subject}
+        )
+        write(path)
+    message = f"has schema version 1, this swesbi reads {current}; delete it and rerun: rm -f "
+    with pytest.raises(DamagedArtefactError, match=message):
+        read(path)
+    # as they were written when there were no checksums
+    whole = bytearray(path.read_bytes()[:-LENGTH])
+    if path.suffix == ".pt":
+        whole[-2:] = b"\0\0"
+    path.write_bytes(whole)
+    with pytest.raises(DamagedArtefactError, match=message):
+        read(path)
+
+
+def test_a_missing_artefact_is_named_with_the_command_that_makes_it(tmp_path: Path) -> None:
+    with pytest.raises(ArtefactError, match=r"nowhere\.h5: no such file; make it: rm -f .* snakemake"):
+        load(tmp_path / "nowhere.h5", "passive")
+
+
+def test_the_checksum_needs_nothing_but_coreutils(tmp_path: Path) -> None:
+    path = tmp_path / "passive.h5"
+    write_hdf5(path)
+    computed = subprocess.run(
+        f"head -c -{LENGTH} passive.h5 | sha256sum", shell=True, cwd=tmp_path, capture_output=True, text=True
+    )
+    assert path.read_bytes()[-LENGTH:].decode() == f"\nswesbi sha256 {computed.stdout.split()[0]}\n"
+
+
+def altered(path: Path, change: Change) -> None:
+    """Change an artefact as other software would, and give it a right checksum again."""
+    path.write_bytes(path.read_bytes()[:-LENGTH])
+    with h5py.File(path, "a") as file:
+        change(file)
+    append_checksum(path)
+
+
+def as_text(file: h5py.File) -> None:
+    del file["scale_kpa"]
+    file["scale_kpa"] = "two"
+    file["scale_kpa"].attrs["units"] = "kPa"
+
+
+def virtual(file: h5py.File) -> None:
+    layout = h5py.VirtualLayout((7,), np.float64)
+    layout[:] = h5py.VirtualSource("/etc/hostname", "x", (7,))
+    file.create_virtual_dataset("other", layout)
+
+
+def bomb(file: h5py.File) -> None:
+    file.create_dataset("bomb", (10**15,), "f4", chunks=(1024,))
+
+
+def linked(link: object) -> Change:
+    return lambda file: file.__setitem__("other", link)
+
+
+def nested(file: h5py.File) -> None:
+    file["group/in/a/group"] = 1.0
+
+
+def looping(file: h5py.File) -> None:
+    file["loop"] = file["/"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda file: file.__delitem__("scale_kpa"), "lacks .'scale_kpa'"),
+        (lambda file: file["scale_kpa"].attrs.__setitem__("units", "Pa"), "units 'Pa', not 'kPa'"),
+        (as_text, "holds .*, expected numbers"),
+        (
+            lambda file: file.__setitem__("other", h5py.ExternalLink("/etc/passwd", "/")),
+            "a link to elsewhere",
+        ),
+        (lambda file: file.__setitem__("other", h5py.SoftLink("/stretch")), "a link to elsewhere"),
+        (virtual, "takes its data from another file"),
+        (
+            lambda file: file.create_dataset("bomb", (10**15,), "f4", chunks=(1024,)),
+            "claims 4000000000000000 bytes",
+        ),
+        (nested, "nested too deeply"),
+        (looping, "nested too deeply"),
+        (lambda file: file.attrs.__delitem__("settings"), "cannot be read as a swesbi artefact"),
+        (lambda file: file.attrs.__setitem__("settings", "{"), "cannot be read as a swesbi artefact"),
+        (lambda file: file.attrs.__setitem__("seed", "three"), "cannot be read as a swesbi artefact"),
+        (lambda file: file.attrs.__setitem__("schema_version", 99), "has schema version 99"),
+    ],
+)
+def test_hdf5_from_elsewhere_is_checked_before_use(tmp_path: Path, change: Change, message: str) -> None:
+    path = tmp_path / "passive.h5"
+    write_hdf5(path)
+    altered(path, change)
+    with pytest.raises(DamagedArtefactError, match=message):
+        read_passive(path)
+
+
+def test_a_changed_artefact_has_no_checksum_any_more(tmp_path: Path) -> None:
+    path = tmp_path / "passive.h5"
+    write_hdf5(path)
+    with h5py.File(path, "a") as file:
+        file["scale_kpa"][()] = 3.0
+    with pytest.raises(DamagedArtefactError, match="checksum"):
+        read_passive(path)
+
+
+@FORMATS
+@pytest.mark.parametrize(
+    ("number", "message"),
+    [
+        (errno.ENOSPC, "the disk is full: free some space"),
+        (errno.EDQUOT, "quota is used up"),
+        (errno.EROFS, "read-only file system"),
+        (errno.EIO, "input/output error"),
+    ],
+)
+def test_what_cannot_be_written_is_named_and_leaves_nothing(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    write: Write,
+    read: Write,
+    name: str,
+    number: int,
+    message: str,
+) -> None:
+    def half_written(path: Path, content: bytes) -> int:
+        with path.open("wb") as file:
+            file.write(bytes(content[: len(content) // 2]))
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(Path, "write_bytes", half_written)
+    with pytest.raises(ArtefactError, match=rf"{name}: cannot be written, .*{message}"):
+        write(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object, **__: object) -> tuple[int, str]:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr("swesbi.artefacts.atomic.tempfile.mkstemp", refused)
+    message = r"t\.csv: cannot be written, permission denied"
+    with pytest.raises(ArtefactError, match=message), atomic_path(tmp_path / "t.csv"):
+        raise AssertionError("not reached")
+
+
+def test_errors_of_another_nature_pass(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError), atomic_path(tmp_path / "t.csv"):
+        Path(tmp_path / "nowhere").read_text()
+
+
+def test_what_a_killed_writer_left_is_removed_and_a_living_writer_is_not_disturbed(tmp_path: Path) -> None:
+    path = tmp_path / "passive.h5"
+    dying = (
+        "import os, signal, sys; from pathlib import Path; from swesbi.artefacts import atomic_path\n"
+        "with atomic_path(Path(sys.argv[1])) as half:\n"
+        "    half.write_bytes(b'half'); os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    subprocess.run([sys.executable, "-c", dying, str(path)], check=False)
+    (left,) = tmp_path.iterdir()
+    assert left.read_bytes() == b"half"
+    with atomic_path(path) as mine:
+        assert not left.exists()
+        write_hdf5(path)
+        assert mine.exists()
+    assert list(tmp_path.iterdir()) == [path]
