@@ -70,6 +70,16 @@ def test_contraction_and_coverage_stand_beside_the_ranks() -> None:
     assert np.isnan(sbc["log_likelihood"].contraction)
 
 
+def test_coverage_is_that_of_central_intervals() -> None:
+    scores = simulate(200, Sampler(noise_factor=0.6))
+    found = {(c.test, c.quantity): c.statistic for c in checks_of(scores)}
+    for j, name in enumerate(QUANTITY_NAMES):
+        nominal = np.arange(1, 100) / 100.0
+        covered = (np.abs(2.0 * scores.level[:, j, None] - 1.0) <= nominal + 1e-12).mean(axis=0)
+        assert found[COVERAGE, name] == pytest.approx(np.abs(covered - nominal).max(), abs=0.0051)
+        assert found[SBC, name] == uniformity(scores.level[:, j]).distance
+
+
 def test_the_limit_is_shared_by_quantities_and_groups() -> None:
     checks = checks_of(simulate(50, Sampler()), groups=3)
     assert {c.limit for c in checks if c.test == SBC} == {0.05 / 6 / 3}

@@ -156,6 +156,16 @@ def test_limits_are_shared_where_several_are_looked_at(results: Path) -> None:
     assert not ((table["recordings"] == "local") & (table["subject"] == POOLED)).any()
 
 
+def test_contraction_by_a_second_recording_need_only_be_some(results: Path) -> None:
+    table = pd.read_csv(results / "calibration.csv")
+    limits = table[table["test"] == "contraction"].groupby("recordings")["limit"].unique()
+    assert {name: list(values) for name, values in limits.items()} == {
+        "own": [0.2],
+        "acquired": [0.2],
+        "local": [0.0],
+    }
+
+
 def test_a_classifier_that_finds_a_difference_or_nothing_is_flagged(results: Path) -> None:
     table = pd.read_csv(results / "calibration.csv")
     c2st = table[table["test"] == "c2st"].set_index(["subject", "sampler"])["flagged"]

@@ -16,6 +16,7 @@ from swesbi.calibration.settings import JudgementSettings
 
 POOLED: Final = "pooled"
 LOCAL: Final = "local"
+NONE_LOST: Final = 0.0  # a second recording must not widen the posterior that the first one gave
 COLUMNS: Final = (
     "subject",
     "recordings",
@@ -39,7 +40,8 @@ def calibration_table(
 
     ``limit`` is shared (Bonferroni) by the quantities of one set of bands, and in rows of single subjects by
     the subjects too. At the subjects' own data ("local") contraction is against the posterior given the
-    first recording. In rows of "c2st", ``sampler`` is the pair that is told apart.
+    first recording, and must only be above zero: how much more a second one tells is the subject's matter.
+    In rows of "c2st", ``sampler`` is the pair that is told apart.
 
     Args:
         ranked: Recordings by how they were made: "own", "acquired" or "local".
@@ -56,14 +58,17 @@ def _of_recordings(name: str, ranked: Ranked, settings: JudgementSettings) -> It
     parts = {subject: ranked.rows(ranked.subject == subject) for subject in subjects}
     for sampler in SAMPLERS:
         if name != LOCAL:
-            yield from _labelled(POOLED, name, sampler, _checks(ranked, sampler, settings, 1))
+            checks = _checks(ranked, sampler, settings, settings.least_contraction, 1)
+            yield from _labelled(POOLED, name, sampler, checks)
         for subject, part in parts.items():
-            checks = _checks(part, sampler, settings, len(subjects))
+            least = settings.least_contraction if name != LOCAL else NONE_LOST
+            checks = _checks(part, sampler, settings, least, len(subjects))
             yield from _labelled(subject, name, sampler, checks)
 
 
-def _checks(ranked: Ranked, sampler: str, settings: JudgementSettings, groups: int) -> tuple[Check, ...]:
-    least = settings.least_contraction
+def _checks(
+    ranked: Ranked, sampler: str, settings: JudgementSettings, least: float, groups: int
+) -> tuple[Check, ...]:
     return check_scores(
         ranked.of(sampler), ranked.prior_variance, QUANTITY_NAMES, settings.alpha, least, groups
     )
