@@ -39,9 +39,9 @@ LABELS: Final = {
     "conditional_features": "unlikeliest feature",
     "boundary_mass": "boundary mass",
     "context_leave_one_out": "context, others",
-    "context_ranges": "context, ranges",
-    "end_systolic_volume": "LVESV",
-    "ejection_fraction": "EF",
+    "context_ranges": "values out of range",
+    "end_systolic_volume": "LVESV (z)",
+    "ejection_fraction": "EF (z)",
 }
 
 
@@ -67,7 +67,7 @@ def draw(
         table, rates = figure.subplots(2, 1, height_ratios=(ROW_IN * len(verdicts), RATES_IN))
         _draw_verdicts(table, verdicts)
         _draw_rates(rates, rows, level)
-        figure.suptitle(titled("Can the model have made these recordings?", cohort_title), fontsize=7.5)
+        figure.suptitle(titled("Misspecification tests", cohort_title), fontsize=7.5)
     return figure
 
 
@@ -87,6 +87,9 @@ def _draw_verdicts(axes: Axes, verdicts: Mapping[str, Support]) -> None:
     axes.set_ylim(len(verdicts) - 0.5, -0.5)
     axes.set_yticks(range(len(verdicts)), list(verdicts))
     axes.set_xticks(range(len(names)), [LABELS.get(name, name) for name in names], rotation=90.0)
+    axes.set_xlabel(
+        "p-values against well-specified recordings; framed: flagged; no shade: no null distribution"
+    )
     axes.xaxis.tick_top()
     axes.tick_params(length=0)
     for spine in axes.spines.values():
@@ -95,7 +98,7 @@ def _draw_verdicts(axes: Axes, verdicts: Mapping[str, Support]) -> None:
 
 def _draw_cell(axes: Axes, column: int, row: int, test: SupportTest, shade: Normalize) -> None:
     """Draw a p-value shaded by its size, or the statistic of a test without one."""
-    face, ink, text = "white", "black", f"{test.statistic:.1f}"
+    face, ink, text = "white", "black", _statistic_text(test)
     if test.p_value is not None:
         depth = float(shade(-np.log10(max(test.p_value, SMALLEST_SHOWN))))
         face, ink = str(1.0 - 0.75 * depth), "white" if depth > 0.6 else "black"
@@ -153,3 +156,10 @@ def _bar_label(rows: Mapping[tuple[str, str, str], AlarmRow], subject: str, kind
 
 def _p_text(p: float) -> str:
     return "<.001" if p < 0.001 else f"{p:.3f}".lstrip("0") if p < 0.1 else f"{p:.2f}".lstrip("0")
+
+
+def _statistic_text(test: SupportTest) -> str:
+    """Return a count as a count, and a z with a true minus."""
+    if test.threshold == 0.0:
+        return f"{test.statistic:.0f}"
+    return f"{test.statistic:.1f}".replace("-", "−")
