@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 
 import numpy as np
@@ -26,12 +27,14 @@ from swesbi.calibration.quantities import QUANTITY_NAMES
 from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
 from swesbi.calibration.settings import JudgementSettings
 from swesbi.calibration.table import COLUMNS, POOLED
+from swesbi.config import ConfigError, parse_config, read_yaml
 from swesbi.figures.calibration import CalibrationCase, draw
 from swesbi.stages import calibration, calibration_figure
 from swesbi.stages.calibration import CalibrationStageSettings
 from swesbi.stages.calibration_figure import CalibrationFigureSettings
 from swesbi.stages.origin import Origin
 
+ROOT = Path(__file__).parents[1]
 SUBJECTS = ("A", "B")
 RECORDINGS = 120
 JUDGEMENT = JudgementSettings(
@@ -188,6 +191,20 @@ def test_a_part_of_another_kind_is_refused(parts: tuple[list[Path], list[Path]],
 FIGURE = CalibrationFigureSettings(
     judgement=JUDGEMENT, max_k_hat=0.7, experiment="calibrated", cohort_title="virtual volunteers"
 )
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "number"), [("replicates", 3000, 6000), ("two_sample_draws", 5001, 5001)]
+)
+def test_more_draws_than_a_posterior_keeps_are_refused(key: str, value: int, number: int) -> None:
+    plain = copy.deepcopy(read_yaml(ROOT / "config.yaml"))
+    local = plain["experiments"]["calibrated"]["calibration"]["local"]
+    local[key] = value
+    local["mcmc"]["min_effective_draws"] = 6000
+    with pytest.raises(
+        ConfigError, match=rf"local\.{key} takes {number} posterior draws, .*exact\.draws = 5000"
+    ):
+        parse_config(plain)
 
 
 def test_the_figure_is_written_from_the_results(results: Path, tmp_path: Path) -> None:

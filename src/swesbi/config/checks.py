@@ -110,6 +110,19 @@ def check_predictive_draws(config: Config) -> None:
                 )
 
 
+def check_calibration_draws(config: Config) -> None:
+    """Posteriors keep as many draws as calibration at the subjects' own data takes of them."""
+    for name, experiment in config.speed_experiments.items():
+        local, kept = experiment.calibration.local, experiment.exact.draws
+        taken = {"replicates": 2 * local.replicates, "two_sample_draws": local.two_sample_draws}
+        for key, number in taken.items():
+            if number > kept:
+                raise ValueError(
+                    f"experiments.{name}.calibration.local.{key} takes {number} posterior draws, but "
+                    f"experiments.{name}.exact.draws = {kept}"
+                )
+
+
 def check_discrepancy_study(config: Config) -> None:
     """The discrepancy is chosen for an experiment that has one."""
     if (name := config.discrepancy_study.experiment) not in config.speed_experiments:
@@ -139,6 +152,7 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_feature_names,
     check_acquisition,
     check_predictive_draws,
+    check_calibration_draws,
     check_discrepancy_study,
     check_sensitivity,
 )
