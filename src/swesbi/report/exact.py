@@ -95,7 +95,7 @@ def verdicts_table(exact: Exact, cohort_title: str) -> Table:
     return Table(f"Verdict and reliability of each subject ({cohort_title}).", columns, tuple(rows), note)
 
 
-def tests_table(exact: Exact, cohort_title: str) -> Table:
+def outcomes_table(exact: Exact, cohort_title: str) -> Table:
     """Return every test of every subject: its p-value, or the statistic where it has none."""
     names = list(dict.fromkeys(test.name for part in exact.supports.values() for test in part.tests))
     columns = (*words("Test"), *(Column(subject) for subject in exact.supports))

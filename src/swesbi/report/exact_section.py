@@ -20,7 +20,7 @@ from swesbi.report.exact import (
     exact_table,
     identifiability_table,
     noise_table,
-    tests_table,
+    outcomes_table,
     truth_table,
     verdicts_table,
 )
@@ -51,7 +51,7 @@ def make_section(exact: Exact, figures: Mapping[str, Figure], cohort_title: str)
     experiment = exact.experiment
     tables = {
         "verdicts": verdicts_table(exact, cohort_title),
-        "tests": tests_table(exact, cohort_title),
+        "tests": outcomes_table(exact, cohort_title),
         "posterior": exact_table(exact, cohort_title),
         "derived": derived_table(experiment, cohort_title),
         "scores": score_table(experiment, cohort_title),

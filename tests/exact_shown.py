@@ -1,0 +1,156 @@
+"""What figures, tables and the page show of experiments on speeds, made of plain draws."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import evaluation_cases
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.artefacts import save, write_json
+from swesbi.evaluation.exact_result import ExactResult
+from swesbi.evaluation.noisy_predictive import withheld
+from swesbi.evaluation.predictive import PredictiveCheck
+from swesbi.exact.dataset import exact_to_groups
+from swesbi.exact.importance import WeightedDraws
+from swesbi.exact.posterior import ExactPosterior
+from swesbi.exact.settings import ExactSettings
+from swesbi.figures.panels import ExactPanel, PredictivePanel
+from swesbi.inference.support import Support, SupportTest
+from swesbi.speed_model.joint_prior import JointPriorSettings
+from swesbi.stages.origin import Origin
+
+FloatArray = NDArray[np.float64]
+PRIOR = JointPriorSettings.from_plain(
+    {
+        "theta": evaluation_cases.PRIOR.to_plain(),
+        "passive_scale_kpa": {"centre": 2.2, "log_sd": 0.4, "low": 0.5, "high": 8.0},
+    }
+)
+STATUS = {"D": "strained", "E": "unsupported", "F": "unsupported"}
+FLAGGED = {
+    "D": ("decay",),
+    "E": ("boundary_mass",),
+    "F": ("chi2", "mahalanobis", "boundary_mass", "mmd", "peak"),
+}
+TESTS = ("mahalanobis", "nearest_neighbours", "mmd", "chi2", "peak", "time_to_peak", "decay", "boundary_mass")
+NAMES = ("maximum_kpa", "hr_bpm")
+SETTINGS = ExactSettings.from_plain(
+    {
+        "proposal_draws": 100,
+        "prior_fraction": 0.1,
+        "max_k_hat": 0.7,
+        "min_efficiency": 0.1,
+        "draws": 400,
+        "interval": 0.9,
+        "mcmc": {
+            "ensembles": 4,
+            "walkers": 16,
+            "steps": 40,
+            "max_steps": 40,
+            "warm_up_fraction": 0.25,
+            "max_r_hat": 1.01,
+            "min_effective_draws": 1,
+        },
+    }
+)
+
+
+def phi(subject: str, n: int, width: float = 1.0, seed: int = 11) -> FloatArray:
+    """Return draws about a subject's truth, within the prior's box."""
+    rng = np.random.default_rng(seed)
+    theta = evaluation_cases.posterior_theta(subject, n)
+    spread = np.exp(0.05 * width * rng.standard_normal((n, 4)))
+    joint = np.column_stack([theta, np.full(n, 2.1)]) * spread
+    low = [part.low for part in PRIOR.parameters]
+    high = [part.high for part in PRIOR.parameters]
+    return np.clip(joint, 1.001 * np.array(low), 0.999 * np.array(high))
+
+
+def support(subject: str) -> Support:
+    status, flagged = STATUS.get(subject, "supported"), FLAGGED.get(subject, ())
+    tests = [
+        SupportTest(name, 1.5, 0.0002 if name in flagged else 0.4, 0.006, name in flagged, "in words")
+        for name in TESTS
+    ]
+    tests.append(SupportTest("end_systolic_volume", 1.2, None, 2.5, False, "42 mL, 45 measured"))
+    return replace(
+        evaluation_cases.support(subject, status != "unsupported"),
+        verdict=f"{status}: {', '.join(flagged)}",
+        reasons=flagged,
+        status=status,
+        tests=tuple(tests),
+        k_hat=None if subject == "F" else 0.31,
+        efficiency=0.82,
+        sampler="mcmc" if subject == "F" else "importance",
+    )
+
+
+def result(subject: str, n: int = 800) -> ExactResult:
+    by_mcmc = subject == "F"
+    return ExactResult(
+        phi=phi(subject, n),
+        npe_phi=phi(subject, n, width=1.4, seed=12),
+        sampler="mcmc" if by_mcmc else "importance",
+        k_hat=np.inf if by_mcmc else 0.31,
+        k_hat_limit=0.7,
+        efficiency=0.02 if by_mcmc else 0.82,
+        r_hat=1.004 if by_mcmc else np.nan,
+        converged=True,
+        reasons="k-hat" if by_mcmc else "",
+        interval_mass=0.9,
+    )
+
+
+def panel(subject: str, truth: bool = True) -> ExactPanel:
+    true_theta = np.array(evaluation_cases.TRUE_THETA.get(subject, (70.0, 6.0, 29.0)), float)
+    fit = evaluation_cases.fit(subject).theta
+    return ExactPanel(subject, result(subject), fit, support(subject), true_theta if truth else None)
+
+
+def check(subject: str) -> PredictiveCheck:
+    """Return a check with draws for everyone, and scores for those who are not unsupported."""
+    full = evaluation_cases.check(subject)
+    if STATUS.get(subject) != "unsupported":
+        return full
+    return replace(full, supported=False, posterior=withheld(full.posterior))
+
+
+def predictive_panel(subject: str) -> PredictivePanel:
+    return PredictivePanel(subject, check(subject), evaluation_cases.fit(subject), support(subject))
+
+
+def write_posterior(path: Path, draws: FloatArray, subject: str) -> None:
+    """Write ``posterior.h5`` of an experiment on speeds."""
+    n = len(draws)
+    weighted = WeightedDraws(
+        phi=draws,
+        from_prior=np.arange(n) >= 0.9 * n,
+        log_likelihood=np.zeros(n),
+        log_weight=np.full(n, -np.log(n)),
+        k_hat=0.2,
+        efficiency=0.8,
+        log_evidence=1.0,
+        log_evidence_se=0.1,
+    )
+    exact = ExactPosterior(
+        phi=draws,
+        sampler="importance",
+        reasons=(),
+        k_hat_limit=0.7,
+        npe_phi=draws,
+        weighted=weighted,
+        r_hat=np.full(4, np.nan),
+        effective_draws=np.full(4, 0.8 * n),
+        mcmc_steps=0,
+        converged=True,
+    )
+    groups = exact_to_groups(exact, np.array([0.4, -1.9]), NAMES, PRIOR, SETTINGS)
+    save(path, groups, Origin(7, subject).provenance("posterior", SETTINGS))
+
+
+def write_support(path: Path, subject: str) -> None:
+    """Write ``support.json`` of an experiment on speeds."""
+    write_json(path, support(subject).to_json())

@@ -1,0 +1,174 @@
+"""Predictive checks with noise: spread, units, missing phases, coverage, and what is withheld."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import speed_case
+from evaluation_study import make_model
+from exact_shown import write_posterior, write_support
+
+from swesbi.artefacts import save
+from swesbi.evaluation.new_recordings import (
+    NewRecordings,
+    Recorder,
+    feature_noise_sd,
+    make_target,
+    posterior_recordings,
+    prior_recordings,
+)
+from swesbi.evaluation.noisy_predictive import predict_recordings, withheld
+from swesbi.evaluation.predictive_dataset import read_predictive
+from swesbi.noise.cohort import CohortNoise, NoiseEstimate
+from swesbi.noise.components import ComponentEstimate
+from swesbi.noise.dataset import to_dataset as noise_dataset
+from swesbi.recording import dataset as observation_dataset
+from swesbi.recording import youngs_modulus_kpa
+from swesbi.simulations import dataset as simulations_dataset
+from swesbi.simulations.draw import PriorSimulations, draw_simulations
+from swesbi.speed_model.model import speed_model
+from swesbi.speed_model.recording import measured_speeds
+from swesbi.stages import predictive_speeds
+from swesbi.stages.origin import Origin
+
+DRAWS = 4000
+MISSING = 12
+LATE_DIASTOLE = 17
+FEATURES = ("maximum_kpa", "time_to_peak_cycle")
+
+
+@cache
+def recorder() -> Recorder:
+    observation = make_model("A").observation
+    model = speed_model(measured_speeds(observation), speed_case.settings())
+    summary = speed_case.shipped().speed_experiments["calibrated"].summary
+    return Recorder(model, observation, FEATURES, summary)
+
+
+@cache
+def known() -> NewRecordings:
+    """New recordings of one phi, again and again."""
+    phi = np.tile([58.0, 6.0, 28.0, 2.2], (DRAWS, 1))
+    return posterior_recordings(phi, recorder(), np.random.default_rng(4))
+
+
+@cache
+def prior_simulations() -> PriorSimulations:
+    config = speed_case.shipped()
+    context = recorder().observation.context
+    return draw_simulations(range(300), context, config.priors["calibrated"], config.forward_model, 5)
+
+
+def test_intervals_have_the_spread_of_noise_and_discrepancy_in_speed_and_timing() -> None:
+    made, model = known(), recorder().model
+    predicted = model.predict(np.array([[58.0, 6.0, 28.0, 2.2]]))
+    discrepancy = model.settings.discrepancy
+    timing = discrepancy.timing_cycle * predicted.slope[0]
+    relative = np.sqrt(model.recording.relative_se**2 + discrepancy.speed_fraction**2 + timing**2)
+    measured = recorder().observation.measured
+    for curves, sd in ((made.noisy, relative), (made.measured, model.recording.relative_se)):
+        # E goes with the square of the speed
+        np.testing.assert_allclose(np.log(curves.phase_kpa[:, measured]).std(axis=0), 2.0 * sd, rtol=0.06)
+    clean = youngs_modulus_kpa(predicted.speed_m_s[0], 1000.0)
+    np.testing.assert_allclose(made.draws.phase_kpa[0, measured], clean)
+
+
+def test_missing_phases_stay_missing() -> None:
+    made = known()
+    for curves in (made.draws.phase_kpa, made.noisy.phase_kpa):
+        assert np.isnan(curves[:, MISSING]).all() and np.isfinite(np.delete(curves, MISSING, axis=1)).all()
+
+
+def test_bands_cover_new_recordings_as_often_as_they_say() -> None:
+    made = known()
+    measured = recorder().observation.measured
+    target = make_target(recorder(), feature_noise_sd(made))
+    found = predict_recordings(made, target, 0.9)
+    fresh = posterior_recordings(
+        np.tile([58.0, 6.0, 28.0, 2.2], (500, 1)), recorder(), np.random.default_rng(9)
+    ).noisy
+    inside = (fresh.phase_kpa >= found.phases.low) & (fresh.phase_kpa <= found.phases.high)
+    assert inside[:, measured].mean() == pytest.approx(0.9, abs=0.01)
+    on_grid = (fresh.curve_kpa >= found.curve.low) & (fresh.curve_kpa <= found.curve.high)
+    assert on_grid.mean() == pytest.approx(0.9, abs=0.02)
+    assert np.all(found.features.predicted.low < found.features.predicted.high)
+
+
+def test_the_median_is_that_of_the_noiseless_curve() -> None:
+    made = known()
+    found = predict_recordings(made, make_target(recorder(), feature_noise_sd(made)), 0.9)
+    np.testing.assert_allclose(found.curve.median, made.draws.curve_kpa[0])
+    error = recorder().observation.curve_kpa - made.draws.curve_kpa[0]
+    assert found.scores.rmse_kpa == pytest.approx(np.sqrt(np.mean(error**2)))
+    assert found.coverage_recording_noise <= found.phase_scores.coverage
+
+
+def test_the_prior_prediction_varies_the_passive_scale() -> None:
+    made = prior_recordings(prior_simulations(), 300, recorder(), np.random.default_rng(2))
+    spread = np.log(made.draws.phase_kpa[:, LATE_DIASTOLE]).std()
+    prior = recorder().model.settings.prior.passive_scale_kpa
+    assert spread == pytest.approx(prior.log_sd, rel=0.3)
+
+
+def test_standard_errors_shown_are_those_of_the_observation_model() -> None:
+    target = make_target(recorder(), np.zeros(2))
+    expected = 2.0 * recorder().model.recording.relative_se * target.stiffness_kpa[target.measured]
+    np.testing.assert_allclose(target.stiffness_se_kpa[target.measured], expected)
+    assert np.isnan(target.stiffness_se_kpa[MISSING])
+
+
+def test_withheld_scores_leave_the_curves() -> None:
+    made = known()
+    found = withheld(predict_recordings(made, make_target(recorder(), feature_noise_sd(made)), 0.9))
+    assert np.isnan(found.scores.rmse_kpa) and np.isnan(found.phase_scores.coverage)
+    assert np.isfinite(found.curve.low).all()
+
+
+def write_inputs(folder: Path, subject: str) -> dict[str, Path]:
+    origin, observation = Origin(7, "A"), recorder().observation
+    settings = speed_case.settings()
+    paths = {name: folder / f"{name}.h5" for name in ("posterior", "observation", "noise", "shard")}
+    paths["support"] = folder / "support.json"
+    rng = np.random.default_rng(1)
+    phi = np.array([58.0, 6.0, 28.0, 2.2]) * np.exp(0.03 * rng.standard_normal((300, 4)))
+    write_posterior(paths["posterior"], phi, "A")
+    write_support(paths["support"], subject)
+    groups = observation_dataset.to_datasets(observation)
+    save(paths["observation"], groups, origin.provenance("observation", settings))
+    parts = [ComponentEstimate(size, 0.001, 0.9 * size, 1.1 * size) for size in (0.04, 0.08)]
+    estimate = NoiseEstimate(*parts, repeats=60, samples=700)
+    noise = CohortNoise(estimate, {"A": estimate}, 0.9, float("nan"))
+    save(paths["noise"], noise_dataset(noise), origin.provenance("noise", settings))
+    shard = simulations_dataset.to_dataset(prior_simulations())
+    save(paths["shard"], shard, origin.provenance("simulations", settings))
+    return paths
+
+
+@pytest.mark.parametrize(("subject", "scored"), [("A", True), ("D", True), ("F", False)])
+def test_the_stage_scores_who_is_not_unsupported(tmp_path: Path, subject: str, scored: bool) -> None:
+    paths = write_inputs(tmp_path, subject)
+    experiment = speed_case.shipped().speed_experiments["calibrated"]
+    predictive_speeds.run(
+        posterior=paths["posterior"],
+        support=paths["support"],
+        observation=paths["observation"],
+        noise=paths["noise"],
+        shards=[paths["shard"]],
+        predictive=tmp_path / "predictive.h5",
+        settings=predictive_speeds.PredictiveSpeedsStageSettings(
+            model=speed_case.settings(),
+            summary=experiment.summary,
+            predictive=experiment.predictive.model_copy(update={"draws": 200}),
+        ),
+        origin=Origin(7, "A"),
+    )
+    check, _ = read_predictive(tmp_path / "predictive.h5")
+    assert check.supported == scored
+    assert np.isfinite(check.posterior.scores.rmse_kpa) == scored
+    assert np.isfinite(check.posterior.curve.median).all() and len(check.posterior.draws.theta) == 200
+    assert check.prior.scores.rmse_kpa > 0.0
+    if scored:
+        assert check.posterior.phase_scores.coverage > 0.7
