@@ -38,7 +38,8 @@ from swesbi.tables.ppc import COLUMNS as PPC_COLUMNS
 
 TITLE = "virtual volunteers"
 LIGHT_STAGES = ("predictive", "ppc_figure", "posterior_figure", "cohort_figures", "tables")
-LIGHT_STAGES += ("workflow_figure", "experiments_figure", "paper_comparison")
+LIGHT_STAGES += ("workflow_figure", "experiments_figure", "paper_comparison", "predictive_speeds")
+LIGHT_STAGES += ("exact_figure", "exact_figures", "truth", "report")
 
 
 def run_predictive(files: Files, output: Path) -> None:
@@ -246,8 +247,7 @@ def test_posterior_table(table_files: dict[str, Path]) -> None:
 
 
 def test_readers_and_figures_leave_torch_and_pyplot_alone() -> None:
-    stages = ("predictive", "ppc_figure", "posterior_figure", "cohort_figures", "tables", "training_figure")
-    imports = "; ".join(f"import swesbi.stages.{name}" for name in stages)
+    imports = "; ".join(f"import swesbi.stages.{name}" for name in (*LIGHT_STAGES, "training_figure"))
     code = f"{imports}; import sys; print([m for m in ('torch', 'matplotlib.pyplot') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
