@@ -58,6 +58,7 @@ def tiny() -> IdentifiabilitySettings:
                 "searches": 4,
             },
             "design": {
+                "draws": 6,
                 "repeats": [1, 3, 6],
                 "phases": [8, 20, 30],
                 "offsets": 2,

@@ -26,6 +26,7 @@ class ProfileSettings(Settings):
 class DesignSettings(Settings):
     """Recordings that a lab could make instead."""
 
+    draws: int = Field(ge=1, le=10_000, description="posterior draws that designs are averaged over")
     repeats: Steps = Field(description="repeats at every phase")
     phases: Steps = Field(description="numbers of phases, evenly over the cycle")
     offsets: int = Field(

@@ -110,9 +110,7 @@ def stencil_of(
     recorded: RecordedSubject, draws: int, settings: IdentifiabilitySettings, seed: int
 ) -> SimulatedStencil:
     """Simulate the draws that designs are judged by."""
-    return simulate_stencil(
-        recorded.model, drawn(recorded, draws, seed, "information"), settings.difference_step
-    )
+    return simulate_stencil(recorded.model, drawn(recorded, draws, seed, "designs"), settings.difference_step)
 
 
 def identify(
@@ -121,14 +119,15 @@ def identify(
     """Study the identifiability of one subject."""
     model, duration = recorded.model, recorded.duration_s
     values = quantities(recorded.phi, duration)
-    simulated = stencil_of(recorded, settings.information_draws, settings, seed)
+    simulated = stencil_of(recorded, settings.design.draws, settings, seed)
+    informing = drawn(recorded, settings.information_draws, seed, "information")
     moments = moments_of_phi(model, recorded.phi)
     return SubjectIdentifiability(
         subject=recorded.name,
-        spread=_spread(recorded, np.exp(simulated.log_phi[0]), settings.difference_step),
+        spread=_spread(recorded, informing, settings.difference_step),
         contraction=contraction(values, prior_quantities(model.settings.prior, duration)),
         profiles=profiles_of(model, settings, seed),
-        phases=_phases(recorded, np.exp(simulated.log_phi[0]), settings.difference_step),
+        phases=_phases(recorded, informing, settings.difference_step),
         left_out=leave_phases_out(
             np.log(values), log_likelihood_terms(moments, np.log(model.recording.speed_m_s))
         ),
