@@ -38,7 +38,8 @@ def results(finished: StudyCopy) -> Results:
 @pytest.fixture
 def written(finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(finished.folder)
-    (tmp_path / "reproduction.md").write_text(SHIPPED, encoding="utf-8")
+    for page in ("reproduction.md", "calibration.md"):
+        (tmp_path / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")
     assert main(["--overlay", "smoke.yaml", "--docs", str(tmp_path)]) == 0
     return tmp_path
 

@@ -161,7 +161,7 @@ def test_broken_estimator_file_is_refused_with_its_name(tmp_path: Path, content:
     path = tmp_path / "estimator.pt"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(ArtefactError, match=r"estimator\.pt: cannot be read"):
+    with pytest.raises(ArtefactError, match=r"estimator\.pt: (has no checksum|no such file)"):
         load_estimator(path)
 
 

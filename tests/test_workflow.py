@@ -13,9 +13,9 @@ import pytest
 from study_arrays import assert_equal_results
 from study_copy import StudyCopy, copy_study, of_rule, rules_of
 
-SHOWN = {"cohort_figures", "tables", "paper_comparison", "report"}
+SHOWN = {"cohort_figures", "tables", "paper_comparison", "report"}  # of every experiment
 PREDICTIVE = {"predictive", "ppc_figure", "workflow_figure", "experiments_figure"} | SHOWN
-SAMPLED = {"posterior", "posterior_figure"} | PREDICTIVE
+SAMPLED = {"posterior", "posterior_figure", "truth"} | PREDICTIVE
 EPOCHS = {"epochs", "epochs_figure"}
 TRAINED = {"train", "recovery", "recovery_acquisition", "training_figure"} | EPOCHS | SAMPLED
 
@@ -40,7 +40,12 @@ def test_a_finished_study_has_nothing_to_do(finished: StudyCopy) -> None:
 @pytest.mark.parametrize(
     ("path", "old", "new", "rules"),
     [
-        ("smoke.yaml", "predictive:\n      draws: 50", "predictive:\n      draws: 40", EPOCHS | PREDICTIVE),
+        (
+            "smoke.yaml",
+            "predictive:\n      draws: 50\n    recovery",
+            "predictive:\n      draws: 40\n    recovery",
+            EPOCHS | PREDICTIVE,
+        ),
         ("smoke.yaml", "learning_rate: 0.002", "learning_rate: 0.001", TRAINED),
         ("smoke.yaml", "augmentations: 4", "augmentations: 3", {"pool"} | TRAINED),
         ("config.yaml", "maximum_kpa: 1.0", "maximum_kpa: 2.0", {"pool"} | TRAINED),
@@ -48,7 +53,7 @@ def test_a_finished_study_has_nothing_to_do(finished: StudyCopy) -> None:
             "smoke.yaml",
             "generations: 5",
             "generations: 4",
-            {"cmaes", "ppc_figure", "posterior_figure"} | SHOWN,
+            {"cmaes", "ppc_figure", "posterior_figure", "exact_figure", "exact_figures"} | SHOWN,
         ),
         ("config.yaml", "shards_per_subject: 2", "shards_per_subject: 2 # as before", set()),
         ("config.yaml", "device: auto", "device: cpu", set()),
