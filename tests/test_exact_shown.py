@@ -74,7 +74,7 @@ def test_verdicts_have_their_colours_and_reasons(drawn: dict[str, Figure]) -> No
     ] * 2
     notes = [axes.texts[0].get_text() for axes in panels]
     assert notes[0].startswith("supported") and notes[3].startswith("strained\ndecay, p < 0.001")
-    assert notes[5].startswith("unsupported") and "and 2 more" in notes[5] and "RMSE" not in notes[5]
+    assert notes[5].startswith("unsupported") and "and 3 more" in notes[5] and "RMSE" not in notes[5]
     faces = [part.get_facecolor() for part in drawn["cohort"].axes[0].collections]
     assert STRAINED in {to_hex(face[0]).upper() for face in faces if len(face)}
     title = drawn["F"]._suptitle.get_text()  # type: ignore[attr-defined]

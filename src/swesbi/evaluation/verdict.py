@@ -35,14 +35,14 @@ def status(support: Support) -> str:
     return SUPPORTED if support.supported else UNSUPPORTED
 
 
-def verdict_numbers(support: Support) -> tuple[str, ...]:
-    """Return what decided, in a few short lines: flagged tests, or the two criteria of prior support."""
+def verdict_numbers(support: Support, shown: int = SHOWN_TESTS) -> tuple[str, ...]:
+    """Return what decided, in short lines: ``shown`` flagged tests, or the two criteria of prior support."""
     if not is_exact(support):
         return support_numbers(support)
     flagged = sorted((test for test in support.tests if test.flagged), key=_evidence)
     lines = tuple(map(_short, flagged))
-    more = len(lines) - SHOWN_TESTS
-    return lines if more < 2 else (*lines[:SHOWN_TESTS], f"and {more} more")
+    more = len(lines) - shown
+    return lines if more < 2 else (*lines[:shown], f"and {more} more")
 
 
 def weights_in_words(support: Support) -> str:

@@ -42,6 +42,7 @@ RELIABILITY = 0.6
 HALF_WIDTH = 0.38
 OFFSET = 0.24
 TOP_K_HAT = 1.15
+SHOWN_QUANTILES = (0.002, 0.998)
 LONGEST_LEVEL_NAME = 3
 
 
@@ -92,7 +93,7 @@ def _draw_parameter(axes: Axes, panels: Sequence[ExactPanel], j: int, prior: Par
         verdict = status(panel.support)
         phi = panel.result.phi[:, j]
         _violin(axes, position, *log_density_of_draws(phi), STATUS_COLORS[verdict], f"posterior, {verdict}")
-        _outline(axes, position, *log_density_of_draws(panel.result.npe_phi[:, j]))
+        _outline(axes, position, *log_density_of_draws(_nearly_all(panel.result.npe_phi[:, j])))
         _interval(axes, position, phi, panel.result.interval_mass)
         if j < ACTIVE:
             _draw_references(axes, position, panel, j)
@@ -113,6 +114,12 @@ def _violin(
 ) -> None:
     width = HALF_WIDTH * density / density.max()
     axes.fill_betweenx(values, position - width, position + width, color=color, alpha=0.4, lw=0, label=label)
+
+
+def _nearly_all(draws: FloatArray) -> FloatArray:
+    """Return the draws without the farthest, which would draw an outline out into a needle."""
+    low, high = np.quantile(draws, SHOWN_QUANTILES)
+    return draws[(draws >= low) & (draws <= high)]
 
 
 def _outline(axes: Axes, position: int, values: FloatArray, density: FloatArray) -> None:

@@ -90,7 +90,7 @@ def draw(
         _finish(panels, subjects, masses)
         panels[3].set_ylabel(r"$k_\mathrm{ATP}$ against" + f"\n{reference.replace('_', ' ')} (%)")
         figure.suptitle(titled("Experiments beside each other", cohort_title), fontsize=7.5)
-        shared_legend(figure, [panels[0], panels[2]], entries_a_row=min(4, max(2, len(experiments))))
+        shared_legend(figure, [panels[0], panels[2]], entries_a_row=min(3, max(2, len(experiments))))
     return figure
 
 

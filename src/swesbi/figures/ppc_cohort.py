@@ -17,7 +17,8 @@ from swesbi.figures.text import percent, titled
 PANEL_HEIGHT_IN = 1.35
 FRAME_HEIGHT_IN = 0.95
 HEAD_ROOM = 1.15
-HEAD_ROOM_OF_REASONS = 1.4
+HEAD_ROOM_OF_REASONS = 1.45
+SHOWN_TESTS = 2
 
 
 def draw(panels: Sequence[PredictivePanel], cohort_title: str) -> Figure:
@@ -77,7 +78,7 @@ def _draw_panel(axes: Axes, panel: PredictivePanel) -> None:
 def _note(panel: PredictivePanel) -> str:
     prior, posterior = panel.check.prior.scores, panel.check.posterior.scores
     errors = f"RMSE {prior.rmse_kpa:.1f} → {posterior.rmse_kpa:.1f} kPa"
-    reasons = verdict_numbers(panel.support)
+    reasons = verdict_numbers(panel.support, SHOWN_TESTS)
     if not is_exact(panel.support):
         return errors if panel.check.supported else "\n".join(["excluded", *reasons])
     lines = [status(panel.support), *reasons]
