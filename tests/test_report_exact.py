@@ -51,7 +51,7 @@ def calibration() -> pd.DataFrame:
         [subject, made, sampler, "sbc", name, 12, 0.1, 0.002 if name == "k_sr_per_s" else 0.5, 0.008,
          int(name == "k_sr_per_s"), 0.875, 0.9]
         for subject, made in (("pooled", "own"), ("A", "own"), ("A", "local"))
-        for sampler in ("network", "weighted")
+        for sampler in ("npe", "weighted")
         for name in THETA_NAMES
     ]  # fmt: skip
     rows.append(["pooled", "own", "weighted", "tarp", "joint", 12, 0.1, 0.4, 0.05, 0, 0.905, np.nan])
@@ -60,7 +60,7 @@ def calibration() -> pd.DataFrame:
 
 
 def alarms() -> pd.DataFrame:
-    kinds = (("all", "own", 0.055), ("F", "volunteers", 0.985))
+    kinds = (("all", "own", 0.055), ("F", "volunteer", 0.985))
     return pd.DataFrame(
         [
             {
@@ -139,9 +139,9 @@ def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> No
     shown = {
         str(row.cells[0]) + str(row.cells[1]): row.cells[2:] for row in section.tables["calibration"].rows
     }
-    own = shown["the model's own noiseweighted"]
+    own = shown["the model's own noiseexact weights"]
     assert own == ("1 of 4", "1 of 3", "87.5", "87.5", "87.5", "90.5", "12")
-    assert shown["at the subject's own datanetwork"][0] == "–"
+    assert shown["at the subject's own datanetwork alone"][0] == "–"
     rates = [row.cells[3] for row in section.tables["alarms"].rows]
     assert rates[0] == "5.5 (2.8 to 11.0)" and len(rates) == 4
     assert section.tables["identifiability"].rows[0].cells[2:] == ("0.812", "12.3", "13.0", "4.00 to (30.0)")

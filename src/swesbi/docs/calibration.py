@@ -18,7 +18,13 @@ from swesbi.theta import THETA_NAMES
 Part = Callable[[CalibrationResults], str]
 LEVEL: Final = 0.9
 POOLED: Final = "pooled"
-MADE: Final = {"own": "own noise", "acquired": "acquired", "local": "at the subject's own data"}
+MADE: Final = {
+    "own": "own noise",
+    "acquired": "acquired",
+    "local": "at the subject's own data",
+    "volunteer": "the volunteer recorded anew",
+}
+ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
 VERDICTS: Final = ("strained or unsupported", "unsupported")
 
 
@@ -175,7 +181,7 @@ def scores_part(results: CalibrationResults) -> str:
     ]
     supported = results.scores[results.scores["supported"]]
     mean = {title: mean_sd(supported[name], digits) for title, (name, digits) in columns.items()}
-    return table([*rows, {"subject": "mean ± sd, not unsupported"} | mean])
+    return table([*rows, {"subject": "mean ± sd without the unsupported"} | mean])
 
 
 def calibration_part(results: CalibrationResults) -> str:
@@ -187,7 +193,7 @@ def calibration_part(results: CalibrationResults) -> str:
         rows.append(
             {
                 "recordings": MADE.get(str(made), str(made)),
-                "answer": str(sampler),
+                "answer": ANSWERS.get(str(sampler), str(sampler)),
                 "n": str(int(part["n"].max())),
                 "checks that fail, pooled": _failed(pooled),
                 "checks that fail, by subject": _failed(single),

@@ -119,7 +119,7 @@ def _violin(
 def _nearly_all(draws: FloatArray) -> FloatArray:
     """Return the draws without the farthest, which would draw an outline out into a needle."""
     low, high = np.quantile(draws, SHOWN_QUANTILES)
-    return draws[(draws >= low) & (draws <= high)]
+    return np.asarray(draws[(draws >= low) & (draws <= high)])
 
 
 def _outline(axes: Axes, position: int, values: FloatArray, density: FloatArray) -> None:

@@ -29,7 +29,9 @@ MADE: Final = {
     "own": "the model's own noise",
     "acquired": "acquired sample by sample",
     "local": "at the subject's own data",
+    "volunteer": "the volunteer recorded anew",
 }
+ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
 POOLED: Final = "pooled"
 VERDICTS: Final = {"strained or unsupported", "unsupported"}
 ALL_SUBJECTS: Final = "all"
@@ -207,7 +209,8 @@ def calibration_summary(exact: Exact) -> Table:
         ]
         joint = _coverage(pooled, "tarp", "joint")
         number = count(pooled["n"].max()) if len(pooled) else MISSING
-        cells = (MADE.get(str(made), str(made)), str(sampler), _failed(pooled), _failed(single), *covered)
+        answer = ANSWERS.get(str(sampler), str(sampler))
+        cells = (MADE.get(str(made), str(made)), answer, _failed(pooled), _failed(single), *covered)
         rows.append(Row((*cells, joint, number)))
     note = (
         "Checks: ranks of the truth and coverage at all levels within simultaneous bands, joint coverage, "
@@ -233,7 +236,7 @@ def calibration_checks(exact: Exact) -> Table:
         cells = (
             str(row["subject"]),
             MADE.get(str(row["recordings"]), str(row["recordings"])),
-            str(row["sampler"]),
+            ANSWERS.get(str(row["sampler"]), str(row["sampler"])),
             str(row["test"]),
             quantity(str(row["quantity"])),
             count(row["n"]),
