@@ -38,6 +38,8 @@ discrepancy: $(INSTALLED) ## the model's discrepancy chosen on a generated cohor
 
 sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a table and a figure, in half an hour
 	$(BIN)/snakemake --cores $(CORES) results/tables/sensitivity.csv
+	cp results/tables/sensitivity.csv tests/reference/study/sensitivity.csv
+	cp results/figures/sensitivity.png docs/figures/sensitivity.png
 
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
 	$(BIN)/python -m swesbi.docs
