@@ -243,7 +243,8 @@ def sensitivity_part(results: CalibrationResults) -> str:
             {"choice": str(label)}
             | {f"`{name}`": f"{fixed(moved[name], 2)}; {fixed(width[name], 2)}" for name in THETA_NAMES}
         )
-    return f"{table(rows)}\n\nLargest move of a median in widths of its interval; median ratio of the widths."
+    what = "Largest move of a median in widths of its interval; median ratio of the widths."
+    return f"{table(rows)}\n\n{what}\n\n![Other choices](figures/sensitivity.png)"
 
 
 def _covered(recovery: pd.DataFrame) -> str:
