@@ -167,8 +167,9 @@ def test_every_experiment_runs_and_shares_what_it_can(tmp_path: Path) -> None:
     study.run("--config", "run=all")
     done = study.snakemake("--summary", "--config", "run=all")
     assert "update pending" not in done.stdout
-    assert {path.name for path in (study.results / "simulations").iterdir()} == {"paper", "wide"}
-    for experiment in ("paper", "scalar_only", "wide_prior"):
+    priors = {path.name for path in (study.results / "simulations").iterdir()}
+    assert priors == {"paper", "wide", "calibrated"}
+    for experiment in ("paper", "scalar_only", "wide_prior", "calibrated"):
         assert (study.results / experiment / "subjects" / "A" / "ppc.png").is_file()
     with edited(study, "config.yaml", "log_sd: 1.0,", "log_sd: 0.9,"):
         jobs = study.planned("--config", "run=all")

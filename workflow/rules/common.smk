@@ -102,6 +102,11 @@ def truth_files():
     return [str(path)] if path.is_file() else []
 
 
+def noise_files():
+    """Return the cohort's noise, which only experiments on speeds need."""
+    return [f"{RESULTS}/cohort/noise.h5"] if SPEED_EXPERIMENTS else []
+
+
 def study_outputs():
     """Return every figure and table of the study, and the page that shows them."""
     return [
@@ -175,6 +180,11 @@ def linked_artefacts():
         *expand(
             f"{RESULTS}/{{experiment}}/checkpoints.pt", experiment=FEATURE_EXPERIMENTS
         ),
+        *expand(
+            f"{RESULTS}/{{experiment}}/{{file}}.h5",
+            experiment=SPEED_EXPERIMENTS,
+            file=["calibration", "identifiability"],
+        ),
         f"{RESULTS}/{MAIN}/epochs.csv",
         *expand(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{file}}",
@@ -182,12 +192,19 @@ def linked_artefacts():
             subject=SUBJECTS,
             file=of_subject,
         ),
+        *expand(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{file}}.h5",
+            experiment=SPEED_EXPERIMENTS,
+            subject=SUBJECTS,
+            file=["misspecification", "calibration_recordings", "calibration_local"],
+        ),
         *shown,
         *expand(
             f"{RESULTS}/cohort/{{subject}}/{{file}}.h5",
             subject=SUBJECTS,
             file=["observation", "passive"],
         ),
+        *noise_files(),
         *of_subjects("cmaes/{subject}.h5"),
         *expand(
             f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",

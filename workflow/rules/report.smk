@@ -48,7 +48,7 @@ rule report:
             f"{RESULTS}/{{experiment}}/identifiability.csv",
             experiment=SPEED_EXPERIMENTS,
         ),
-        noise=[f"{RESULTS}/cohort/noise.h5"] if SPEED_EXPERIMENTS else [],
+        noise=noise_files(),
         truth_csv=[f"{RESULTS}/tables/truth.csv" for _ in truth_files()],
         exact_pngs=expand(
             f"{RESULTS}/figures/{{figure}}-{{experiment}}.png",

@@ -15,7 +15,7 @@ MEANING: Final = {
     HERE: "beside this page.",
     "tables": "every table of the study, as CSV, and table 1 as LaTeX.",
     "figures": "figures of the cohort, as PDF and PNG.",
-    "cohort": "observed curve with standard errors and rejected samples; passive baseline.",
+    "cohort": "noise of the speeds; observed curve with errors and rejected samples; passive baseline.",
     "cmaes": "reference fits by CMA-ES: history of every seed, best fit.",
     "simulations": "simulations from each prior, in shards.",
 }
