@@ -221,9 +221,27 @@ def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
     for part in key.split("__"):
         value = value[part]
     before, after = load_study(SHIPPED), load_study(changed(**{key: another(value)}))
-    differing = {stage for stage in STAGES if settings_of(before, stage) != settings_of(after, stage)}
+    single = set(STAGES) - {"new_subject"}  # which has the settings of most, see below
+    differing = {stage for stage in single if settings_of(before, stage) != settings_of(after, stage)}
     assert differing - SHOWING == AFFECTED[key]
     assert AFFECTED[key] or not differing
+
+
+def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_cohort() -> None:
+    study = load_study(changed(new_subjects__cohort=SHIPPED["cohort"]))
+    parts = settings_of(study, "new_subject")
+    same = ["ingest", "passive", "cmaes", "train_flow", "exact_posterior", "verdict", "predictive_speeds"]
+    for stage in same:
+        assert parts[stage] == settings_of(study, stage)
+    shown = settings_of(study, "exact_figure") | {"cohort_title": SHIPPED["new_subjects"]["cohort_title"]}
+    assert parts["exact_figure"] == shown
+    assert parts["simulate"]["context"] == parts["ingest"]["context"]
+    assert parts["margin_fraction"] == SHIPPED["new_subjects"]["margin_fraction"]
+
+
+def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"new_subjects\.cohort = .*subjects.csv"):
+        load_study(changed(new_subjects__cohort=str(tmp_path)))
 
 
 def test_an_unknown_subject_or_a_missing_wildcard_is_refused() -> None:

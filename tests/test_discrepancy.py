@@ -21,15 +21,10 @@ from swesbi.discrepancy import (
     generate_cohort,
     score_subject,
 )
-from swesbi.discrepancy.bank import (
-    PriorProposal,
-    StudentProposal,
-    effective_draws,
-    fill_bank,
-    fitted_proposal,
-)
+from swesbi.discrepancy.bank import PriorProposal, fill_bank
 from swesbi.discrepancy.cohort import PHYSIOLOGY, draw_volunteer
 from swesbi.discrepancy.evidence import score_pairs
+from swesbi.exact.student import StudentProposal, effective_draws, fitted_proposal
 from swesbi.figures.discrepancy import draw_discrepancy
 from swesbi.recording import ContextRow
 from swesbi.speed_model.settings import DiscrepancySettings

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from study_copy import StudyCopy, copy_study
+from study_copy import StudyCopy, copy_study, duplicate
+
+from swesbi.new_subject.files import OUTPUTS
 
 PAGE = (Path(__file__).parents[1] / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -41,6 +43,25 @@ def walked(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyCopy, dict[st
     (study.folder / "septum_12.yaml").write_text(blocks("yaml")[0], encoding="utf-8")
     commands = [line for block in blocks("sh") for line in block.splitlines()]
     return study, {command: typed(command, study).stdout for command in commands}
+
+
+def test_a_trained_network_answers_as_the_page_says(finished: StudyCopy, tmp_path: Path) -> None:
+    study = duplicate(finished, tmp_path / "project")
+    (study.folder / "fill.py").write_text(blocks("python")[0], encoding="utf-8")
+    typed(".venv/bin/python -m swesbi template data/septum_12", study)
+    typed(".venv/bin/python fill.py", study)
+    by_hand = re.search(r"^\S+ -m swesbi new-subject .*$", PAGE, re.MULTILINE)
+    by_workflow = re.search(r"^\S+snakemake .* -- new_subjects$", PAGE, re.MULTILINE)
+    assert by_hand and by_workflow
+    # the page's network is that of the full study; this one is the smoke study's
+    assert typed(f"{by_hand[0]} --overlay {study.config}", study).stdout.startswith("S-101: ")
+    (study.folder / "new.yaml").write_text(blocks("yaml")[1], encoding="utf-8")
+    typed(by_workflow[0].replace("--configfile ", f"--configfile {study.config} "), study)
+    answers = study.results / "calibrated" / "new"
+    assert sorted(path.name for path in answers.iterdir()) == ["S-101", "S-102"]
+    for subject in ("S-101", "S-102"):
+        assert xr.load_dataset(answers / subject / "observation.h5", engine="h5netcdf").sizes["phase"] == 12
+        assert {path.name for path in (answers / subject).iterdir()} == set(OUTPUTS.values())
 
 
 def test_validate_prints_the_table_of_the_page(walked: tuple[StudyCopy, dict[str, str]]) -> None:

@@ -21,6 +21,7 @@ WILDCARDS = ("subject", "experiment", "prior", "shard")
 COMMANDS = {
     "validate": "swesbi.validation.command",
     "template": "swesbi.validation.template",
+    "new-subject": "swesbi.new_subject.command",
     "inspect": "swesbi.inspection.command",
 }
 

@@ -61,6 +61,12 @@ def stage(name, **fixed):
     return params
 
 
+def stage_of_new_subject(wildcards):
+    """Return the params of the stage of a subject outside the pool, whose wildcard has another name."""
+    subject = wildcards.new_subject
+    return stage("new_subject", subject=subject)(wildcards) | {"subject": subject}
+
+
 def of_subjects(pattern):
     """Return a pattern's paths for every subject of the cohort, other wildcards left open."""
     return expand(f"{RESULTS}/{pattern}", subject=SUBJECTS, allow_missing=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -69,12 +70,7 @@ def load(path: Path, kind: str, group: str = ROOT) -> tuple[xr.Dataset, Provenan
             schema version; the message gives the command that makes it again.
         ArtefactError: The file is missing, or is of another kind.
     """
-    check_whole(path)
-    try:
-        check_self_contained(path)
-        provenance = hdf5_provenance(path)
-    except UNREADABLE as error:
-        raise DamagedArtefactError(path, f"cannot be read as a swesbi artefact ({error})") from error
+    provenance = _examined(path, _stamp(path))
     check_identity(path, kind, provenance)
     try:
         with xr.open_dataset(path, engine="h5netcdf", group=group) as dataset:
@@ -83,6 +79,30 @@ def load(path: Path, kind: str, group: str = ROOT) -> tuple[xr.Dataset, Provenan
     except UNREADABLE as error:
         raise DamagedArtefactError(path, f"does not follow the schema of kind {kind!r} ({error})") from error
     return dataset, provenance
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    """Return what changes whenever a file is replaced or written to; nothing where there is no file."""
+    if not path.is_file():
+        return ()
+    found = path.stat()
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
+@lru_cache(maxsize=1024)
+def _examined(path: Path, stamp: tuple[int, ...]) -> Provenance:  # noqa: ARG001
+    """Return the provenance of an artefact that is whole and holds its own data; looked at once a process.
+
+    Raises:
+        DamagedArtefactError: It was cut off or changed, or cannot be read.
+        ArtefactError: There is no such file, or it may not be read.
+    """
+    check_whole(path)
+    try:
+        check_self_contained(path)
+        return hdf5_provenance(path)
+    except UNREADABLE as error:
+        raise DamagedArtefactError(path, f"cannot be read as a swesbi artefact ({error})") from error
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:

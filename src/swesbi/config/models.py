@@ -11,7 +11,7 @@ from swesbi.calibration.settings import CalibrationSettings
 from swesbi.config.checks import CHECKS
 from swesbi.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
-from swesbi.exact.settings import ExactSettings
+from swesbi.exact.settings import ExactSettings, RefinementSettings
 from swesbi.flow.settings import FlowSettings
 from swesbi.forward_model import ForwardModelSettings
 from swesbi.identifiability.settings import IdentifiabilitySettings
@@ -96,6 +96,23 @@ class SensitivitySettings(Settings):
     variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
 
 
+class NewSubjectsSettings(Settings):
+    """Recordings that the trained network answers without being trained on them."""
+
+    cohort: str | None = Field(description="folder of their recordings; null: there are none")
+    phases: int | None = Field(
+        ge=8, le=60, description="gated phases of their recordings; null: as configured"
+    )
+    cohort_title: str = Field(min_length=1, description="what their figures call them")
+    margin_fraction: float = Field(
+        ge=0.0, lt=1.0, description="how far beyond the contexts trained on, as a fraction of their limits"
+    )
+    noise_level: float = Field(
+        gt=0.0, lt=0.5, description="of the test that a recording has the pool's noise"
+    )
+    refinement: RefinementSettings
+
+
 class ResourceSettings(Settings):
     """How the work is split and where it runs; nothing here may change a result."""
 
@@ -126,6 +143,7 @@ class Config(Settings):
     acquisition_seeds: AcquisitionSeedsSettings
     discrepancy_study: DiscrepancyChoiceSettings
     sensitivity: SensitivitySettings
+    new_subjects: NewSubjectsSettings
     resources: ResourceSettings
 
     @model_validator(mode="after")

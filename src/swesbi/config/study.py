@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,10 +18,17 @@ from swesbi.recording.problems import listed
 
 @dataclass(frozen=True)
 class Study:
-    """A validated configuration and the context row of each subject, in the cohort's order."""
+    """A validated configuration and the context row of each subject, in the cohort's order.
+
+    Attributes:
+        config: The configuration.
+        context_rows: Subjects of the cohort that the study runs on.
+        new_rows: Subjects outside it, which trained networks answer.
+    """
 
     config: Config
     context_rows: Mapping[str, ContextRow]
+    new_rows: Mapping[str, ContextRow] = field(default_factory=dict)
 
     @property
     def subjects(self) -> tuple[str, ...]:
@@ -41,6 +48,14 @@ class Study:
         """
         return find_recording(self.cohort, subject)
 
+    def new_recording(self, subject: str) -> Path:
+        """Return the path of the raw samples of a subject outside the cohort.
+
+        Raises:
+            RecordingError: There is no such file, more than one, or it leads out of its folder.
+        """
+        return find_recording(Path(self.config.new_subjects.cohort or ""), subject)
+
     def with_changes(self, changes: Mapping[str, Any], source: str) -> Study:
         """Return the same cohort under a configuration with other values; ``source`` names them in errors.
 
@@ -57,24 +72,32 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
         ConfigError: The configuration, the table of subjects, or a subject's file is missing or wrong.
     """
     config = parse_config(raw, source)
-    table = Path(config.cohort) / SUBJECTS
+    known = _read_rows(config.cohort, f"{source}: cohort")
+    study = Study(config, _select(config, known, source))
+    _check_files(study.cohort, study.subjects, f"{source}: cohort")
+    if config.new_subjects.cohort is None:
+        return study
+    key = f"{source}: new_subjects.cohort"
+    new = _read_rows(config.new_subjects.cohort, key)
+    _check_files(Path(config.new_subjects.cohort), tuple(new), key)
+    return replace(study, new_rows=new)
+
+
+def _read_rows(cohort: str, key: str) -> dict[str, ContextRow]:
+    table = Path(cohort) / SUBJECTS
     try:
         check_file(table, table.parent)
-        known = {row.subject: row for row in read_context_rows(table)}
+        return {row.subject: row for row in read_context_rows(table)}
     except RecordingError as error:
-        raise ConfigError(f"{source}: cohort = {config.cohort!r}: {error}") from error
-    study = Study(config, _select(config, known, source, table))
-    _check_files(study, source)
-    return study
+        raise ConfigError(f"{key} = {cohort!r}: {error}") from error
 
 
-def _select(
-    config: Config, known: Mapping[str, ContextRow], source: str, table: Path
-) -> dict[str, ContextRow]:
+def _select(config: Config, known: Mapping[str, ContextRow], source: str) -> dict[str, ContextRow]:
     names = tuple(known) if config.subjects == "all" else config.subjects
     if unknown := [name for name in names if name not in known]:
         raise ConfigError(
-            f"{source}: subjects: {unknown[0]!r} has no row in {table}; it knows {', '.join(known)}. "
+            f"{source}: subjects: {unknown[0]!r} has no row in {Path(config.cohort) / SUBJECTS}; "
+            f"it knows {', '.join(known)}. "
             "Add the row, or remove the subject"
         )
     if len(set(names)) < len(names) or not names:
@@ -82,14 +105,14 @@ def _select(
     return {name: known[name] for name in names}
 
 
-def _check_files(study: Study, source: str) -> None:
+def _check_files(cohort: Path, subjects: Sequence[str], key: str) -> None:
     problems: list[Problem] = []
-    checks: list[Callable[[], object]] = [partial(study.recording, subject) for subject in study.subjects]
-    checks.append(partial(check_file, study.cohort / PROTOCOL, study.cohort))
+    checks: list[Callable[[], object]] = [partial(find_recording, cohort, subject) for subject in subjects]
+    checks.append(partial(check_file, cohort / PROTOCOL, cohort))
     for check in checks:
         try:
             check()
         except RecordingError as error:
             problems.extend(error.problems)
     if problems:
-        raise ConfigError(f"{source}: cohort = {study.config.cohort!r}: {listed(problems)}")
+        raise ConfigError(f"{key} = {str(cohort)!r}: {listed(problems)}")

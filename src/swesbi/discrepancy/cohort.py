@@ -17,6 +17,7 @@ from swesbi.context import Context
 from swesbi.noise import RepeatLevels, fit_noise, repeat_levels
 from swesbi.recording import Observation, RecordingError, RecordingSettings, ingest
 from swesbi.recording.quality import ACCEPTED, rejection
+from swesbi.recording.samples import Samples
 from swesbi.seeds import generator
 from swesbi.simulations.prior import PriorSettings, quantile
 from swesbi.speed_model.recording import SpeedRecording, measured_speeds
@@ -61,10 +62,12 @@ class GeneratedSubject:
 
 
 @dataclass(frozen=True)
-class _Recorded:
+class RecordedSubject:
+    """One generated subject before the cohort's noise is known: truth, samples, observed curve."""
+
     volunteer: Volunteer
+    samples: Samples
     observation: Observation
-    levels: RepeatLevels
 
 
 def generate_cohort(
@@ -91,8 +94,10 @@ def generate_cohort(
     Raises:
         RuntimeError: A subject could not be recorded in many attempts.
     """
-    recorded = [_record(index, prior, acquisition, recording, grid_points, seed) for index in range(count)]
-    noise = fit_noise({one.observation.subject: one.levels for one in recorded}).components
+    recorded = [
+        record_subject(index, prior, acquisition, recording, grid_points, seed) for index in range(count)
+    ]
+    noise = fit_noise({one.observation.subject: _levels(one, recording) for one in recorded}).components
     return tuple(
         GeneratedSubject(measured_speeds(one.observation, noise), np.array(one.volunteer.theta))
         for one in recorded
@@ -120,14 +125,19 @@ def draw_volunteer(
     )
 
 
-def _record(
+def record_subject(
     index: int,
     prior: PriorSettings,
     acquisition: AcquisitionSettings,
     recording: RecordingSettings,
     grid_points: int,
     seed: int,
-) -> _Recorded:
+) -> RecordedSubject:
+    """Generate and record the subject of this number; see :func:`generate_cohort`.
+
+    Raises:
+        RuntimeError: It could not be recorded in many attempts.
+    """
     for attempt in range(MAX_ATTEMPTS):
         rng = generator(seed, "discrepancy", "subject", index, attempt)
         volunteer = draw_volunteer(index, prior, acquisition, rng)
@@ -138,6 +148,9 @@ def _record(
         except (RuntimeError, RecordingError) as error:
             LOGGER.info("generated subject %s drawn again: %s", volunteer.context.subject, error)
         else:
-            accepted = rejection(samples, recording) == ACCEPTED
-            return _Recorded(volunteer, observation, repeat_levels(samples, accepted))
+            return RecordedSubject(volunteer, samples, observation)
     raise RuntimeError(f"generated subject {index}: no usable recording in {MAX_ATTEMPTS} attempts")
+
+
+def _levels(one: RecordedSubject, recording: RecordingSettings) -> RepeatLevels:
+    return repeat_levels(one.samples, rejection(one.samples, recording) == ACCEPTED)

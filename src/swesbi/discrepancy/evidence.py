@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from swesbi.discrepancy.bank import Bank, effective_draws, fill_bank, normalised
+from swesbi.discrepancy.bank import Bank, fill_bank
 from swesbi.discrepancy.cohort import GeneratedSubject
 from swesbi.discrepancy.settings import DiscrepancyStudySettings
+from swesbi.exact.student import effective_draws, normalised
 from swesbi.simulations.prior import log_density
 from swesbi.speed_model.model import SpeedModelSettings, speed_model
 

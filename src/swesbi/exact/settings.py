@@ -60,6 +60,15 @@ class ExactSettings(Settings):
         return self
 
 
+class RefinementSettings(Settings):
+    """When a proposal is refined, and how far."""
+
+    draws: int = Field(ge=200, description="draws weighted in each round")
+    prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
+    min_efficiency: float = Field(gt=0.0, lt=1.0, description="efficiency at which a proposal is good enough")
+    max_rounds: int = Field(ge=0, description="fitted proposals at most")
+
+
 def warm_up_steps(steps: int, fraction: float) -> int:
     """Return how many of the first steps are left out."""
     return round(fraction * steps)

@@ -9,8 +9,10 @@ def percent(fraction: float) -> str:
 
 
 def digits(value: float) -> str:
-    """Return a number with three significant digits and a true minus: 28 as "28.0", -312.4 as "−312"."""
-    return f"{value:#.3g}".removesuffix(".").replace("-", "−")
+    """Return a number with three significant digits and a true minus: 28 as "28.0", -1104 as "−1100"."""
+    rounded = float(f"{value:.3g}")
+    text = f"{rounded:.0f}" if abs(rounded) >= 1000.0 else f"{value:#.3g}".removesuffix(".")
+    return text.replace("-", "−")
 
 
 def titled(what: str, cohort_title: str) -> str:

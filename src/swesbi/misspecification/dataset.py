@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Final
@@ -74,8 +74,8 @@ def to_groups(checks: SubjectChecks) -> dict[str, xr.Dataset]:
     return {"/": root, **of_kind}
 
 
-def read_subject_checks(path: Path) -> SubjectChecks:
-    """Read ``misspecification.h5``.
+def read_subject_checks(path: Path, kinds: Sequence[str] = KINDS) -> SubjectChecks:
+    """Read ``misspecification.h5``, or of its recordings those of some kinds alone.
 
     Raises:
         ArtefactError: The file is no such artefact.
@@ -86,7 +86,7 @@ def read_subject_checks(path: Path) -> SubjectChecks:
         reference_features=root["reference_features"].to_numpy(),
         feature_names=tuple(map(str, root["feature"].to_numpy())),
         prior_mass=root["prior_strip_mass"].to_numpy(),
-        recordings={kind: _checks(load(path, KIND, kind)[0]) for kind in KINDS},
+        recordings={kind: _checks(load(path, KIND, kind)[0]) for kind in kinds},
         refused={kind: int(n) for kind, n in zip(KINDS, root["refused"].to_numpy(), strict=True)},
     )
 

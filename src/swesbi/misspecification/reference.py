@@ -54,10 +54,7 @@ class Statistics:
     def of(self, checks: Checks) -> FloatArray:
         """Return the statistics of n recordings in the order of ``TEST_NAMES``; shape (n, T)."""
         scores = tail_scores(checks.tails)
-        columns = {
-            "mahalanobis": self.space.mahalanobis(checks.features),
-            "nearest_neighbours": self.space.nearest(checks.features),
-            "mmd": self.space.discrepancy(checks.features),
+        columns = self.distances(checks.features) | {
             "chi2": checks.chi2_score(),
             "conditional_features": (scores / self.score_scale).max(axis=1),
             "boundary_mass": boundary_statistic(checks.bound_mass, self.prior_mass, self.strip_level),
@@ -65,6 +62,14 @@ class Statistics:
         for name, feature in FEATURE_TESTS.items():
             columns[name] = scores[:, self.feature_names.index(feature)]
         return np.stack([columns[name] for name in TEST_NAMES], axis=1)
+
+    def distances(self, features: FloatArray) -> dict[str, FloatArray]:
+        """Return the statistics (n,) that ask only where the features (n, F) of n recordings lie."""
+        return {
+            "mahalanobis": self.space.mahalanobis(features),
+            "nearest_neighbours": self.space.nearest(features),
+            "mmd": self.space.discrepancy(features),
+        }
 
     def worst_features(self, tails: FloatArray) -> NDArray[np.int64]:
         """Return the features (F,) of one recording from the most unlikely to the likeliest, as indices."""

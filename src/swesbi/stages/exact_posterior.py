@@ -8,7 +8,7 @@ from pathlib import Path
 from swesbi.artefacts import save
 from swesbi.exact.dataset import exact_to_groups
 from swesbi.exact.posterior import ExactPosterior, exact_posterior
-from swesbi.exact.proposal import flow_proposal
+from swesbi.exact.proposal import FlowProposal, flow_proposal
 from swesbi.exact.settings import ExactSettings
 from swesbi.flow.files import load_flow
 from swesbi.inference.dataset import POSTERIOR
@@ -47,12 +47,24 @@ def run(
     """
     model, (flow, _) = read_speed_model(observation, noise, settings.model), load_flow(estimator)
     proposal = flow_proposal(flow, model.recording)
-    subject = model.recording.subject
-    exact = exact_posterior(model, proposal, settings.exact, integer_seed(origin.seed, "exact", subject))
-    prior = settings.model.prior
-    groups = exact_to_groups(exact, proposal.condition, flow.components, prior, settings.exact)
-    save(posterior, groups, origin.provenance(POSTERIOR, settings))
-    _report(subject, exact)
+    exact = exact_posterior(
+        model, proposal, settings.exact, integer_seed(origin.seed, "exact", model.recording.subject)
+    )
+    write_posterior(posterior, exact, proposal, settings, origin)
+
+
+def write_posterior(
+    path: Path,
+    exact: ExactPosterior,
+    proposal: FlowProposal,
+    settings: ExactPosteriorStageSettings,
+    origin: Origin,
+) -> None:
+    """Write an exact posterior with the network's conditioning vector, and log how reliable it is."""
+    components, prior = proposal.flow.components, settings.model.prior
+    groups = exact_to_groups(exact, proposal.condition, components, prior, settings.exact)
+    save(path, groups, origin.provenance(POSTERIOR, settings))
+    _report(origin.subject, exact)
 
 
 def _report(subject: str, exact: ExactPosterior) -> None:

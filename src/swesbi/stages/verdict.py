@@ -13,10 +13,11 @@ from swesbi.flow.conditioning import ConditioningSettings
 from swesbi.forward_model import Beats
 from swesbi.forward_model import Status as BeatStatus
 from swesbi.inference.dataset import read_posterior
+from swesbi.inference.support import Support, SupportTest
 from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording
 from swesbi.misspecification.cohort_context import context_tests
 from swesbi.misspecification.dataset import read_subject_checks
-from swesbi.misspecification.reference import Status
+from swesbi.misspecification.reference import Reference, Status
 from swesbi.misspecification.settings import RuleSettings
 from swesbi.misspecification.verdict import grade, make_support, null_tests
 from swesbi.misspecification.volumes import volume_tests
@@ -73,34 +74,56 @@ def run(
     Raises:
         ArtefactError: An input is no such artefact, or the recordings do not hold the subject's once.
     """
-    path, context, others = _place(observations, origin.subject)
-    model, exact = read_speed_model(path, noise, settings.model), read_exact_result(posterior)
-    beats = model.simulate(exact.phi)
-    checks = _check(model, exact, beats, settings, origin)
+    path, others = _place(observations, origin.subject)
+    model = read_speed_model(path, noise, settings.model)
     reference = read_subject_checks(misspecification).reference(settings.rule)
-    judgement = reference.judge(checks)
-    volumes = volume_tests(beats, context, settings.rule.volumes)
-    contextual = context_tests(context, others, settings.rule.context)
-    extreme = settings.rule.volumes.unsupported_abs_z
-    status = grade(Status(judgement.status[0]), volumes, contextual, extreme)
-    tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
-    summary = read_posterior(posterior)
-    result = make_support(
-        status, float(judgement.overall_p[0]), tests, summary.z_obs, summary.component_names, exact
-    )
+    result = judge(posterior, model, others, reference, settings, origin)
     write_json(support, result.to_json())
     LOGGER.info("subject %s: %s", origin.subject, result.verdict)
 
 
-def _place(observations: Sequence[Path], subject: str) -> tuple[Path, Context, list[Context]]:
-    """Return the subject's recording, its context, and the contexts of the others."""
+def judge(
+    posterior: Path,
+    model: SpeedModel,
+    others: Sequence[Context],
+    reference: Reference,
+    settings: VerdictStageSettings,
+    origin: Origin,
+    further: Sequence[SupportTest] = (),
+) -> Support:
+    """Judge the recording of ``model`` by the tests of ``reference``, its volumes and its context.
+
+    Args:
+        posterior: The exact posterior of the recording.
+        model: The recording and its model.
+        others: Contexts with which the subject's is compared.
+        reference: Null distributions.
+        settings: Features and rule.
+        origin: Subject and seed.
+        further: Other tests, which can strain the subject.
+    """
+    exact, context = read_exact_result(posterior), model.recording.context
+    beats = model.simulate(exact.phi)
+    checks = _check(model, exact, beats, settings, origin)
+    judgement = reference.judge(checks)
+    volumes = volume_tests(beats, context, settings.rule.volumes)
+    contextual = (*context_tests(context, others, settings.rule.context), *further)
+    status = grade(Status(judgement.status[0]), volumes, contextual, settings.rule.volumes.unsupported_abs_z)
+    tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
+    summary = read_posterior(posterior)
+    overall_p = float(judgement.overall_p[0])
+    return make_support(status, overall_p, tests, summary.z_obs, summary.component_names, exact)
+
+
+def _place(observations: Sequence[Path], subject: str) -> tuple[Path, list[Context]]:
+    """Return the subject's recording, and the contexts of the others."""
     contexts = {path: read_observation(path).context for path in observations}
     own = [path for path, context in contexts.items() if context.subject == subject]
     if len(own) != 1:
         names = ", ".join(context.subject for context in contexts.values())
         raise ArtefactError(f"one recording of subject {subject} is needed; found those of {names}")
-    context = contexts.pop(own[0])
-    return own[0], context, list(contexts.values())
+    del contexts[own[0]]
+    return own[0], list(contexts.values())
 
 
 def _check(

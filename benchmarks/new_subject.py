@@ -1,0 +1,140 @@
+"""Subjects that the network has not seen: seconds an answer takes, how it compares with long Markov chains.
+
+    python benchmarks/new_subject.py
+    python benchmarks/new_subject.py --subjects 3
+
+Needs a finished study of the shipped configuration. Generated subjects are answered by `new-subject`,
+each in a process of its own; then a classifier tells their draws from those of MCMC (0.5: it cannot).
+Three subjects whose contexts lie outside are handed in as well. Last, each subject of the study is judged
+with the null distributions of the others: the share of well-specified recordings that is not "supported",
+5 % if pooling them costs nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from generated import generate, write
+
+from swesbi.calibration.two_samples import classifier_accuracy
+from swesbi.config import Study, load_study, read_yaml
+from swesbi.config.slices import stage_settings
+from swesbi.exact.dataset import read_exact_posterior
+from swesbi.exact.mcmc import sample_mcmc
+from swesbi.exact.starts import starting_points
+from swesbi.misspecification.dataset import ACQUIRED, NULL, OWN, SubjectChecks, read_subject_checks
+from swesbi.misspecification.pooled import PriorPredictive, pooled_reference
+from swesbi.misspecification.settings import RuleSettings
+from swesbi.new_subject.files import finished_study
+from swesbi.speed_model.subjects import read_speed_model
+from swesbi.stages.calibration_local import CalibrationLocalStageSettings
+
+FIRST_UNSEEN = 50  # the numbers below made the choice of the discrepancy
+SEED = 1
+OUTSIDE = {"hr_bpm": 130.0, "lvedv_ml": 210.0, "age_years": 67.0}
+
+
+def answer(cohort: Path, subject: str, out: Path) -> tuple[float, subprocess.CompletedProcess[str]]:
+    """Return the wall time (s) of one answer in a process of its own, and what the process said."""
+    command = [sys.executable, "-m", "swesbi", "new-subject", "--cohort", str(cohort), "--subject", subject]
+    begin = time.perf_counter()
+    done = subprocess.run([*command, "--out", str(out)], capture_output=True, text=True, check=False)
+    return time.perf_counter() - begin, done
+
+
+def accuracy(folder: Path, noise: Path, settings: CalibrationLocalStageSettings) -> float:
+    """Return the accuracy of telling the reported draws from long Markov chains; NaN if these fail."""
+    model = read_speed_model(folder / "observation.h5", noise, settings.model)
+    exact, mcmc = read_exact_posterior(folder / "posterior.h5"), settings.local.mcmc
+    rng = np.random.default_rng(SEED)
+    chains = sample_mcmc(model, starting_points(model, exact.weighted, mcmc.start_points, rng), mcmc, SEED)
+    if not chains.converged:
+        return float("nan")
+    draws = settings.local.two_sample_draws
+    return classifier_accuracy(exact.phi[:draws], chains.thinned(draws, rng), model.settings.prior, SEED)
+
+
+def answered(study: Study, results: Path, experiment: str, count: int, folder: Path) -> None:
+    """Print one line for each of ``count`` unseen subjects."""
+    cohort = folder / "unseen"
+    made = generate(study.config, range(FIRST_UNSEEN, FIRST_UNSEEN + count))
+    write(cohort, made, study.config)
+    plain = stage_settings(study, "calibration_local", experiment=experiment)
+    settings = CalibrationLocalStageSettings.from_plain(plain)
+    print(
+        f"{'subject':8}{'seconds':>8}  {'verdict':12}{'k-hat':>6}{'efficiency':>11}  "
+        f"{'sampler':12}{'C2ST':>6}"
+    )
+    for one in made:
+        subject = one.volunteer.context.subject
+        seconds, done = answer(cohort, subject, folder / subject)
+        if done.returncode:
+            print(f"{subject:8}{seconds:8.1f}  {done.stderr.strip()}")
+            continue
+        support = json.loads((folder / subject / "support.json").read_text(encoding="utf-8"))
+        told = accuracy(folder / subject, results / "cohort" / "noise.h5", settings)
+        print(
+            f"{subject:8}{seconds:8.1f}  {support['status']:12}{support['k_hat']:6.2f}"
+            f"{support['efficiency']:11.2f}  {support['sampler']:12}{told:6.3f}"
+        )
+
+
+def refused(study: Study, folder: Path) -> None:
+    """Print what subjects are told whose context is not one of the pool's."""
+    cohort = folder / "outside"
+    made = generate(study.config, range(FIRST_UNSEEN, FIRST_UNSEEN + len(OUTSIDE)))
+    write(cohort, made, study.config)
+    table = pd.read_csv(cohort / "subjects.csv")
+    for row, (name, value) in enumerate(OUTSIDE.items()):
+        table.loc[row, name] = value
+    table.to_csv(cohort / "subjects.csv", index=False)
+    for subject, name in zip(table["subject"], OUTSIDE, strict=True):
+        seconds, done = answer(cohort, subject, folder / "none")
+        print(f"\n{subject} with another {name}: exit code {done.returncode} after {seconds:.1f} s")
+        print(done.stderr.strip())
+
+
+def false_alarms(pool: list[SubjectChecks], rule: RuleSettings) -> pd.DataFrame:
+    """Return the share of well-specified recordings of each subject that the others' nulls call strained."""
+    rows = []
+    for left_out in pool:
+        others = [one for one in pool if one is not left_out]
+        features = PriorPredictive(left_out.reference_features, left_out.recordings[NULL].features)
+        reference = pooled_reference(others, features, rule)
+        row: dict[str, object] = {"subject": left_out.subject}
+        for kind in (OWN, ACQUIRED, NULL):
+            row[kind] = float((reference.judge(left_out.recordings[kind]).status > 0).mean())
+        rows.append(row)
+    return pd.DataFrame(rows).set_index("subject")
+
+
+def main() -> None:
+    """Answer, refuse, and judge."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--experiment", default="calibrated", help="an experiment of kind speeds")
+    parser.add_argument("--subjects", type=int, default=10, help="how many are answered; default: 10")
+    options = parser.parse_args()
+    study = load_study(read_yaml(Path("config.yaml")))
+    results = Path(study.config.results)
+    with tempfile.TemporaryDirectory() as folder:
+        answered(study, results, options.experiment, options.subjects, Path(folder))
+        refused(study, Path(folder))
+    files = finished_study(results, options.experiment, study.subjects).misspecifications
+    rule = study.config.speed_experiments[options.experiment].misspecification.rule
+    table = false_alarms([read_subject_checks(path) for path in files], rule)
+    print("\nnot supported, share of well-specified recordings, by the nulls of the other subjects")
+    print(pd.concat([table, table.mean().rename("mean").to_frame().T]).round(3).to_string())
+
+
+if __name__ == "__main__":
+    main()

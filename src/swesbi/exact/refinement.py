@@ -1,0 +1,101 @@
+"""A proposal that fits a recording badly, refined by the recording's own likelihood before it is weighted.
+
+Adaptive importance sampling (Cappe, Guillin, Marin and Robert 2004, J Comput Graph Stat 13:907): draws are
+weighted, a Student distribution is fitted to them, and takes most of the network's place in the next round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from swesbi.exact.importance import weigh
+from swesbi.exact.protocols import LikelihoodModel, Proposal
+from swesbi.exact.settings import RefinementSettings
+from swesbi.exact.student import StudentProposal, fitted_proposal
+from swesbi.seeds import integer_seed
+from swesbi.simulations.prior import bounds
+from swesbi.speed_model.joint_prior import JointPriorSettings, from_logit, log_jacobian, to_logit
+
+FloatArray = NDArray[np.float64]
+KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
+
+
+@dataclass(frozen=True)
+class FittedProposal:
+    """A Student distribution of eta as a density over phi within the prior's box."""
+
+    student: StudentProposal
+    prior: JointPriorSettings
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        """Draw phi (draws, 4), never onto the faces of the box."""
+        low, high = bounds(self.prior)
+        phi = from_logit(self.student.draw(draws, np.random.default_rng(seed)), self.prior)
+        return np.asarray(np.clip(phi, np.nextafter(low, high), np.nextafter(high, low)))
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        """Return log q(phi) = log q(eta) - log |d phi / d eta| of phi (n, 4); shape (n,)."""
+        eta = to_logit(phi, self.prior)
+        return np.asarray(self.student.log_density(eta) - log_jacobian(eta, self.prior))
+
+
+@dataclass(frozen=True)
+class PairProposal:
+    """A first proposal with the share ``KEPT_SHARE``, and a fitted one with the rest."""
+
+    first: Proposal
+    fitted: Proposal
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        """Draw phi (draws, 4): as many from each as its share says."""
+        kept = round(KEPT_SHARE * draws)
+        seeds = [integer_seed(seed, "refinement", name) for name in ("first", "fitted")]
+        return np.concatenate([self.first.draw(kept, seeds[0]), self.fitted.draw(draws - kept, seeds[1])])
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        """Return the log density of the mixture at phi (n, 4); shape (n,)."""
+        parts = [self.first.log_density(phi), self.fitted.log_density(phi)]
+        shares = np.array([[KEPT_SHARE], [1.0 - KEPT_SHARE]])
+        return np.asarray(logsumexp(np.stack(parts), axis=0, b=shares))
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A proposal good enough to be weighted, or the last that was tried.
+
+    Attributes:
+        proposal: The proposal.
+        efficiency: Efficiency of the first proposal, and of each that was fitted after it.
+    """
+
+    proposal: Proposal
+    efficiency: tuple[float, ...]
+
+
+def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings, seed: int) -> Refined:
+    """Return ``first`` where its weights are efficient, or else a mixture of it and a fitted proposal.
+
+    Args:
+        model: Prior and exact likelihood of the recording.
+        first: The proposal to begin with.
+        settings: When to stop.
+        seed: Seed of everything.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw of a round.
+    """
+    proposal, found, prior = first, [], model.settings.prior
+    for number in range(settings.max_rounds + 1):
+        stream = integer_seed(seed, "refinement", number)
+        weighted = weigh(model, proposal, settings.draws, settings.prior_fraction, stream)
+        found.append(weighted.efficiency)
+        if weighted.efficiency >= settings.min_efficiency or number == settings.max_rounds:
+            break
+        student = fitted_proposal(to_logit(weighted.phi, prior), weighted.log_weight)
+        proposal = PairProposal(first, FittedProposal(student, prior))
+    return Refined(proposal, tuple(found))

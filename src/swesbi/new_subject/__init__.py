@@ -1,0 +1,1 @@
+"""A subject outside the pool, answered by the network as it is, or refused with the reason."""

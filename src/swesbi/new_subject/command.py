@@ -1,0 +1,121 @@
+"""Answer a subject outside the pool with the trained network: posterior, certificate, verdict, figures."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from swesbi.code_hash import stage_hash
+from swesbi.config import ConfigError, Study, load_study, overlay, read_yaml
+from swesbi.config.slices import stage_settings
+from swesbi.new_subject.files import OUTPUTS, FinishedStudy, check_finished, finished_study
+from swesbi.stages.origin import Origin
+
+STAGE = "swesbi.stages.new_subject"
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run `new-subject`; return 0 after printing the answer.
+
+    Raises:
+        ConfigError: The configuration or the cohort is wrong, or does not have the subject.
+        ValueError: The recording cannot be used, or the network cannot answer for the subject's context.
+        OSError: The study has not been run, or the answer cannot be written.
+    """
+    options = _parser().parse_args(arguments)
+    study = _study(options)
+    experiment = options.experiment or _experiment(study)
+    subject: str = options.subject
+    _check_subject(study, subject)
+    results = Path(study.config.results)
+    finished = finished_study(results, experiment, study.subjects)
+    check_finished(finished)
+    folder = options.out or results / experiment / "new" / subject
+    _answer(study, experiment, subject, finished, folder)
+    print(_text(study, experiment, subject, folder))
+    return 0
+
+
+def _answer(study: Study, experiment: str, subject: str, finished: FinishedStudy, folder: Path) -> None:
+    """Run the stage and put what it made into ``folder``, all of it or nothing."""
+    # torch and matplotlib take seconds to import; what is refused above should not wait for them
+    from swesbi.stages import new_subject
+
+    plain = stage_settings(study, "new_subject", experiment=experiment, subject=subject)
+    settings = new_subject.NewSubjectStageSettings.from_plain(plain)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{subject}-", dir=folder.parent) as made:
+        outputs = {name: Path(made) / file for name, file in OUTPUTS.items()}
+        new_subject.run(
+            recording=study.new_recording(subject),
+            estimator=finished.estimator,
+            noise=finished.noise,
+            pooled_observations=finished.pooled_observations,
+            misspecifications=finished.misspecifications,
+            **outputs,
+            settings=settings,
+            origin=Origin(study.config.seed, subject, stage_hash(STAGE)),
+        )
+        folder.mkdir(exist_ok=True)
+        for path in outputs.values():
+            path.replace(folder / path.name)
+
+
+def _text(study: Study, experiment: str, subject: str, folder: Path) -> str:
+    from swesbi.evaluation.exact_result import read_exact_result
+    from swesbi.inference.support import read_support
+    from swesbi.new_subject.answer import answer_text
+
+    prior = study.config.speed_experiments[experiment]
+    bounds = (*study.config.priors[prior.prior].parameters, prior.passive_scale_kpa)
+    result = read_exact_result(folder / OUTPUTS["posterior"])
+    answer = answer_text(subject, result, read_support(folder / OUTPUTS["support"]), bounds)
+    return f"{answer}\nwritten to {folder}: {', '.join(OUTPUTS.values())}"
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m swesbi new-subject",
+        description="Answer a subject who is not in the study's cohort with the network that the study has "
+        "trained: exact posterior with its certificate, verdict, figures, in seconds and without training. "
+        "A subject whose heart is unlike those that it was trained on is refused, with the reason. The "
+        "configuration is that of the study.",
+    )
+    parser.add_argument("--cohort", type=Path, required=True, help="folder with the subject's recording")
+    parser.add_argument("--subject", required=True, help="which of its subjects")
+    parser.add_argument("--phases", type=int, help="gated phases of the recording; default: as configured")
+    parser.add_argument("--experiment", help="an experiment of kind speeds; default: the first that runs")
+    parser.add_argument("--out", type=Path, help="folder; default: <results>/<experiment>/new/<subject>")
+    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
+    parser.add_argument("--overlay", type=Path, help="configuration merged over it")
+    return parser
+
+
+def _study(options: argparse.Namespace) -> Study:
+    raw = read_yaml(options.config)
+    if options.overlay:
+        raw = overlay(raw, read_yaml(options.overlay))
+    chosen: dict[str, object] = {"cohort": str(options.cohort)}
+    if options.phases is not None:
+        chosen["phases"] = options.phases
+    return load_study(overlay(raw, {"new_subjects": chosen}), str(options.config))
+
+
+def _experiment(study: Study) -> str:
+    running = [name for name in study.config.experiments_run if name in study.config.speed_experiments]
+    if not running:
+        raise ConfigError("run: no experiment of kind speeds runs, and no other can answer a new subject")
+    return running[0]
+
+
+def _check_subject(study: Study, subject: str) -> None:
+    cohort = Path(str(study.config.new_subjects.cohort))
+    if subject not in study.new_rows:
+        raise ConfigError(f"subject = {subject!r}: {cohort} has {', '.join(study.new_rows)}")
+    if cohort.resolve() == study.cohort.resolve() and subject in study.subjects:
+        raise ConfigError(
+            f"subject = {subject!r}: is in the cohort that the network was trained on; its answer is in "
+            f"{study.config.results}/<experiment>/subjects/{subject}/"
+        )

@@ -1,0 +1,68 @@
+"""The files of a finished study that answer a new subject, and those that the answer is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+OUTPUTS: Final = {
+    "observation": "observation.h5",
+    "passive_baseline": "passive.h5",
+    "reference_fit": "cmaes.h5",
+    "shard": "simulations.h5",
+    "posterior": "posterior.h5",
+    "support": "support.json",
+    "predictive": "predictive.h5",
+    "ppc_png": "ppc.png",
+    "posterior_png": "posterior.png",
+}
+
+
+@dataclass(frozen=True)
+class FinishedStudy:
+    """What a finished experiment on speeds leaves for subjects outside its pool.
+
+    Attributes:
+        estimator: The network.
+        noise: Noise of the cohort.
+        pooled_observations: Observed curves of the cohort.
+        misspecifications: Null distributions of the cohort.
+    """
+
+    estimator: Path
+    noise: Path
+    pooled_observations: tuple[Path, ...]
+    misspecifications: tuple[Path, ...]
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All of them."""
+        return (self.estimator, self.noise, *self.pooled_observations, *self.misspecifications)
+
+
+def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> FinishedStudy:
+    """Return where the study keeps what a new subject needs, by the names of the workflow's rules."""
+    cohort, inferred = results / "cohort", results / experiment
+    return FinishedStudy(
+        estimator=inferred / "estimator.pt",
+        noise=cohort / "noise.h5",
+        pooled_observations=tuple(cohort / name / "observation.h5" for name in subjects),
+        misspecifications=tuple(inferred / "subjects" / name / "misspecification.h5" for name in subjects),
+    )
+
+
+def check_finished(study: FinishedStudy) -> None:
+    """Refuse a study that has not been run as far as it takes.
+
+    Raises:
+        FileNotFoundError: Names what is missing, and the command that makes it.
+    """
+    missing = [path for path in study.files if not path.is_file()]
+    if missing:
+        command = " ".join(["snakemake --cores 2 --", *map(str, missing)])
+        raise FileNotFoundError(
+            f"{missing[0]} does not exist: the study that is to answer has not been run this far; run\n"
+            f"  {command}"
+        )

@@ -1,0 +1,309 @@
+"""Subjects outside the pool: who is answered, who is refused, and that both ways give the same answer."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import speed_case
+from cohorts import snapshot
+from misspecification_case import Bank, settings, subject_checks
+from numpy.typing import NDArray
+from recordings import make_samples
+from study_copy import StudyCopy, duplicate
+
+from swesbi.context import Context
+from swesbi.exact.importance import draw_prior, weigh
+from swesbi.exact.refinement import FittedProposal, refine
+from swesbi.exact.settings import RefinementSettings
+from swesbi.exact.student import StudentProposal
+from swesbi.misspecification.checks import GROUPS
+from swesbi.misspecification.dataset import NULL, OWN, SubjectChecks
+from swesbi.misspecification.pooled import PriorPredictive, pooled_reference
+from swesbi.new_subject.context_range import ContextRefusedError, check_context, nearest_known, outside
+from swesbi.new_subject.files import OUTPUTS
+from swesbi.noise import repeat_levels
+from swesbi.noise.single import compare_noise
+from swesbi.recording.speed import NoiseComponents
+from swesbi.simulations.prior import log_density
+from swesbi.speed_model.joint_prior import JointPriorSettings
+from swesbi.speed_model.model import SpeedModel
+
+FloatArray = NDArray[np.float64]
+
+A = Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88)
+B = Context("B", "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74)
+MARGIN = 0.1
+Typed = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def test_a_context_between_those_trained_on_is_known() -> None:
+    assert outside(replace(A, subject="N", lvedv_ml=100.0, hr_bpm=60.0), [A, B], MARGIN) == ()
+    assert outside(replace(A, hr_bpm=64.0 * 1.0999), [A, B], MARGIN) == ()
+    assert outside(A, [A], MARGIN) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("hr_bpm", 70.5, "hr_bpm = 70.5 lies outside 51.3 to 70.4 (they have 57 to 64)"),
+        ("ivsd_cm", 0.5, "ivsd_cm = 0.5 lies outside 0.666 to 0.968 (they have 0.74 to 0.88)"),
+        ("lvedv_ml", 75.0, "lvedv_ml = 75 lies outside 75.6 to 129.8 (they have 84 to 118)"),
+    ],
+)
+def test_a_value_beyond_them_is_named_with_what_is_accepted(name: str, value: float, words: str) -> None:
+    assert outside(replace(A, **{name: value}), [A, B], MARGIN) == (words,)
+
+
+def test_a_refusal_lists_every_value_and_says_what_to_do() -> None:
+    with pytest.raises(ContextRefusedError, match="trained on the contexts of A, and") as refusal:
+        check_context(replace(A, lvedv_ml=180.0, hr_bpm=130.0), [A], MARGIN)
+    assert "hr_bpm = 130 lies outside 51.3 to 62.7" in str(refusal.value)
+    assert "lvedv_ml = 180" in str(refusal.value)
+    assert "rerun it, which trains a network" in str(refusal.value)
+
+
+def test_what_only_steers_the_network_is_shown_to_it_as_the_nearest_value_that_it_knows() -> None:
+    old = replace(A, sex="F", age_years=60.0, bsa_m2=1.7, lvesv_ml=60.0)
+    assert outside(old, [A], MARGIN) == ()
+    assert nearest_known(old, [A]) == A
+    assert nearest_known(replace(old, age_years=25.0), [A, B]) == replace(old, age_years=25.0, lvesv_ml=45.0)
+
+
+@pytest.fixture(scope="module")
+def model() -> SpeedModel:
+    return speed_case.model()
+
+
+REFINEMENT = RefinementSettings(draws=4000, prior_fraction=0.1, min_efficiency=0.3, max_rounds=5)
+
+
+@dataclass(frozen=True)
+class PriorDraws:
+    """The prior as a proposal."""
+
+    prior: JointPriorSettings
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        return draw_prior(self.prior, draws, np.random.default_rng(seed))
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        return log_density(phi, self.prior)
+
+
+def corner(model: SpeedModel) -> FittedProposal:
+    """A proposal that puts its draws where the posterior has nothing."""
+    return FittedProposal(StudentProposal(np.full(4, 3.0), 0.05 * np.eye(4)), model.settings.prior)
+
+
+def test_a_proposal_in_the_wrong_place_is_refined_until_its_weights_are_good(model: SpeedModel) -> None:
+    refined = refine(model, corner(model), REFINEMENT, 1)
+    assert refined.efficiency[0] < 0.05
+    assert refined.efficiency[-1] > 0.15
+    first = weigh(model, PriorDraws(model.settings.prior), 200_000, 0.5, 2)
+    weighted = weigh(model, refined.proposal, 20_000, 0.1, 3)
+    assert weighted.k_hat < 0.7
+    for j in range(4):
+        slow, fast = (np.average(np.log(w.phi[:, j]), weights=w.weight) for w in (first, weighted))
+        sd = np.sqrt(np.average((np.log(first.phi[:, j]) - slow) ** 2, weights=first.weight))
+        assert abs(slow - fast) < 0.1 * sd
+
+
+def test_a_mixture_s_density_integrates_to_one(model: SpeedModel) -> None:
+    prior = model.settings.prior
+    wide = FittedProposal(StudentProposal(np.zeros(4), 0.5 * np.eye(4)), prior)
+    refined = refine(model, wide, REFINEMENT.model_copy(update={"max_rounds": 1}), 1)
+    assert len(refined.efficiency) == 2
+    phi = draw_prior(prior, 100_000, np.random.default_rng(4))
+    ratio = np.exp(refined.proposal.log_density(phi) - log_density(phi, prior))
+    assert abs(ratio.mean() - 1.0) < 4.0 * ratio.std() / np.sqrt(len(ratio))
+
+
+def test_a_good_proposal_is_left_alone(model: SpeedModel) -> None:
+    good = refine(model, corner(model), REFINEMENT, 1).proposal
+    again = refine(model, good, REFINEMENT.model_copy(update={"min_efficiency": 0.1}), 1)
+    assert again.proposal is good
+    assert len(again.efficiency) == 1
+
+
+def test_noise_like_the_cohort_s_is_accepted_and_other_noise_found() -> None:
+    cohort = NoiseComponents(0.04, 0.08)
+
+    def p_values(repeat_sd: float, sample_sd: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        made = [make_samples(repeat_sd=repeat_sd, sample_sd=sample_sd, seed=seed) for seed in range(60)]
+        levels = [repeat_levels(samples, np.ones(len(samples.speed_m_s), dtype=bool)) for samples in made]
+        return np.array([compare_noise(one, cohort).p_value for one in levels])
+
+    alike = p_values(0.04, 0.08)
+    assert 0.0 <= (alike < 0.1).mean() <= 0.25
+    assert 0.3 < np.median(alike) < 0.7
+    assert np.quantile(p_values(0.08, 0.08), 0.9) < 1e-3
+    assert p_values(0.04, 0.12).max() < 1e-6
+
+
+@pytest.fixture(scope="module")
+def bank() -> Bank:
+    return Bank()
+
+
+@pytest.fixture(scope="module")
+def pool(bank: Bank) -> list[SubjectChecks]:
+    """Three subjects of one bank, so that their null distributions are the same but for chance."""
+    reference = [bank.recordings(400, seed) for seed in (11, 12, 13)]
+    features = [bank.check(speeds, 100).features for speeds in reference]
+    checks = [bank.check(bank.recordings(200, 20 + n), 1000 * n) for n in range(6)]
+    return [subject_checks(checks[n], checks[3 + n], features[n]) for n in range(3)]
+
+
+def test_the_nulls_of_others_judge_well_specified_recordings_as_they_should(
+    pool: list[SubjectChecks],
+) -> None:
+    new, *others = pool
+    predictive = PriorPredictive(new.reference_features, new.recordings[NULL].features)
+    reference = pooled_reference(others, predictive, settings().rule)
+    judged = reference.judge(new.recordings[OWN])
+    assert judged.group_p.shape == (200, len(GROUPS))
+    assert 0.01 <= (judged.status > 0).mean() <= 0.10
+    assert 0.4 < np.median(judged.overall_p) < 0.6
+    own = new.reference(settings().rule).judge(new.recordings[OWN])
+    assert np.corrcoef(np.log(own.overall_p), np.log(judged.overall_p))[0, 1] > 0.9
+
+
+def test_the_nulls_of_others_catch_noise_that_is_larger_than_stated(
+    bank: Bank, pool: list[SubjectChecks]
+) -> None:
+    new, *others = pool
+    predictive = PriorPredictive(new.reference_features, new.recordings[NULL].features)
+    reference = pooled_reference(others, predictive, settings().rule)
+    loud = bank.check(bank.recordings(40, 900, noise=2.5), 9000)
+    assert (reference.judge(loud).status > 0).mean() > 0.8
+
+
+@pytest.fixture
+def typed(finished: StudyCopy) -> Typed:
+    """Runs `new-subject` on the smoke study, whose network was trained on A, B and F."""
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "swesbi", "new-subject", "--overlay", finished.config, *arguments]
+        return subprocess.run(
+            command,
+            cwd=finished.folder,
+            env=finished.environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    return run
+
+
+def test_a_subject_that_the_network_has_not_seen_is_answered(
+    typed: Typed, finished: StudyCopy, tmp_path: Path
+) -> None:
+    out = tmp_path / "C"
+    done = typed("--cohort", "data/virtual_volunteers", "--subject", "C", "--out", str(out))
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in out.iterdir()} == set(OUTPUTS.values())
+    assert list(tmp_path.iterdir()) == [out]
+    support = json.loads((out / "support.json").read_text(encoding="utf-8"))
+    assert {"noise", "chi2", "context_ranges", "context_leave_one_out"} <= {
+        test["name"] for test in support["tests"]
+    }
+    assert done.stdout.startswith(f"C: {support['verdict']}")
+    assert "k_atp_per_s" in done.stdout
+    assert "certificate: draws by" in done.stdout
+    for name in ("ppc.png", "posterior.png"):
+        assert (out / name).read_bytes().startswith(b"\x89PNG")
+
+
+def write_cohort(folder: Path, finished: StudyCopy, **context: float) -> Path:
+    """A cohort of one subject, C of the volunteers with another context."""
+    shipped = finished.folder / "data" / "virtual_volunteers"
+    (folder / "swe").mkdir(parents=True)
+    table = pd.read_csv(shipped / "subjects.csv").set_index("subject", drop=False).loc[["C"]]
+    table.assign(**context).to_csv(folder / "subjects.csv", index=False)
+    for name in ("recording.yaml", "swe/C.csv"):
+        (folder / name).write_bytes((shipped / name).read_bytes())
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("context", "words"),
+    [
+        ({"hr_bpm": 93.0}, "hr_bpm = 93 lies outside 51.3 to 92.4"),
+        ({"lvedv_ml": 190.0, "bsa_m2": 2.4}, "lvedv_ml = 190 lies outside 61.2 to 129.8"),
+        ({"ivsd_cm": 1.4}, "ivsd_cm = 1.4 lies outside 0.576 to 0.968"),
+    ],
+)
+def test_a_context_that_the_network_does_not_know_is_refused_and_nothing_written(
+    typed: Typed, finished: StudyCopy, tmp_path: Path, context: dict[str, float], words: str
+) -> None:
+    cohort = write_cohort(tmp_path / "other", finished, **context)
+    before = snapshot(tmp_path)
+    done = typed("--cohort", str(cohort), "--subject", "C", "--out", str(tmp_path / "out"))
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "trained on the contexts of A, B, F" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert snapshot(tmp_path) == before
+
+
+def test_mistakes_are_told_before_anything_runs(typed: Typed, tmp_path: Path) -> None:
+    cohort = ("--cohort", "data/virtual_volunteers")
+    assert "subject = 'Z'" in typed(*cohort, "--subject", "Z").stderr
+    assert "is in the cohort that the network was trained on" in typed(*cohort, "--subject", "A").stderr
+    absent = typed("--cohort", str(tmp_path / "none"), "--subject", "C")
+    assert "new_subjects.cohort" in absent.stderr
+    assert absent.returncode == 2
+
+
+def test_a_study_that_has_not_been_run_is_named_with_the_command(
+    typed: Typed, finished: StudyCopy, tmp_path: Path
+) -> None:
+    smoke = (finished.folder / finished.config).read_text(encoding="utf-8")
+    overlay = tmp_path / "other.yaml"
+    overlay.write_text(smoke.replace("results: results-smoke", "results: results-other"), encoding="utf-8")
+    done = typed("--cohort", "data/virtual_volunteers", "--subject", "C", "--overlay", str(overlay))
+    assert done.returncode == 2
+    assert "has not been run this far" in done.stderr
+    assert "snakemake --cores 2 -- results-other/calibrated/estimator.pt" in done.stderr
+
+
+def test_a_network_of_other_settings_is_refused(typed: Typed, finished: StudyCopy, tmp_path: Path) -> None:
+    smoke = (finished.folder / finished.config).read_text(encoding="utf-8")
+    overlay = tmp_path / "other.yaml"
+    overlay.write_text(smoke + "passive:\n  exponent_b: 2.0\n", encoding="utf-8")
+    done = typed(
+        *("--cohort", "data/virtual_volunteers", "--subject", "C"),
+        *("--overlay", str(overlay), "--out", str(tmp_path / "out")),
+    )
+    assert done.returncode == 2
+    assert "was trained with model.passive.exponent_b = 3.0, the configuration has 2.0" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_workflow_gives_the_same_answer_and_reruns_nothing_else(
+    typed: Typed, finished: StudyCopy, tmp_path: Path
+) -> None:
+    by_hand = tmp_path / "C"
+    assert (
+        typed("--cohort", "data/virtual_volunteers", "--subject", "C", "--out", str(by_hand)).returncode == 0
+    )
+    study = duplicate(finished, tmp_path / "study")
+    cohort = write_cohort(study.folder / "data" / "other", finished)
+    study.edit("smoke.yaml", "cmaes:\n", "new_subjects:\n  cohort: data/other\ncmaes:\n")
+    jobs = study.planned("new_subjects")
+    assert {job.rule for job in jobs} == {"new_subject"}
+    assert study.planned() == set()
+    study.run("new_subjects")
+    made = study.results / "calibrated" / "new" / "C"
+    assert cohort.is_dir()
+    for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "cmaes.h5"):
+        assert (made / name).read_bytes() == (by_hand / name).read_bytes(), name

@@ -1,0 +1,48 @@
+"""Subjects of `new_subjects.cohort`, answered by the network as it is; not part of the study."""
+
+OF_NEW = f"{RESULTS}/{{experiment}}/new/{{new_subject}}"
+
+
+rule new_subject:
+    """Posterior, verdict and figures of a subject outside the pool; refused where the network cannot answer."""
+    input:
+        recording=lambda wildcards: str(STUDY.new_recording(wildcards.new_subject)),
+        estimator=rules.train_flow.output.estimator,
+        noise=rules.noise.output.noise,
+        pooled_observations=of_subjects("cohort/{subject}/observation.h5"),
+        misspecifications=of_subjects(
+            "{experiment}/subjects/{subject}/misspecification.h5"
+        ),
+    output:
+        observation=f"{OF_NEW}/observation.h5",
+        passive_baseline=f"{OF_NEW}/passive.h5",
+        reference_fit=f"{OF_NEW}/cmaes.h5",
+        shard=f"{OF_NEW}/simulations.h5",
+        posterior=f"{OF_NEW}/posterior.h5",
+        support=f"{OF_NEW}/support.json",
+        predictive=f"{OF_NEW}/predictive.h5",
+        ppc_png=f"{OF_NEW}/ppc.png",
+        posterior_png=f"{OF_NEW}/posterior.png",
+    log:
+        f"{RESULTS}/logs/new_subject/{{experiment}}/{{new_subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/new_subject/{{experiment}}/{{new_subject}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+        new_subject="|".join(STUDY.new_rows) or NONE,
+    params:
+        stage=stage_of_new_subject,
+    message:
+        "The network of '{wildcards.experiment}' answers {wildcards.new_subject}"
+    script:
+        "../scripts/new_subject.py"
+
+
+rule new_subjects:
+    """Every subject of `new_subjects.cohort`, in every experiment on speeds that runs."""
+    input:
+        expand(
+            rules.new_subject.output.support,
+            experiment=SPEED_EXPERIMENTS,
+            new_subject=list(STUDY.new_rows),
+        ),
