@@ -184,6 +184,8 @@ AFFECTED = {
         "calibration_recordings",
         "misspecification",
     },
+    "experiments__calibrated__identifiability__shown_draws": {"identifiability"},
+    "new_subjects__margin_fraction": set(),
     "noise__interval": {"noise"},
     "discrepancy_study__subjects": {"discrepancy"},
     "cmaes__search__generations": {"cmaes"},
