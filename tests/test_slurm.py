@@ -1,0 +1,67 @@
+"""The smoke study through a real Slurm of one node gives the arrays of a run on this machine."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from study_arrays import assert_equal_results
+from study_copy import StudyCopy, copy_study
+
+SCRIPT = Path(__file__).parent / "cluster" / "slurm.sh"
+PROFILE = "workflow/profiles/slurm"
+DAEMONS = ("slurmctld", "slurmd", "munged", "sbatch", "squeue")
+# This Slurm has no accounts, keeps none of jobs, and has two processors; a smoke study's job takes seconds.
+HERE = ["--cores", "2", "--slurm-status-command", "squeue", "--slurm-no-account"]
+HERE += ["--slurm-init-seconds-before-status-checks", "5"]
+TIMEOUT_S = 1500
+
+
+def why_not() -> str:
+    """Return why Slurm cannot run here; empty if it can."""
+    if missing := [name for name in DAEMONS if not shutil.which(name)]:
+        return f"no {missing[0]}: apt-get install slurmctld slurmd slurm-client munge"
+    if importlib.util.find_spec("snakemake_executor_plugin_slurm") is None:
+        return "Snakemake's plugin is missing: pip install --requirement environment-cluster.txt"
+    if os.geteuid() != 0:
+        return "the daemons of Slurm start as root only"
+    if Path("/etc/slurm/slurm.conf").exists():
+        return "this machine has a Slurm of its own"
+    return ""
+
+
+@pytest.fixture
+def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A Slurm of this machine's processors, on the loopback interface."""
+    folder = tmp_path_factory.mktemp("slurm")
+    for parent in (folder, *folder.parents[:2]):
+        parent.chmod(0o755)  # the socket of munge must not lie where others could not go
+    subprocess.run([SCRIPT, "start", folder], check=True, timeout=120)
+    yield
+    subprocess.run([SCRIPT, "stop", folder], check=True, timeout=60)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(why_not()), reason=why_not())
+def test_the_smoke_study_runs_through_slurm_and_gives_the_same_arrays(
+    slurm: None, finished: StudyCopy, tmp_path: Path
+) -> None:
+    study = copy_study(tmp_path)
+    command = ["snakemake", "--profile", PROFILE, *HERE, "--configfile", study.config]
+    done = subprocess.run(
+        command,
+        cwd=study.folder,
+        env=study.environment,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "has been submitted with SLURM jobid" in done.stdout + done.stderr
+    assert assert_equal_results(study.results, finished.results) > 30
