@@ -255,6 +255,12 @@ def test_a_context_that_the_network_does_not_know_is_refused_and_nothing_written
     assert snapshot(tmp_path) == before
 
 
+def test_an_experiment_that_cannot_answer_is_named(typed: Typed) -> None:
+    cohort = ("--cohort", "data/virtual_volunteers", "--subject", "C")
+    assert "is of kind 'features'" in typed(*cohort, "--experiment", "paper").stderr
+    assert "experiment = 'nope': unknown" in typed(*cohort, "--experiment", "nope").stderr
+
+
 def test_mistakes_are_told_before_anything_runs(typed: Typed, tmp_path: Path) -> None:
     cohort = ("--cohort", "data/virtual_volunteers")
     assert "subject = 'Z'" in typed(*cohort, "--subject", "Z").stderr

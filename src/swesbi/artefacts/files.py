@@ -90,7 +90,7 @@ def _stamp(path: Path) -> tuple[int, ...]:
 
 
 @lru_cache(maxsize=1024)
-def _examined(path: Path, stamp: tuple[int, ...]) -> Provenance:  # noqa: ARG001
+def _examined(path: Path, stamp: tuple[int, ...]) -> Provenance:
     """Return the provenance of an artefact that is whole and holds its own data; looked at once a process.
 
     Raises:

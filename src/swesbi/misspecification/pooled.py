@@ -18,8 +18,7 @@ from swesbi.misspecification.checks import MEMBERS, TEST_NAMES
 from swesbi.misspecification.dataset import NULL, SubjectChecks
 from swesbi.misspecification.feature_space import FeatureSpace, fit_feature_space
 from swesbi.misspecification.null import fit_joint_null
-from swesbi.misspecification.predictive import tail_scores
-from swesbi.misspecification.reference import LEAST_SCALE, Reference, Statistics
+from swesbi.misspecification.reference import Reference, Statistics, score_scale
 from swesbi.misspecification.settings import RuleSettings
 
 FloatArray = NDArray[np.float64]
@@ -58,7 +57,7 @@ def pooled_reference(
     own = Statistics(
         space=_space(predictive.reference, settings),
         feature_names=first.feature_names,
-        score_scale=np.maximum(np.sqrt((tail_scores(tails) ** 2).mean(axis=0)), LEAST_SCALE),
+        score_scale=score_scale(tails),
         prior_mass=first.prior_mass,
         strip_level=settings.strained_level,
     )

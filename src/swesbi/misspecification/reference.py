@@ -113,6 +113,11 @@ class Reference:
         return Judgement(statistics, test_p, self.joint.group_p(test_p), overall, status)
 
 
+def score_scale(tails: FloatArray) -> FloatArray:
+    """Return the root mean square of each feature's normal score over null recordings (n, F); shape (F,)."""
+    return np.asarray(np.maximum(np.sqrt((tail_scores(tails) ** 2).mean(axis=0)), LEAST_SCALE))
+
+
 def fit_reference(
     null: Checks,
     reference_features: FloatArray,
@@ -130,8 +135,7 @@ def fit_reference(
         settings: The tests' choices and the levels.
     """
     space = fit_feature_space(reference_features, settings.whitened_variance, settings.neighbours)
-    spread = np.sqrt((tail_scores(null.tails) ** 2).mean(axis=0))
-    scale = np.maximum(spread, LEAST_SCALE)
+    scale = score_scale(null.tails)
     statistics = Statistics(space, feature_names, scale, prior_mass, settings.strained_level)
     joint = fit_joint_null(statistics.of(null), MEMBERS, settings.tail_fraction)
     return Reference(statistics, joint, settings.strained_level, settings.unsupported_level)

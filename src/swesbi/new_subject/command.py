@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, Study, load_study, overlay, read_yaml
@@ -29,24 +30,28 @@ def main(arguments: Sequence[str]) -> int:
     experiment = options.experiment or _experiment(study)
     subject: str = options.subject
     _check_subject(study, subject)
+    # an experiment that cannot answer is named before anything is looked for under its name
+    plain = stage_settings(study, "new_subject", experiment=experiment, subject=subject)
     results = Path(study.config.results)
     finished = finished_study(results, experiment, study.subjects)
     check_finished(finished)
     folder = options.out or results / experiment / "new" / subject
-    _answer(study, experiment, subject, finished, folder)
+    _answer(study, subject, plain, finished, folder)
     print(_text(study, experiment, subject, folder))
     return 0
 
 
-def _answer(study: Study, experiment: str, subject: str, finished: FinishedStudy, folder: Path) -> None:
+def _answer(
+    study: Study, subject: str, plain: Mapping[str, Any], finished: FinishedStudy, folder: Path
+) -> None:
     """Run the stage and put what it made into ``folder``, all of it or nothing."""
     # torch and matplotlib take seconds to import; what is refused above should not wait for them
     from swesbi.stages import new_subject
 
-    plain = stage_settings(study, "new_subject", experiment=experiment, subject=subject)
     settings = new_subject.NewSubjectStageSettings.from_plain(plain)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{subject}-", dir=folder.parent) as made:
+    # a refused subject leaves no folder behind
+    existing = next(path for path in folder.absolute().parents if path.is_dir())
+    with tempfile.TemporaryDirectory(prefix=f".{subject}-", dir=existing) as made:
         outputs = {name: Path(made) / file for name, file in OUTPUTS.items()}
         new_subject.run(
             recording=study.new_recording(subject),
@@ -58,7 +63,7 @@ def _answer(study: Study, experiment: str, subject: str, finished: FinishedStudy
             settings=settings,
             origin=Origin(study.config.seed, subject, stage_hash(STAGE)),
         )
-        folder.mkdir(exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
         for path in outputs.values():
             path.replace(folder / path.name)
 

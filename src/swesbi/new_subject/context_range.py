@@ -12,9 +12,9 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.context import CONTEXT_NAMES, Context
+from swesbi.context import CONTEXT_NAMES, CONTEXT_RANGES, Context
 
-SIMULATED: Final = ("hr_bpm", "lvedv_ml", "ivsd_cm")
+SIMULATED: Final = tuple(CONTEXT_RANGES)
 
 
 class ContextRefusedError(ValueError):
