@@ -77,8 +77,9 @@ def predictive_speeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 def misspecification(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the null distributions of the tests depend on."""
-    own = of_experiment(study, wildcards, "misspecification")["misspecification"]
-    parts = {"model": speed_model(study, wildcards), "synthetic": own["synthetic"]}
+    own = of_experiment(study, wildcards, "misspecification", "summary")
+    synthetic = own.pop("misspecification")["synthetic"]
+    parts = own | {"model": speed_model(study, wildcards), "synthetic": synthetic}
     return parts | common(study.config, "acquisition", "recording")
 
 

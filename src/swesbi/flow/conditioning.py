@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,17 @@ from swesbi.speed_model.recording import SpeedRecording
 FloatArray = NDArray[np.float64]
 LEAST_KPA: Final = 1e-3  # a flat curve has no amplitude and no slope, hence no logarithm of them
 LARGEST_Z: Final = 8.0  # what lies farther out is judged by the misspecification tests, not by the network
+
+
+class RecordingConditioner(Protocol):
+    """Makes the conditioning vector of a recording, of C named components."""
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the C components."""
+
+    def condition(self, recording: SpeedRecording) -> FloatArray:
+        """Return z of one recording; shape (C,)."""
 
 
 class ConditioningSettings(Settings):
@@ -64,6 +75,11 @@ class Conditioner:
     settings: ConditioningSettings
     features: Standardisation
     context: Standardisation
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the C components of z."""
+        return self.settings.components
 
     def condition(self, recording: SpeedRecording) -> FloatArray:
         """Return z of one recording; shape (C,)."""

@@ -9,8 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from swesbi.artefacts import Provenance
-from swesbi.flow.conditioning import Conditioner, ConditioningSettings
+from swesbi.flow.conditioning import Conditioner, ConditioningSettings, RecordingConditioner
 from swesbi.flow.net import TrainedFlow, build_net
+from swesbi.flow.phases import PhaseConditioner, PhaseSettings
 from swesbi.flow.settings import FlowSettings
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.standardisation import Standardisation
@@ -18,21 +19,20 @@ from swesbi.inference.torch_files import read_plain, write_plain
 from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
 
 KIND: Final = "flow"
-STATISTICS: Final = ("features", "context", "eta")
+FEATURES: Final = "features"
+PHASES: Final = "phases"
 
 
 def save_flow(path: Path, flow: TrainedFlow, provenance: Provenance) -> None:
     """Write the flow atomically; equal flows give equal bytes."""
-    statistics = (flow.conditioner.features, flow.conditioner.context, flow.eta)
     metadata = {
         **provenance.attributes(),
         "flow": flow.settings.model_dump_json(),
         "prior": flow.prior.model_dump_json(),
-        "conditioning": flow.conditioner.settings.model_dump_json(),
         "parameters": list(PHI_NAMES),
         "components": list(flow.components),
-        **{f"{name}_mean": part.mean.tolist() for name, part in zip(STATISTICS, statistics, strict=True)},
-        **{f"{name}_scale": part.scale.tolist() for name, part in zip(STATISTICS, statistics, strict=True)},
+        **_conditioner_metadata(flow.conditioner),
+        **_statistics_metadata(eta=flow.eta),
         "best_epoch": flow.best_epoch,
         "epochs_run": flow.epochs_run,
         "best_validation_loss": flow.best_validation_loss,
@@ -52,7 +52,6 @@ def load_flow(path: Path) -> tuple[TrainedFlow, Provenance]:
 def _rebuild(content: Mapping[str, Any]) -> TrainedFlow:
     metadata = content["metadata"]
     settings = FlowSettings.model_validate_json(metadata["flow"])
-    features, context, eta = (_statistics(metadata, name) for name in STATISTICS)
     with reproducible(0):
         net = build_net(settings, len(metadata["components"]))
     net.load_state_dict(dict(content["state_dict"]))
@@ -61,14 +60,46 @@ def _rebuild(content: Mapping[str, Any]) -> TrainedFlow:
         net=net,
         settings=settings,
         prior=JointPriorSettings.model_validate_json(metadata["prior"]),
-        conditioner=Conditioner(
-            ConditioningSettings.model_validate_json(metadata["conditioning"]), features, context
-        ),
-        eta=eta,
+        conditioner=_conditioner(metadata),
+        eta=_statistics(metadata, "eta"),
         best_epoch=metadata["best_epoch"],
         epochs_run=metadata["epochs_run"],
         best_validation_loss=metadata["best_validation_loss"],
     )
+
+
+def _conditioner_metadata(conditioner: RecordingConditioner) -> dict[str, object]:
+    """Return kind, settings and statistics of a conditioner.
+
+    Raises:
+        TypeError: It is of no kind that can be written.
+    """
+    if isinstance(conditioner, Conditioner):
+        statistics = {"features": conditioner.features, "context": conditioner.context}
+        return _described(FEATURES, conditioner.settings.model_dump_json(), statistics)
+    if isinstance(conditioner, PhaseConditioner):
+        return _described(PHASES, conditioner.settings.model_dump_json(), {"inputs": conditioner.inputs})
+    raise TypeError(f"{type(conditioner).__name__} is no conditioner that a file can hold")
+
+
+def _described(kind: str, settings: str, statistics: Mapping[str, Standardisation]) -> dict[str, object]:
+    return {"conditioner": kind, "conditioning": settings, **_statistics_metadata(**statistics)}
+
+
+def _conditioner(metadata: Mapping[str, Any]) -> RecordingConditioner:
+    if metadata["conditioner"] == PHASES:
+        settings = PhaseSettings.model_validate_json(metadata["conditioning"])
+        return PhaseConditioner(settings, _statistics(metadata, "inputs"))
+    return Conditioner(
+        ConditioningSettings.model_validate_json(metadata["conditioning"]),
+        _statistics(metadata, "features"),
+        _statistics(metadata, "context"),
+    )
+
+
+def _statistics_metadata(**statistics: Standardisation) -> dict[str, list[float]]:
+    means = {f"{name}_mean": part.mean.tolist() for name, part in statistics.items()}
+    return means | {f"{name}_scale": part.scale.tolist() for name, part in statistics.items()}
 
 
 def _statistics(metadata: Mapping[str, Any], name: str) -> Standardisation:

@@ -11,7 +11,7 @@ import zuko
 from numpy.typing import NDArray
 from torch import Tensor
 
-from swesbi.flow.conditioning import Conditioner
+from swesbi.flow.conditioning import RecordingConditioner
 from swesbi.flow.settings import FlowSettings
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.standardisation import Standardisation
@@ -46,7 +46,7 @@ class TrainedFlow:
     net: zuko.flows.Flow
     settings: FlowSettings
     prior: JointPriorSettings
-    conditioner: Conditioner
+    conditioner: RecordingConditioner
     eta: Standardisation
     best_epoch: int
     epochs_run: int
@@ -55,7 +55,7 @@ class TrainedFlow:
     @property
     def components(self) -> tuple[str, ...]:
         """Names of the C components of z."""
-        return self.conditioner.settings.components
+        return self.conditioner.components
 
 
 def build_net(settings: FlowSettings, components: int) -> zuko.flows.Flow:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,14 +14,16 @@ import torch
 import zuko
 from torch import Tensor
 
-from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.conditioning import ConditioningSettings, RecordingConditioner
 from swesbi.flow.epochs import Rows, fit_statistics, make_rows, split_by_theta
 from swesbi.flow.net import TrainedFlow, build_net
 from swesbi.flow.settings import FlowSettings
 from swesbi.flow.simulations import SubjectSimulations
 from swesbi.inference.determinism import reproducible
+from swesbi.inference.standardisation import Standardisation
 from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
+from swesbi.speed_model.joint_prior import JointPriorSettings
 
 LOGGER = logging.getLogger("swesbi")
 VALIDATION_COPIES: Final = 2  # noise draws for each held-out theta; fixed over the epochs
@@ -76,21 +78,68 @@ def train_flow(
     """
     training, held_out = split_by_theta(subjects, settings.validation_fraction)
     conditioner, eta = fit_statistics(training, conditioning, seed)
+
+    def rows_of(number: int) -> Rows:
+        return make_rows(training, conditioner, eta, seed, "epoch", number)
+
     validation = [
         make_rows(held_out, conditioner, eta, seed, "validation", k) for k in range(VALIDATION_COPIES)
     ]
+    prior = subjects[0].model.settings.prior
+    return fit_flow(rows_of, validation, FlowParts(conditioner, eta, prior), settings, seed, label)
+
+
+@dataclass(frozen=True)
+class FlowParts:
+    """What a flow has beside its net: how it sees recordings, and the parameters that it is a density of.
+
+    Attributes:
+        conditioner: Makes z from recordings.
+        eta: Statistics of eta = logit(phi) over the training rows.
+        prior: The joint prior whose box the logit maps.
+    """
+
+    conditioner: RecordingConditioner
+    eta: Standardisation
+    prior: JointPriorSettings
+
+
+def fit_flow(
+    rows_of: Callable[[int], Rows],
+    validation: Sequence[Rows],
+    parts: FlowParts,
+    settings: FlowSettings,
+    seed: int,
+    label: str,
+) -> FlowTraining:
+    """Fit a flow to fresh rows every epoch and keep the weights of the best epoch on the held-out rows.
+
+    Args:
+        rows_of: Makes the rows of an epoch by its number, from 1; as many each time.
+        validation: Held-out rows, the same for every epoch.
+        parts: What the trained flow has beside its net.
+        settings: Architecture and schedule.
+        seed: Seed of initial weights and batches.
+        label: Name in progress lines.
+
+    Raises:
+        TrainingDivergedError: The loss was not finite too often.
+    """
     with reproducible(integer_seed(seed, "flow", "torch")):
-        course = _Course(settings, sum(len(part.theta) for part in training), len(validation[0].z[0]), label)
-        for number in range(1, settings.epochs + 1):
-            course.run(make_rows(training, conditioner, eta, seed, "epoch", number), validation)
+        rows = rows_of(1)
+        course = _Course(settings, len(rows.eta), rows.z.shape[1], label)
+        course.run(rows, validation)
+        for number in range(2, settings.epochs + 1):
+            rows = rows_of(number)
+            course.run(rows, validation)
     best = min(course.epochs, key=lambda epoch: epoch.validation_loss)
     LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, course.best_loss)
     flow = TrainedFlow(
         net=course.best_net(),
         settings=settings,
-        prior=subjects[0].model.settings.prior,
-        conditioner=conditioner,
-        eta=eta,
+        prior=parts.prior,
+        conditioner=parts.conditioner,
+        eta=parts.eta,
         best_epoch=best.number,
         epochs_run=settings.epochs,
         best_validation_loss=best.validation_loss,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from swesbi.exact.importance import WeightedDraws, weigh
 from swesbi.exact.proposal import flow_proposal
+from swesbi.flow.conditioning import ConditioningSettings
 from swesbi.flow.net import TrainedFlow
 from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording, stack_checks
 from swesbi.misspecification.settings import SyntheticSettings
@@ -56,6 +57,7 @@ def check_recordings(
     model: SpeedModel,
     recordings: Sequence[SpeedRecording],
     flow: TrainedFlow,
+    conditioning: ConditioningSettings,
     settings: SyntheticSettings,
     seed: int,
     name: str,
@@ -66,6 +68,7 @@ def check_recordings(
         model: The subject's model; its passive shape depends on the context alone.
         recordings: The n recordings, at least one.
         flow: The proposal.
+        conditioning: How speeds become the features that the tests look at.
         settings: Weighted draws of each recording, and the width of the strip at a bound.
         seed: Study seed; each recording has a stream of its own.
         name: Names the streams and the progress lines.
@@ -77,7 +80,7 @@ def check_recordings(
         own = replace(model, recording=recording)
         posterior = weighted_posterior(own, flow, settings, integer_seed(seed, *stream))
         rng = generator(seed, *stream, "replicated")
-        rows.append(check_recording(own, posterior, flow.conditioner.settings, settings.strip_fraction, rng))
+        rows.append(check_recording(own, posterior, conditioning, settings.strip_fraction, rng))
         progress.step()
     return stack_checks(rows)
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from swesbi.artefacts import save
-from swesbi.flow.conditioning import raw_features
+from swesbi.flow.conditioning import ConditioningSettings, raw_features
 from swesbi.flow.files import load_flow
 from swesbi.misspecification.bounds import prior_strip_mass
 from swesbi.misspecification.checks import no_checks
@@ -19,7 +19,7 @@ from swesbi.misspecification.posteriors import check_recordings
 from swesbi.misspecification.settings import SyntheticSettings
 from swesbi.misspecification.volunteers import find_volunteer, volunteer_recordings
 from swesbi.noise.dataset import read_noise
-from swesbi.observation import summary_names
+from swesbi.observation import SummarySettings, summary_names
 from swesbi.recording import Observation, RecordingSettings
 from swesbi.recording.dataset import read_observation
 from swesbi.recording.speed import NoiseComponents
@@ -40,7 +40,17 @@ class MisspecificationStageSettings(Settings):
     model: SpeedModelSettings
     recording: RecordingSettings
     acquisition: AcquisitionSettings
+    summary: SummarySettings
     synthetic: SyntheticSettings
+
+    @property
+    def conditioning(self) -> ConditioningSettings:
+        """How measured speeds become features."""
+        return ConditioningSettings(
+            summary=self.summary,
+            grid_points=self.model.measurement.grid_points,
+            density_kg_m3=self.model.density_kg_m3,
+        )
 
 
 class _Made(NamedTuple):
@@ -70,11 +80,11 @@ def run(
     observed, components = read_observation(observation), read_noise(noise).components
     model = speed_model(measured_speeds(observed, components), settings.model)
     flow, _ = load_flow(estimator)
-    conditioning, sizes = flow.conditioner.settings, settings.synthetic
+    conditioning, sizes = settings.conditioning, settings.synthetic
     made = _make(model, observed, components, settings, origin.seed)
     names = summary_names(conditioning.summary)
     checks = {
-        kind: check_recordings(model, part.recordings, flow, sizes, origin.seed, kind)
+        kind: check_recordings(model, part.recordings, flow, conditioning, sizes, origin.seed, kind)
         if part.recordings
         else no_checks(len(names))
         for kind, part in made.items()
