@@ -31,7 +31,7 @@ from swesbi.exact.dataset import read_exact_posterior
 from swesbi.exact.mcmc import sample_mcmc
 from swesbi.exact.starts import starting_points
 from swesbi.misspecification.dataset import ACQUIRED, NULL, OWN, SubjectChecks, read_subject_checks
-from swesbi.misspecification.pooled import PriorPredictive, pooled_reference
+from swesbi.misspecification.pooled import PriorPredictive, pool_subjects, pooled_reference
 from swesbi.misspecification.settings import RuleSettings
 from swesbi.new_subject.files import finished_study
 from swesbi.speed_model.subjects import read_speed_model
@@ -108,7 +108,7 @@ def false_alarms(pool: list[SubjectChecks], rule: RuleSettings) -> pd.DataFrame:
     for left_out in pool:
         others = [one for one in pool if one is not left_out]
         features = PriorPredictive(left_out.reference_features, left_out.recordings[NULL].features)
-        reference = pooled_reference(others, features, rule)
+        reference = pooled_reference(pool_subjects(others, rule), features, rule)
         row: dict[str, object] = {"subject": left_out.subject}
         for kind in (OWN, ACQUIRED, NULL):
             row[kind] = float((reference.judge(left_out.recordings[kind]).status > 0).mean())

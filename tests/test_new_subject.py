@@ -26,7 +26,7 @@ from swesbi.exact.settings import RefinementSettings
 from swesbi.exact.student import StudentProposal
 from swesbi.misspecification.checks import GROUPS
 from swesbi.misspecification.dataset import NULL, OWN, SubjectChecks
-from swesbi.misspecification.pooled import PriorPredictive, pooled_reference
+from swesbi.misspecification.pooled import PriorPredictive, pool_subjects, pooled_reference
 from swesbi.new_subject.context_range import ContextRefusedError, check_context, nearest_known, outside
 from swesbi.new_subject.files import OUTPUTS
 from swesbi.noise import repeat_levels
@@ -167,7 +167,8 @@ def test_the_nulls_of_others_judge_well_specified_recordings_as_they_should(
 ) -> None:
     new, *others = pool
     predictive = PriorPredictive(new.reference_features, new.recordings[NULL].features)
-    reference = pooled_reference(others, predictive, settings().rule)
+    rule = settings().rule
+    reference = pooled_reference(pool_subjects(others, rule), predictive, rule)
     judged = reference.judge(new.recordings[OWN])
     assert judged.group_p.shape == (200, len(GROUPS))
     assert 0.01 <= (judged.status > 0).mean() <= 0.10
@@ -181,7 +182,8 @@ def test_the_nulls_of_others_catch_noise_that_is_larger_than_stated(
 ) -> None:
     new, *others = pool
     predictive = PriorPredictive(new.reference_features, new.recordings[NULL].features)
-    reference = pooled_reference(others, predictive, settings().rule)
+    rule = settings().rule
+    reference = pooled_reference(pool_subjects(others, rule), predictive, rule)
     loud = bank.check(bank.recordings(40, 900, noise=2.5), 9000)
     assert (reference.judge(loud).status > 0).mean() > 0.8
 

@@ -53,6 +53,8 @@ TEST_NAMES: Final = tuple(test.name for test in TESTS)
 MEMBERS: Final = tuple(
     tuple(index for index, test in enumerate(TESTS) if test.group == group) for group in GROUPS
 )
+DISTANCES: Final = tuple(test.name for test in TESTS if test.group == PREDICTED)
+"""The tests that ask only where the features lie among those of the prior predictive."""
 FEATURE_TESTS: Final = {
     "peak": "maximum_kpa",
     "time_to_peak": "time_to_peak_cycle",

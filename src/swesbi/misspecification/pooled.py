@@ -7,19 +7,22 @@ holds is measured by judging each subject with the nulls of the others (docs/cal
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from swesbi.misspecification.checks import MEMBERS, TEST_NAMES
+from swesbi.flow.conditioning import ConditioningSettings, raw_features
+from swesbi.misspecification.checks import DISTANCES, MEMBERS, Checks, stack_checks
 from swesbi.misspecification.dataset import NULL, SubjectChecks
 from swesbi.misspecification.feature_space import FeatureSpace, fit_feature_space
 from swesbi.misspecification.null import fit_joint_null
-from swesbi.misspecification.reference import Reference, Statistics, score_scale
+from swesbi.misspecification.reference import Reference, Statistics, score_scale, space_distances
 from swesbi.misspecification.settings import RuleSettings
+from swesbi.speed_model.model import SpeedModel
+from swesbi.speed_model.synthetic import own_recordings
 
 FloatArray = NDArray[np.float64]
 
@@ -37,33 +40,74 @@ class PriorPredictive:
     null: FloatArray
 
 
-def pooled_reference(
-    pool: Sequence[SubjectChecks], predictive: PriorPredictive, settings: RuleSettings
-) -> Reference:
-    """Return the tests for a new subject, with the null recordings of all subjects of the pool.
+def prior_predictive(
+    model: SpeedModel, conditioning: ConditioningSettings, count: int, seed: int, *name: str | int
+) -> PriorPredictive:
+    """Draw features of prior predictive recordings: those that make the space, and as many others."""
 
-    Args:
-        pool: The subjects whose null recordings are taken, at least one; each has its own space.
-        predictive: The new subject's space, and the null distributions of distances in it.
-        settings: The tests' choices and the levels.
+    def features(part: str) -> FloatArray:
+        made = own_recordings(model, count, seed, *name, part)
+        speeds = np.stack([one.speed_m_s for one in made.recordings])
+        return raw_features(speeds, model.recording.phase, conditioning)
+
+    return PriorPredictive(features("reference"), features("null"))
+
+
+@dataclass(frozen=True)
+class PooledNull:
+    """Null recordings of others, n of them.
+
+    Attributes:
+        checks: What the tests look at in each.
+        distance_level: Rank of each of ``DISTANCES`` among those of the same subject, within (0, 1);
+            shape (n, D). Spaces of other phases have other dimensions, so distances are compared by rank.
+        feature_names: Names of the F features.
+        prior_mass: Mass of the prior in the strip at each bound; shape (4, 2).
+    """
+
+    checks: Checks
+    distance_level: FloatArray
+    feature_names: tuple[str, ...]
+    prior_mass: FloatArray
+
+
+def pool_subjects(pool: Sequence[SubjectChecks], settings: RuleSettings) -> PooledNull:
+    """Put the null recordings of subjects together, at least one; each has its own space.
 
     Raises:
-        ValueError: The pool's features differ among subjects.
+        ValueError: The features differ among subjects.
     """
     first = pool[0]
     if any(one.feature_names != first.feature_names for one in pool):
         raise ValueError("the subjects' misspecification tests are of different features; rerun the study")
-    tails = np.concatenate([one.recordings[NULL].tails for one in pool])
+    return PooledNull(
+        stack_checks([one.recordings[NULL] for one in pool]),
+        np.concatenate([_distance_level(one, settings) for one in pool]),
+        first.feature_names,
+        first.prior_mass,
+    )
+
+
+def pooled_reference(null: PooledNull, predictive: PriorPredictive, settings: RuleSettings) -> Reference:
+    """Return the tests for a new subject, with the null recordings of others.
+
+    Args:
+        null: The null recordings.
+        predictive: The new subject's space, and the null distributions of distances in it.
+        settings: The tests' choices and the levels.
+    """
     own = Statistics(
         space=_space(predictive.reference, settings),
-        feature_names=first.feature_names,
-        score_scale=score_scale(tails),
-        prior_mass=first.prior_mass,
+        feature_names=null.feature_names,
+        score_scale=score_scale(null.checks.tails),
+        prior_mass=null.prior_mass,
         strip_level=settings.strained_level,
     )
-    distances = own.distances(predictive.null)
-    rows = [_null_statistics(own, distances, one, settings) for one in pool]
-    joint = fit_joint_null(np.concatenate(rows), MEMBERS, settings.tail_fraction)
+    made = own.distances(predictive.null)
+    distances = {
+        name: np.quantile(made[name], null.distance_level[:, column]) for column, name in enumerate(DISTANCES)
+    }
+    joint = fit_joint_null(own.table(null.checks, distances), MEMBERS, settings.tail_fraction)
     return Reference(own, joint, settings.strained_level, settings.unsupported_level)
 
 
@@ -71,16 +115,7 @@ def _space(features: FloatArray, settings: RuleSettings) -> FeatureSpace:
     return fit_feature_space(features, settings.whitened_variance, settings.neighbours)
 
 
-def _null_statistics(
-    own: Statistics, distances: Mapping[str, FloatArray], one: SubjectChecks, settings: RuleSettings
-) -> FloatArray:
-    """Return the statistics (n, T) of one subject's null recordings, with the new subject's distances.
-
-    Each distance in the other's space is replaced by the one of equal rank in the new subject's: spaces
-    of other phases have other dimensions.
-    """
-    statistics = replace(own, space=_space(one.reference_features, settings)).of(one.recordings[NULL])
-    for name, null in distances.items():
-        column = TEST_NAMES.index(name)
-        statistics[:, column] = np.quantile(null, rankdata(statistics[:, column]) / (len(statistics) + 1.0))
-    return statistics
+def _distance_level(one: SubjectChecks, settings: RuleSettings) -> FloatArray:
+    found = space_distances(_space(one.reference_features, settings), one.recordings[NULL].features)
+    columns = [rankdata(found[name]) / (len(found[name]) + 1.0) for name in DISTANCES]
+    return np.stack(columns, axis=1)

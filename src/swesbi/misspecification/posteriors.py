@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +43,20 @@ class RememberingModel:
         return log_likelihood(self.predicted, self.model.recording, self.model.settings.discrepancy)
 
 
+class WeighingSettings(Protocol):
+    """How many draws are weighted."""
+
+    @property
+    def draws(self) -> int:
+        """Weighted draws."""
+
+    @property
+    def prior_fraction(self) -> float:
+        """Share of them from the prior."""
+
+
 def weighted_posterior(
-    model: SpeedModel, flow: TrainedFlow, settings: SyntheticSettings, seed: int
+    model: SpeedModel, flow: TrainedFlow, settings: WeighingSettings, seed: int
 ) -> PosteriorDraws:
     """Weight draws of the flow and the prior to the exact posterior of the model's recording."""
     remembering = RememberingModel(model)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
@@ -53,8 +54,13 @@ class Statistics:
 
     def of(self, checks: Checks) -> FloatArray:
         """Return the statistics of n recordings in the order of ``TEST_NAMES``; shape (n, T)."""
+        return self.table(checks, self.distances(checks.features))
+
+    def table(self, checks: Checks, distances: Mapping[str, FloatArray]) -> FloatArray:
+        """Return the statistics of n recordings (n, T) with the distances (n,) given by name."""
         scores = tail_scores(checks.tails)
-        columns = self.distances(checks.features) | {
+        columns = {
+            **distances,
             "chi2": checks.chi2_score(),
             "conditional_features": (scores / self.score_scale).max(axis=1),
             "boundary_mass": boundary_statistic(checks.bound_mass, self.prior_mass, self.strip_level),
@@ -65,11 +71,7 @@ class Statistics:
 
     def distances(self, features: FloatArray) -> dict[str, FloatArray]:
         """Return the statistics (n,) that ask only where the features (n, F) of n recordings lie."""
-        return {
-            "mahalanobis": self.space.mahalanobis(features),
-            "nearest_neighbours": self.space.nearest(features),
-            "mmd": self.space.discrepancy(features),
-        }
+        return space_distances(self.space, features)
 
     def worst_features(self, tails: FloatArray) -> NDArray[np.int64]:
         """Return the features (F,) of one recording from the most unlikely to the likeliest, as indices."""
@@ -111,6 +113,15 @@ class Reference:
         overall = self.joint.overall_p(test_p)
         status = (overall <= self.strained_level).astype(np.int64) + (overall <= self.unsupported_level)
         return Judgement(statistics, test_p, self.joint.group_p(test_p), overall, status)
+
+
+def space_distances(space: FeatureSpace, features: FloatArray) -> dict[str, FloatArray]:
+    """Return the distances (n,) of features (n, F) in a space, by the names of their tests."""
+    return {
+        "mahalanobis": space.mahalanobis(features),
+        "nearest_neighbours": space.nearest(features),
+        "mmd": space.discrepancy(features),
+    }
 
 
 def score_scale(tails: FloatArray) -> FloatArray:

@@ -78,10 +78,7 @@ def active_at_phases(
 def predict_speeds(
     scale_kpa: FloatArray, active: ActivePhases, shape: PassiveShape, phase: FloatArray, density_kg_m3: float
 ) -> PredictedSpeeds:
-    """Return the noiseless log speeds of n simulations, and their slopes.
-
-    E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = 1/2 log(E / (3 rho))
-    and d log c / ds = 1/2 E' / E.
+    """Return the noiseless log speeds of n simulations of one context, and their slopes.
 
     Args:
         scale_kpa: Passive scale a of each simulation; shape (n,).
@@ -92,6 +89,24 @@ def predict_speeds(
     """
     g = sample_cycle(shape.cycle_phase, shape.shape[None], phase)
     g_slope = slope_cycle(shape.cycle_phase, shape.shape[None], phase)
+    return combine(scale_kpa, active, g, g_slope, density_kg_m3)
+
+
+def combine(
+    scale_kpa: FloatArray, active: ActivePhases, g: FloatArray, g_slope: FloatArray, density_kg_m3: float
+) -> PredictedSpeeds:
+    """Return the noiseless log speeds of n simulations with their passive and active stiffness.
+
+    E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = 1/2 log(E / (3 rho))
+    and d log c / ds = 1/2 E' / E.
+
+    Args:
+        scale_kpa: Passive scale a of each simulation; shape (n,).
+        active: Active stiffness at the p phases.
+        g: Passive stiffness per unit of its scale there; shape (1, p), or (n, p) where contexts differ.
+        g_slope: Its slope per cycle; likewise.
+        density_kg_m3: rho.
+    """
     stiffness = np.maximum(scale_kpa[:, None] * g + active.stiffness_kpa, LEAST_STIFFNESS_KPA)
     slope = scale_kpa[:, None] * g_slope + active.slope_kpa
     return PredictedSpeeds(

@@ -9,7 +9,6 @@ from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
-import numpy as np
 from pydantic import Field
 
 from swesbi.artefacts import write_json
@@ -18,12 +17,11 @@ from swesbi.exact.posterior import exact_posterior as exact_posterior_of
 from swesbi.exact.proposal import flow_proposal
 from swesbi.exact.refinement import refine
 from swesbi.exact.settings import RefinementSettings
-from swesbi.flow.conditioning import raw_features
 from swesbi.flow.files import load_flow
 from swesbi.inference.support import SupportTest
 from swesbi.inspection.content import flatten
 from swesbi.misspecification.dataset import NULL, read_subject_checks
-from swesbi.misspecification.pooled import PriorPredictive, pooled_reference
+from swesbi.misspecification.pooled import pool_subjects, pooled_reference, prior_predictive
 from swesbi.misspecification.reference import Reference
 from swesbi.new_subject.context_range import check_context, nearest_known
 from swesbi.noise import repeat_levels
@@ -37,7 +35,6 @@ from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.subjects import read_speed_model
-from swesbi.speed_model.synthetic import own_recordings
 from swesbi.stages import (
     cmaes,
     exact_figure,
@@ -264,14 +261,7 @@ def _reference(
     model: SpeedModel, misspecifications: Sequence[Path], settings: NewSubjectStageSettings, origin: Origin
 ) -> Reference:
     """Return the tests of the subject: its own prior predictive, the pool's null recordings."""
-    conditioning, count = settings.verdict.conditioning, settings.reference_recordings
-
-    def features(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        made = own_recordings(model, count, origin.seed, STREAM, name)
-        speeds = np.stack([one.speed_m_s for one in made.recordings])
-        return raw_features(speeds, model.recording.phase, conditioning)
-
-    pool = [read_subject_checks(path, (NULL,)) for path in misspecifications]
-    return pooled_reference(
-        pool, PriorPredictive(features("reference"), features(NULL)), settings.verdict.rule
-    )
+    rule, conditioning = settings.verdict.rule, settings.verdict.conditioning
+    null = pool_subjects([read_subject_checks(path, (NULL,)) for path in misspecifications], rule)
+    predictive = prior_predictive(model, conditioning, settings.reference_recordings, origin.seed, STREAM)
+    return pooled_reference(null, predictive, rule)

@@ -1,0 +1,115 @@
+"""Fresh recordings of fresh contexts with known phi: what calibration and the tests' null are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.context import Context
+from swesbi.flow.phases import nominal_phases
+from swesbi.noise import relative_se
+from swesbi.population.conditions import Conditions, ConditionSettings, draw_conditions
+from swesbi.population.contexts import draw_contexts
+from swesbi.population.settings import PopulationSettings
+from swesbi.recording import NoiseComponents, RecordingSettings
+from swesbi.seeds import generator
+from swesbi.settings import Settings
+from swesbi.speed_model.model import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.speed_model.recording import SpeedRecording
+from swesbi.speed_model.synthetic import Acquisition, Synthetic, acquired_recordings, own_recordings
+from swesbi.virtual_cohort import AcquisitionSettings
+
+FloatArray = NDArray[np.float64]
+OWN: Final = "own"
+ACQUIRED: Final = "acquired"
+
+
+class FreshSettings(Settings):
+    """Where fresh recordings come from."""
+
+    population: PopulationSettings
+    conditions: ConditionSettings
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    model: SpeedModelSettings
+
+
+@dataclass(frozen=True)
+class FreshSubject:
+    """A context drawn from the population, and the conditions under which it is recorded.
+
+    Attributes:
+        model: The model of its recording; the speeds in it are placeholders.
+        level: Standard error of the mean speed of a phase without failed samples, over the speed.
+        missing: Indices of the phases that are missed.
+    """
+
+    model: SpeedModel
+    level: float
+    missing: tuple[int, ...]
+
+    @property
+    def context(self) -> Context:
+        """The context."""
+        return self.model.recording.context
+
+
+def fresh_subject(index: int, settings: FreshSettings, seed: int, name: str) -> FreshSubject:
+    """Draw the context and conditions with this number of the stream ``name``; never one trained on.
+
+    Raises:
+        ValueError: Its reference beat does not become periodic.
+    """
+    context = draw_contexts([index], settings.population, seed, "fresh", name)[0]
+    rng = generator(seed, "population conditions", name, index)
+    drawn = draw_conditions(1, settings.conditions, settings.acquisition, settings.recording, rng)
+    measured = drawn.measured[0]
+    recording = SpeedRecording(
+        context=context,
+        phase=nominal_phases(settings.acquisition.phases)[measured],
+        speed_m_s=np.ones(int(measured.sum())),
+        relative_se=drawn.relative_se[0, measured],
+    )
+    return FreshSubject(speed_model(recording, settings.model), float(drawn.level[0]), _missing(drawn))
+
+
+def record_fresh(
+    subject: FreshSubject, kind: str, settings: FreshSettings, seed: int, *name: str | int
+) -> Synthetic:
+    """Draw phi and one recording of the subject, under the model's own noise or sample by sample.
+
+    Returns:
+        One recording, or none where ingestion refused it.
+    """
+    if kind == OWN:
+        return own_recordings(subject.model, 1, seed, "population", *name)
+    return acquired_recordings(subject.model, _acquisition(subject, settings), 1, seed, "population", *name)
+
+
+def recorded(subject: FreshSubject, made: Synthetic) -> SpeedModel:
+    """Return the model of the one recording that was made."""
+    return replace(subject.model, recording=made.recordings[0])
+
+
+def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:
+    """Return the protocol whose whole phases have the subject's standard error."""
+    protocol = settings.acquisition
+    unit = NoiseComponents(protocol.repeat_sd_fraction, protocol.sample_sd_fraction)
+    whole = np.full((1, protocol.repeats), protocol.samples_per_repeat)
+    factor = subject.level / float(relative_se(whole, unit)[0])
+    noise = NoiseComponents(factor * unit.repeat_fraction, factor * unit.sample_fraction)
+    own = {"repeat_sd_fraction": noise.repeat_fraction, "sample_sd_fraction": noise.sample_fraction}
+    return Acquisition(
+        protocol.model_copy(update=own),
+        settings.recording,
+        settings.model.measurement,
+        noise,
+        subject.missing,
+    )
+
+
+def _missing(drawn: Conditions) -> tuple[int, ...]:
+    return tuple(int(index) for index in np.flatnonzero(~drawn.measured[0]))

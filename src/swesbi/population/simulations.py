@@ -1,0 +1,114 @@
+"""Simulations over a population: contexts drawn from it, and draws of the prior of theta in each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from swesbi.context import Context
+from swesbi.flow.phases import nominal_phases
+from swesbi.observation import sample_cycle, slope_cycle
+from swesbi.population.contexts import draw_contexts
+from swesbi.population.settings import PopulationSettings
+from swesbi.progress import Progress
+from swesbi.settings import Settings
+from swesbi.simulations.draw import PriorSimulations, draw_simulations
+from swesbi.simulations.prior import log_centre
+from swesbi.speed_model.model import SpeedModelSettings
+from swesbi.speed_model.prediction import PassiveShape, active_at_phases, reference_shape
+
+FloatArray = NDArray[np.float64]
+
+
+class PopulationSizes(Settings):
+    """How many simulations the network learns from."""
+
+    contexts: int = Field(ge=10, description="contexts drawn from the population")
+    draws_per_context: int = Field(ge=1, description="draws of the prior of theta in each")
+
+
+@dataclass(frozen=True)
+class PopulationSimulations:
+    """m contexts with d draws of theta each, at the P nominal phases.
+
+    Attributes:
+        contexts: The m contexts.
+        theta: Parameters; shape (m, d, 3).
+        active_stiffness_kpa: Active stiffness at the phases; shape (m, d, P).
+        active_slope_kpa: Its slope per cycle; shape (m, d, P).
+        passive_shape: g along the reference beat of each context at the phases; shape (m, P).
+        passive_slope: Its slope per cycle; shape (m, P).
+        failures: Failed simulations of each context, by status, all drawn again; shape (m, statuses).
+    """
+
+    contexts: tuple[Context, ...]
+    theta: FloatArray
+    active_stiffness_kpa: FloatArray
+    active_slope_kpa: FloatArray
+    passive_shape: FloatArray
+    passive_slope: FloatArray
+    failures: NDArray[np.int64]
+
+
+def simulate_population(
+    index: Sequence[int],
+    draws: int,
+    population: PopulationSettings,
+    phases: int,
+    model: SpeedModelSettings,
+    seed: int,
+    label: str = "population",
+) -> PopulationSimulations:
+    """Simulate the numbered contexts of the training set.
+
+    Each context, and each draw in it, has a random stream of its own, so neither shards nor cores matter.
+
+    Args:
+        index: Numbers of the contexts.
+        draws: Draws of theta in each.
+        population: From which contexts are drawn.
+        phases: Nominal phases.
+        model: Prior, forward model and passive law.
+        seed: The study's seed.
+        label: Name in progress lines.
+
+    Raises:
+        SimulationFailure: A draw failed too often.
+        ValueError: The reference beat of a context does not become periodic.
+    """
+    contexts = draw_contexts(index, population, seed, "training", broad=True)
+    progress = Progress(label, len(contexts), unit="context")
+    parts = []
+    for context in contexts:
+        parts.append(_simulate(context, draws, nominal_phases(phases), model, seed))
+        progress.step()
+    columns = zip(*parts, strict=True)
+    return PopulationSimulations(contexts, *(np.stack(column) for column in columns))
+
+
+def _simulate(
+    context: Context, draws: int, phase: FloatArray, model: SpeedModelSettings, seed: int
+) -> tuple[NDArray[np.generic], ...]:
+    centre = log_centre(model.passive_reference_prior)
+    shape = reference_shape(context, centre, model.forward_model, model.passive.exponent_b)
+    made = draw_simulations(range(draws), context, model.prior.theta, model.forward_model, seed)
+    active = _active(made, phase, model)
+    return (made.theta, *active, *_passive(shape, phase), made.failures.sum(axis=0))
+
+
+def _active(
+    made: PriorSimulations, phase: FloatArray, model: SpeedModelSettings
+) -> tuple[FloatArray, FloatArray]:
+    found = active_at_phases(
+        made.cycle_phase, made.active_stiffness_kpa, phase, model.measurement.active_stiffness_map
+    )
+    return found.stiffness_kpa, found.slope_kpa
+
+
+def _passive(shape: PassiveShape, phase: FloatArray) -> tuple[FloatArray, FloatArray]:
+    values = shape.shape[None]
+    return sample_cycle(shape.cycle_phase, values, phase)[0], slope_cycle(shape.cycle_phase, values, phase)[0]
