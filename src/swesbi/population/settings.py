@@ -1,0 +1,154 @@
+"""The population prior of contexts: groups of ages, and by sex the distributions of body and heart.
+
+Within a group and a sex, log BSA, log HR, log LVEDV, log IVSd and logit EF are jointly normal. Their medians
+follow age; those of LVEDV and IVSd follow BSA besides.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Final, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
+
+from swesbi.context import CONTEXT_RANGES
+from swesbi.settings import Settings
+
+QUANTITIES: Final = ("bsa_m2", "hr_bpm", "lvedv_ml", "ivsd_cm", "ejection_fraction")
+"""What is drawn for one person of known age, in the order of the correlation matrices."""
+DECLARED_NAMES: Final = ("hr_bpm", "lvedv_ml", "ivsd_cm")
+"""What of the context enters the simulator (paper, Eq. 2)."""
+
+Positive = Annotated[float, Field(gt=0.0)]
+
+
+def _ascending(limits: tuple[float, float]) -> tuple[float, float]:
+    if not limits[0] < limits[1]:
+        raise ValueError(f"a range needs low < high, got [{limits[0]:g}, {limits[1]:g}]")
+    return limits
+
+
+Range = Annotated[tuple[Positive, Positive], AfterValidator(_ascending)]
+
+
+class AgeCurve(Settings):
+    """A median that follows age: given at some ages, its logarithm is linear between, constant beyond."""
+
+    age_years: tuple[Positive, ...] = Field(min_length=1, description="ascending ages of the medians")
+    median: tuple[Positive, ...] = Field(min_length=1, description="median at each age, unit of the key")
+
+    @model_validator(mode="after")
+    def _check_knots(self) -> Self:
+        if len(self.age_years) != len(self.median):
+            raise ValueError(f"{len(self.age_years)} ages, but {len(self.median)} medians")
+        if any(np.diff(self.age_years) <= 0):
+            raise ValueError(f"ages must ascend, got {list(self.age_years)}")
+        return self
+
+
+class Quantity(AgeCurve):
+    """A log-normal quantity."""
+
+    log_sd: float = Field(gt=0, lt=1, description="standard deviation of its logarithm, at a given age")
+
+
+class SizedQuantity(Quantity):
+    """A log-normal quantity whose median also grows with a power of body surface area."""
+
+    at_bsa_m2: Positive = Field(description="body surface area at which the medians hold")
+    bsa_exponent: float = Field(ge=0, le=3, description="exponent of BSA / at_bsa_m2")
+
+
+class Fraction(AgeCurve):
+    """A logit-normal fraction."""
+
+    logit_sd: float = Field(gt=0, lt=2, description="standard deviation of its logit, at a given age")
+
+    @model_validator(mode="after")
+    def _check_fraction(self) -> Self:
+        if max(self.median) >= 1.0:
+            raise ValueError(f"fractions must be below 1, got {list(self.median)}")
+        return self
+
+
+class BodySettings(Settings):
+    """Body and heart of one sex within a group."""
+
+    bsa_m2: Quantity
+    hr_bpm: Quantity
+    lvedv_ml: SizedQuantity
+    ivsd_cm: SizedQuantity
+    ejection_fraction: Fraction
+
+
+Row = Annotated[tuple[float, ...], Field(min_length=5, max_length=5)]
+
+
+class GroupSettings(Settings):
+    """One group of ages; the sexes have equal shares, ages are uniform."""
+
+    share: float = Field(gt=0, le=1, description="share of the population")
+    age_years: Range = Field(description="ages, uniform between")
+    female: BodySettings
+    male: BodySettings
+    correlation: tuple[Row, Row, Row, Row, Row] = Field(
+        description="of log BSA, log HR, log LVEDV, log IVSd, logit EF at a given age; those of LVEDV "
+        "and IVSd beyond their growth with BSA"
+    )
+
+    @model_validator(mode="after")
+    def _check_correlation(self) -> Self:
+        matrix = np.array(self.correlation)
+        if not (np.array_equal(matrix, matrix.T) and np.array_equal(np.diag(matrix), np.ones(5))):
+            raise ValueError("the correlation matrix must be symmetric with ones on its diagonal")
+        if np.linalg.eigvalsh(matrix)[0] <= 0.0:
+            raise ValueError("the correlation matrix must be positive definite; weaken its correlations")
+        return self
+
+    def body(self, sex: Literal["F", "M"]) -> BodySettings:
+        """Return the body and heart of one sex."""
+        return self.male if sex == "M" else self.female
+
+
+class DeclaredRange(Settings):
+    """Hard limits of what enters the simulator; a network trained on the population refuses outside."""
+
+    hr_bpm: Range
+    lvedv_ml: Range
+    ivsd_cm: Range
+
+    @model_validator(mode="after")
+    def _within_the_model(self) -> Self:
+        for name in DECLARED_NAMES:
+            low, high = self.limits(name)
+            lowest, highest = CONTEXT_RANGES[name]
+            if low < lowest or high > highest:
+                raise ValueError(
+                    f"{name}: [{low:g}, {high:g}] exceeds [{lowest:g}, {highest:g}], the limits of the model"
+                )
+        return self
+
+    def limits(self, name: str) -> tuple[float, float]:
+        """Return the limits of one of ``DECLARED_NAMES``."""
+        limits: tuple[float, float] = getattr(self, name)
+        return limits
+
+
+class PopulationSettings(Settings):
+    """Who the network is trained for: groups, the declared range, and how much is trained on beyond."""
+
+    groups: dict[str, GroupSettings] = Field(min_length=1, description="by name; shares sum to one")
+    declared_range: DeclaredRange
+    broad_share: float = Field(
+        ge=0,
+        lt=1,
+        description="share of the contexts trained on whose HR, LVEDV and IVSd are uniform in their "
+        "logarithm over the declared range",
+    )
+
+    @model_validator(mode="after")
+    def _check_shares(self) -> Self:
+        total = sum(group.share for group in self.groups.values())
+        if abs(total - 1.0) > 1e-9:
+            raise ValueError(f"the shares of the groups sum to {total:g}, they must sum to 1")
+        return self
