@@ -20,6 +20,8 @@ RESULTS = CONFIG.results
 SUBJECTS = list(STUDY.subjects)
 EXPERIMENTS = list(CONFIG.experiments_run)
 SHARDS = range(CONFIG.resources.shards_per_subject)
+PARTS = range(CONFIG.resources.population_parts)
+POPULATIONS = list(CONFIG.populations_run)
 MAIN = CONFIG.main_experiment
 FEATURE_EXPERIMENTS = [
     name for name in EXPERIMENTS if name in CONFIG.feature_experiments
@@ -32,6 +34,8 @@ EXACT_TABLES += ["identifiability", "information", "design"]
 NONE = "(?!)"  # a pattern that matches no name
 FEATURES = "|".join(CONFIG.feature_experiments) or NONE
 SPEEDS = "|".join(CONFIG.speed_experiments) or NONE
+OVER_POPULATION = "|".join(CONFIG.population_experiments) or NONE
+EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or NONE
 
 guard_execution(workflow, RESULTS)
 config[RUN] = current_run(workflow)
@@ -39,9 +43,10 @@ config[RUN] = current_run(workflow)
 
 wildcard_constraints:
     subject="|".join(SUBJECTS),
-    experiment="|".join(CONFIG.experiments),
+    experiment="|".join([*CONFIG.experiments, *CONFIG.population_experiments]),
     prior="|".join(CONFIG.priors),
     shard=r"\d+",
+    part=r"\d+",
 
 
 def stage(name, **fixed):
@@ -70,6 +75,15 @@ def stage_of_new_subject(wildcards):
 def of_subjects(pattern):
     """Return a pattern's paths for every subject of the cohort, other wildcards left open."""
     return expand(f"{RESULTS}/{pattern}", subject=SUBJECTS, allow_missing=True)
+
+
+def batches_of_populations():
+    """Return (experiment, number, subjects) of every job that answers subjects by a population's network."""
+    return [
+        (experiment, number, batch)
+        for experiment in CONFIG.population_experiments
+        for number, batch in enumerate(STUDY.batches(STUDY.answered(experiment)))
+    ]
 
 
 def prior_of(wildcards):
@@ -110,7 +124,7 @@ def truth_files():
 
 def noise_files():
     """Return the cohort's noise, which only experiments on speeds need."""
-    return [f"{RESULTS}/cohort/noise.h5"] if SPEED_EXPERIMENTS else []
+    return [f"{RESULTS}/cohort/noise.h5"] if SPEED_EXPERIMENTS or POPULATIONS else []
 
 
 def study_outputs():

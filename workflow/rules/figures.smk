@@ -72,7 +72,7 @@ rule exact_figure:
     benchmark:
         f"{RESULTS}/benchmarks/exact_figure/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
-        experiment=SPEEDS,
+        experiment=EXACT,
     params:
         stage=stage("exact_figure"),
     message:

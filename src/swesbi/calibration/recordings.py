@@ -55,7 +55,7 @@ def infer_recordings(
     network_phi = draw_phi(flow, condition, settings.network_draws, network_seed)
     rng = generator(seed, "calibration", "tarp", name, subject)
     references = reference_points(count, model.settings.prior, rng)
-    progress = Progress(f"calibration {subject} ({name})", count, unit="recording")
+    progress = Progress(f"calibration {subject} ({name})", count, unit="recording") if count > 1 else None
     results: list[_Result] = []
     for index, recording in enumerate(synthetic.recordings):
         case = _Case(
@@ -66,7 +66,8 @@ def infer_recordings(
         )
         proposal = FlowProposal(flow, condition[index])
         results.append(_infer(case, network_phi[index], proposal, settings, exact))
-        progress.step()
+        if progress:
+            progress.step()
     return _gather(subject, results, prior_variance(model))
 
 

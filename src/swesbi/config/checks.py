@@ -30,15 +30,18 @@ def check_prior_names(config: Config) -> None:
 
 def check_experiment_names(config: Config) -> None:
     """Every experiment that is to run exists, the main one among them; none is called like a folder."""
-    if unknown := [name for name in config.experiments_run if name not in config.experiments]:
-        raise ValueError(f"run: {unknown[0]!r} is not one of {', '.join(config.experiments)}")
-    if config.main_experiment not in config.experiments_run:
+    known = (*config.experiments, *config.population_experiments)
+    if unknown := [name for name in config.run if config.run != "all" and name not in known]:
+        raise ValueError(f"run: {unknown[0]!r} is not one of {', '.join(known)}")
+    if config.experiments_run and config.main_experiment not in config.experiments_run:
         raise ValueError(f"main_experiment = {config.main_experiment!r}: not one of the experiments run")
     if config.main_experiment not in config.feature_experiments:
         raise ValueError(
             f"main_experiment = {config.main_experiment!r}: the paper's figures need kind: features"
         )
-    if reserved := FOLDERS & set(config.experiments):
+    if doubled := set(config.experiments) & set(config.population_experiments):
+        raise ValueError(f"population_experiments: {sorted(doubled)[0]!r} is the name of another experiment")
+    if reserved := FOLDERS & set(known):
         raise ValueError(
             f"experiments: {sorted(reserved)[0]!r} is the name of a results folder; choose another"
         )
@@ -123,6 +126,17 @@ def check_calibration_draws(config: Config) -> None:
                 )
 
 
+def check_population_experiments(config: Config) -> None:
+    """An experiment over a population shares its model with one that has an exact likelihood."""
+    for name, experiment in config.population_experiments.items():
+        if experiment.base not in config.speed_experiments:
+            known = ", ".join(config.speed_experiments) or "none"
+            raise ValueError(
+                f"population_experiments.{name}.base = {experiment.base!r} is no experiment of kind speeds; "
+                f"known: {known}"
+            )
+
+
 def check_discrepancy_study(config: Config) -> None:
     """The discrepancy is chosen for an experiment that has one."""
     if (name := config.discrepancy_study.experiment) not in config.speed_experiments:
@@ -153,6 +167,7 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_acquisition,
     check_predictive_draws,
     check_calibration_draws,
+    check_population_experiments,
     check_discrepancy_study,
     check_sensitivity,
 )

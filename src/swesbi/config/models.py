@@ -27,6 +27,11 @@ from swesbi.inference.settings import (
 from swesbi.misspecification.settings import MisspecificationSettings
 from swesbi.noise.settings import NoiseSettings
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.population.calibration import StrataSettings
+from swesbi.population.conditions import ConditionSettings
+from swesbi.population.null import NullSettings
+from swesbi.population.settings import PopulationSettings
+from swesbi.population.simulations import PopulationSizes
 from swesbi.recording.settings import RecordingSettings
 from swesbi.sensitivity.settings import Variant
 from swesbi.settings import Settings
@@ -75,6 +80,29 @@ class SpeedExperimentSettings(Settings):
 AnyExperiment = Annotated[ExperimentSettings | SpeedExperimentSettings, Field(discriminator="kind")]
 
 
+class FreshCalibrationSettings(Settings):
+    """Calibration on fresh contexts of a population, one recording each."""
+
+    own: int = Field(ge=1, description="recordings under the model's own noise")
+    acquired: int = Field(ge=1, description="recordings acquired sample by sample and ingested")
+    strata: StrataSettings
+
+
+class PopulationExperimentSettings(Settings):
+    """One network for every context of a population; all else as in an experiment on speeds."""
+
+    base: Name = Field(
+        description="experiment of kind speeds whose prior, observation model, exact posterior, predictive "
+        "checks, calibration and verdict this one shares"
+    )
+    population: PopulationSettings
+    conditions: ConditionSettings
+    simulations: PopulationSizes
+    estimator: FlowSettings
+    calibration: FreshCalibrationSettings
+    null: NullSettings
+
+
 class CmaesStudySettings(Settings):
     """The optimisation-based reference: within the bounds of one of the priors."""
 
@@ -117,6 +145,12 @@ class ResourceSettings(Settings):
     """How the work is split and where it runs; nothing here may change a result."""
 
     shards_per_subject: int = Field(ge=1, le=1000, description="simulation jobs a subject and prior")
+    population_parts: int = Field(
+        ge=1, le=1000, description="jobs of the simulations, and of the calibration, over a population"
+    )
+    subjects_per_job: int | None = Field(
+        ge=1, description="subjects of a job that serves a large cohort; null: as many as keep jobs few"
+    )
     device: Literal["auto", "cpu", "cuda"] = Field(description="where the network is trained")
 
 
@@ -137,6 +171,9 @@ class Config(Settings):
     acquisition: AcquisitionSettings
     priors: dict[Name, PriorSettings] = Field(min_length=1)
     experiments: dict[Name, AnyExperiment] = Field(min_length=1)
+    population_experiments: dict[Name, PopulationExperimentSettings] = Field(
+        description="experiments whose network is trained over a population instead of the cohort"
+    )
     run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments")
     main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
     cmaes: CmaesStudySettings
@@ -154,8 +191,23 @@ class Config(Settings):
 
     @property
     def experiments_run(self) -> tuple[str, ...]:
-        """The experiments that the study runs, each once, in the order given."""
-        return tuple(self.experiments) if self.run == "all" else tuple(dict.fromkeys(self.run))
+        """The experiments on the cohort that the study runs, each once, in the order given."""
+        return tuple(name for name in self._run if name in self.experiments)
+
+    @property
+    def populations_run(self) -> tuple[str, ...]:
+        """The experiments over a population that the study runs, each once, in the order given."""
+        return tuple(name for name in self._run if name in self.population_experiments)
+
+    @property
+    def _run(self) -> tuple[str, ...]:
+        everything = (*self.experiments, *self.population_experiments)
+        return everything if self.run == "all" else tuple(dict.fromkeys(self.run))
+
+    def base_of(self, experiment: str) -> str:
+        """Return the experiment on the cohort that one over a population shares its model with, or itself."""
+        over_population = self.population_experiments.get(experiment)
+        return over_population.base if over_population else experiment
 
     @property
     def feature_experiments(self) -> Mapping[str, ExperimentSettings]:

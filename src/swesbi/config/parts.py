@@ -18,9 +18,12 @@ def common(config: Config, *names: str) -> dict[str, Any]:
 
 
 def of_experiment(study: Study, wildcards: Wildcards, *names: str) -> dict[str, Any]:
-    """Return parts of one experiment's section; its prior as the prior itself, not its name."""
+    """Return parts of one experiment's section; its prior as the prior itself, not its name.
+
+    An experiment over a population has those of its base.
+    """
     config = study.config
-    experiment = config.experiments[named(study, wildcards, "experiment")]
+    experiment = config.experiments[config.base_of(named(study, wildcards, "experiment"))]
     plain = experiment.to_plain() | {"prior": config.priors[experiment.prior].to_plain()}
     if missing := [name for name in names if name not in plain]:
         raise ConfigError(
@@ -45,7 +48,7 @@ def named(study: Study, wildcards: Wildcards, kind: str) -> str:
     name = wildcard(wildcards, kind)
     known = {
         "subject": study.context_rows,
-        "experiment": study.config.experiments,
+        "experiment": (*study.config.experiments, *study.config.population_experiments),
         "prior": study.config.priors,
         "variant": study.config.sensitivity.variants,
     }

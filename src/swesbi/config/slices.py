@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Final
 
+from swesbi.config import population_slices as populations
 from swesbi.config import speed_slices as speeds
 from swesbi.config.parts import Wildcards, common, context_of, figure, named, of_experiment, wildcard
 from swesbi.config.study import Study
@@ -242,6 +243,12 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "calibration_local": speeds.calibration_local,
     "calibration": speeds.calibration,
     "calibration_figure": _calibration_figure,
+    "population_simulate": populations.simulate,
+    "train_population": populations.train,
+    "population_calibration": populations.calibration,
+    "population_scores": populations.scores,
+    "population_null": populations.null,
+    "population_answers": populations.answers,
     "cmaes": _cmaes,
     "ppc_figure": figure,
     "posterior_figure": _figure_with_prior,
@@ -257,6 +264,15 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "report": _report,
 }
 STAGES: Final = tuple(_SLICES)
+POPULATION_STAGES: Final = (
+    "population_simulate",
+    "train_population",
+    "population_calibration",
+    "population_scores",
+    "population_null",
+    "population_answers",
+)
+"""The stages of experiments over a population."""
 SPEED_STAGES: Final = (
     "speed_pool",
     "train_flow",

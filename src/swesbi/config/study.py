@@ -6,14 +6,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from swesbi.config.errors import ConfigError
 from swesbi.config.models import Config
 from swesbi.config.read import overlay, parse_config
+from swesbi.population.contexts import in_declared_range
 from swesbi.recording import ContextRow, Problem, RecordingError, read_context_rows
 from swesbi.recording.files import PROTOCOL, SUBJECTS, check_file, find_recording
 from swesbi.recording.problems import listed
+
+MOST_JOBS: Final = 32
+"""Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,17 @@ class Study:
             RecordingError: There is no such file, more than one, or it leads out of its folder.
         """
         return find_recording(Path(self.config.new_subjects.cohort or ""), subject)
+
+    def answered(self, experiment: str) -> tuple[str, ...]:
+        """Return the subjects within the declared range of an experiment over a population."""
+        population = self.config.population_experiments[experiment].population
+        rows = self.context_rows.values()
+        return tuple(row.subject for row in rows if not in_declared_range(row.to_context(), population))
+
+    def batches(self, subjects: Sequence[str]) -> tuple[tuple[str, ...], ...]:
+        """Share subjects out over the jobs that serve a large cohort, in order."""
+        size = self.config.resources.subjects_per_job or max(-(-len(subjects) // MOST_JOBS), 1)
+        return tuple(tuple(subjects[start : start + size]) for start in range(0, len(subjects), size))
 
     def with_changes(self, changes: Mapping[str, Any], source: str) -> Study:
         """Return the same cohort under a configuration with other values; ``source`` names them in errors.

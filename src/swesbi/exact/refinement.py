@@ -6,7 +6,7 @@ weighted, a Student distribution is fitted to them, and takes most of the networ
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from swesbi.exact.importance import weigh
+from swesbi.exact.posterior import ExactPosterior, exact_posterior
 from swesbi.exact.protocols import LikelihoodModel, Proposal
-from swesbi.exact.settings import RefinementSettings
+from swesbi.exact.settings import ExactSettings, RefinementSettings
 from swesbi.exact.student import StudentProposal, fitted_proposal
 from swesbi.seeds import integer_seed
 from swesbi.simulations.prior import bounds
@@ -99,3 +100,26 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
         student = fitted_proposal(to_logit(weighted.phi, prior), weighted.log_weight)
         proposal = PairProposal(first, FittedProposal(student, prior))
     return Refined(proposal, tuple(found))
+
+
+def refined_posterior(
+    model: LikelihoodModel,
+    network: Proposal,
+    settings: ExactSettings,
+    refinement: RefinementSettings,
+    seed: int,
+    *name: str | int,
+) -> tuple[ExactPosterior, tuple[float, ...]]:
+    """Draw from the exact posterior of a recording that the network may not know well.
+
+    Returns:
+        The posterior, with the network's own draws beside it, and the efficiency of the network and of
+        each proposal that was fitted after it.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw of a round.
+    """
+    seeds = [integer_seed(seed, *name, part) for part in ("refined", "exact", "npe")]
+    refined = refine(model, network, refinement, seeds[0])
+    exact = exact_posterior(model, refined.proposal, settings, seeds[1])
+    return replace(exact, npe_phi=network.draw(settings.draws, seeds[2])), refined.efficiency

@@ -12,12 +12,14 @@ from pydantic import Field
 from swesbi.context import Context
 from swesbi.flow.conditioning import ConditioningSettings
 from swesbi.flow.net import TrainedFlow
+from swesbi.misspecification.bounds import prior_strip_mass
 from swesbi.misspecification.checks import DISTANCES, Checks, check_recording, stack_checks
 from swesbi.misspecification.feature_space import fit_feature_space
-from swesbi.misspecification.pooled import prior_predictive
+from swesbi.misspecification.pooled import PooledNull, prior_predictive
 from swesbi.misspecification.posteriors import weighted_posterior
 from swesbi.misspecification.reference import space_distances
 from swesbi.misspecification.settings import RuleSettings
+from swesbi.observation import summary_names
 from swesbi.population.recordings import (
     OWN,
     FreshSettings,
@@ -49,18 +51,10 @@ class NullSettings(Settings):
 
 @dataclass(frozen=True)
 class PopulationNull:
-    """n well-specified recordings of fresh contexts.
-
-    Attributes:
-        contexts: Their contexts.
-        checks: What the tests look at in each.
-        distance_level: Share of the subject's own prior predictive recordings that lie nearer, for each of
-            the distances; shape (n, D).
-    """
+    """Well-specified recordings of fresh contexts, n of them, and what the tests look at in each."""
 
     contexts: tuple[Context, ...]
-    checks: Checks
-    distance_level: FloatArray
+    pooled: PooledNull
 
 
 def draw_null(
@@ -93,7 +87,9 @@ def draw_null(
         checks.append(found)
         levels.append(_levels(subject, found, conditioning, settings, rule, seed))
         progress.step()
-    return PopulationNull(tuple(contexts), stack_checks(checks), np.stack(levels))
+    mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
+    names = summary_names(conditioning.summary)
+    return PopulationNull(tuple(contexts), PooledNull(stack_checks(checks), np.stack(levels), names, mass))
 
 
 def _check(

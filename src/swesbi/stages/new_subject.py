@@ -13,14 +13,14 @@ from pydantic import Field
 
 from swesbi.artefacts import write_json
 from swesbi.context import Context
-from swesbi.exact.posterior import exact_posterior as exact_posterior_of
 from swesbi.exact.proposal import flow_proposal
-from swesbi.exact.refinement import refine
+from swesbi.exact.refinement import refined_posterior
 from swesbi.exact.settings import RefinementSettings
 from swesbi.flow.files import load_flow
 from swesbi.inference.support import SupportTest
 from swesbi.inspection.content import flatten
 from swesbi.misspecification.dataset import NULL, read_subject_checks
+from swesbi.misspecification.network import network_test
 from swesbi.misspecification.pooled import pool_subjects, pooled_reference, prior_predictive
 from swesbi.misspecification.reference import Reference
 from swesbi.new_subject.context_range import check_context, nearest_known
@@ -31,7 +31,6 @@ from swesbi.recording import RecordingSettings, read_samples
 from swesbi.recording.dataset import read_observation
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.recording.speed import NoiseComponents
-from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.subjects import read_speed_model
@@ -133,7 +132,7 @@ def run(
         noise_test = _noise_test(
             recording, read_noise(noise).components, settings.ingest.recording, settings.noise_level
         )
-        further = [noise_test, _network_test(efficiency, settings.refinement)]
+        further = [noise_test, network_test(efficiency, settings.refinement.min_efficiency)]
         judged = verdict.judge(
             posterior, model, trained, reference.result(), settings.verdict, origin, further
         )
@@ -196,31 +195,11 @@ def _infer(
     """Write the exact posterior; return the efficiency of the network's draws and of each refinement."""
     shown = replace(model.recording, context=nearest_known(model.recording.context, trained))
     network = flow_proposal(load_flow(estimator)[0], shown)
-    streams = [
-        integer_seed(origin.seed, STREAM, origin.subject, name) for name in ("refined", "exact", "npe")
-    ]
-    refined = refine(model, network, settings.refinement, streams[0])
-    sizes = settings.exact_posterior.exact
-    exact = exact_posterior_of(model, refined.proposal, sizes, streams[1])
-    exact = replace(exact, npe_phi=network.draw(sizes.draws, streams[2]))
+    sizes, refinement = settings.exact_posterior.exact, settings.refinement
+    stream = (origin.seed, STREAM, origin.subject)
+    exact, efficiency = refined_posterior(model, network, sizes, refinement, *stream)
     exact_posterior.write_posterior(posterior, exact, network, settings.exact_posterior, origin)
-    return refined.efficiency
-
-
-def _network_test(efficiency: Sequence[float], settings: RefinementSettings) -> SupportTest:
-    """Say how well the network knew the recording; the weights make good for it, so it is never flagged."""
-    rounds = len(efficiency) - 1
-    after = (
-        f"; {rounds} proposals fitted to the recording brought it to {efficiency[-1]:.0%}" if rounds else ""
-    )
-    return SupportTest(
-        name="network",
-        statistic=efficiency[0],
-        p_value=None,
-        threshold=settings.min_efficiency,
-        flagged=False,
-        detail=f"{efficiency[0]:.1%} of the network's own draws are effective{after}",
-    )
+    return efficiency
 
 
 def _check_network(estimator: Path, settings: train_flow.TrainFlowStageSettings) -> None:

@@ -27,6 +27,7 @@ from swesbi.recording.dataset import read_observation
 from swesbi.seeds import generator
 from swesbi.settings import Settings
 from swesbi.simulations.dataset import read_simulations
+from swesbi.simulations.draw import PriorSimulations
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.subjects import read_speed_model
 from swesbi.stages.origin import Origin
@@ -67,10 +68,27 @@ def run(
         settings.predictive.features,
         settings.summary,
     )
+    write_check(posterior, support, predictive, recorder, read_simulations(shards), settings, origin)
+
+
+def write_check(
+    posterior: Path,
+    support: Path,
+    predictive: Path,
+    recorder: Recorder,
+    simulations: PriorSimulations,
+    settings: PredictiveSpeedsStageSettings,
+    origin: Origin,
+) -> None:
+    """Write the predictive checks of the recorder's recording, with these simulations of its prior.
+
+    Raises:
+        ArtefactError: Every posterior draw failed in the simulator, or a file cannot be read.
+    """
     number, interval = settings.predictive.draws, settings.predictive.interval
     answered = read_support(support).supported
     phi = read_exact_result(posterior).phi[:number]
-    prior = prior_recordings(read_simulations(shards), number, recorder, _stream(origin, "prior"))
+    prior = prior_recordings(simulations, number, recorder, _stream(origin, "prior"))
     after = posterior_recordings(phi, recorder, _stream(origin, "posterior"))
     if not len(after.draws.theta):
         raise ArtefactError(f"{posterior}: none of {len(phi)} draws can be simulated; delete it and rerun")

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
-
-import pandas as pd
 
 from swesbi.flow.conditioning import ConditioningSettings
 from swesbi.flow.files import KIND, save_flow
 from swesbi.flow.pool import of_subject, read_pool
 from swesbi.flow.settings import FlowSettings
 from swesbi.flow.simulations import SubjectSimulations
-from swesbi.flow.training import FlowEpoch, train_flow
+from swesbi.flow.training import train_flow
 from swesbi.observation import SummarySettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.subjects import read_speed_models
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
+from swesbi.tables.training import write_epochs
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -70,10 +67,4 @@ def run(
     seed = integer_seed(origin.seed, "flow training")
     result = train_flow(subjects, settings.conditioning, settings.estimator, seed, label)
     save_flow(estimator, result.flow, origin.provenance(KIND, settings))
-    _write_epochs(training, result.epochs)
-
-
-def _write_epochs(path: Path, epochs: Sequence[FlowEpoch]) -> None:
-    frame = pd.DataFrame([asdict(epoch) for epoch in epochs]).rename(columns={"number": "epoch"})
-    frame["best_so_far"] = frame["best_so_far"].astype(int)
-    write_csv(path, frame, float_format=None)
+    write_epochs(training, result.epochs)

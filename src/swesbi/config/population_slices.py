@@ -1,0 +1,99 @@
+"""Slices of the stages of experiments over a population."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from swesbi.config import speed_slices as speeds
+from swesbi.config.errors import ConfigError
+from swesbi.config.models import PopulationExperimentSettings
+from swesbi.config.parts import Wildcards, common, named, of_experiment, wildcard
+from swesbi.config.study import Study
+from swesbi.simulations.shards import shard_draws
+
+
+def simulate(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what a shard of the simulations depends on."""
+    section = _section(study, wildcards)
+    contexts = _numbers(study, wildcards, "shard", section.simulations.contexts)
+    return {
+        "contexts": contexts,
+        "draws_per_context": section.simulations.draws_per_context,
+        "phases": study.config.acquisition.phases,
+        "population": section.population.to_plain(),
+        "model": speeds.speed_model(study, wildcards),
+    }
+
+
+def train(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the network depends on."""
+    section = _section(study, wildcards)
+    return {
+        "model": speeds.speed_model(study, wildcards),
+        "conditions": section.conditions.to_plain(),
+        "estimator": section.estimator.to_plain(),
+    } | common(study.config, "acquisition", "recording")
+
+
+def calibration(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what a part of the recordings of fresh contexts depends on."""
+    section = _section(study, wildcards).calibration
+    base = of_experiment(study, wildcards, "exact", "calibration")
+    return {
+        "own": _numbers(study, wildcards, "part", section.own),
+        "acquired": _numbers(study, wildcards, "part", section.acquired),
+        "fresh": _fresh(study, wildcards),
+        "sizes": base["calibration"]["recordings"],
+        "exact": base["exact"],
+    }
+
+
+def scores(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what is asked of the answers to fresh contexts."""
+    base = of_experiment(study, wildcards, "prior", "calibration")
+    strata = _section(study, wildcards).calibration.strata.to_plain()
+    return {"prior": base["prior"], "judgement": base["calibration"]["judgement"], "strata": strata}
+
+
+def null(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the nulls of the misspecification tests depend on."""
+    base = of_experiment(study, wildcards, "summary", "misspecification")
+    return {
+        "fresh": _fresh(study, wildcards),
+        "summary": base["summary"],
+        "sizes": _section(study, wildcards).null.to_plain(),
+        "rule": base["misspecification"]["rule"],
+    }
+
+
+def answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the answers for a batch of subjects depend on."""
+    return {
+        "exact_posterior": speeds.exact_posterior(study, wildcards),
+        "predictive_speeds": speeds.predictive_speeds(study, wildcards),
+        "verdict": speeds.verdict(study, wildcards),
+        "refinement": study.config.new_subjects.refinement.to_plain(),
+        "predictive_recordings": _section(study, wildcards).null.predictive_recordings,
+    }
+
+
+def _section(study: Study, wildcards: Wildcards) -> PopulationExperimentSettings:
+    name = named(study, wildcards, "experiment")
+    if name not in study.config.population_experiments:
+        known = ", ".join(study.config.population_experiments) or "none"
+        raise ConfigError(f"experiment = {name!r}: not one over a population; those are {known}")
+    return study.config.population_experiments[name]
+
+
+def _fresh(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    section = _section(study, wildcards)
+    return {
+        "population": section.population.to_plain(),
+        "conditions": section.conditions.to_plain(),
+        "model": speeds.speed_model(study, wildcards),
+    } | common(study.config, "acquisition", "recording")
+
+
+def _numbers(study: Study, wildcards: Wildcards, kind: str, total: int) -> list[int]:
+    part = shard_draws(int(wildcard(wildcards, kind)), study.config.resources.population_parts, total)
+    return [part.start, part.stop]

@@ -1,0 +1,136 @@
+"""Calibration on fresh contexts: one recording of each, inferred by the network and exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
+from swesbi.calibration.recordings import infer_recordings
+from swesbi.calibration.scores import Scores
+from swesbi.calibration.settings import RecordingsSettings
+from swesbi.context import Context
+from swesbi.exact.settings import ExactSettings
+from swesbi.flow.net import TrainedFlow
+from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
+from swesbi.progress import Progress
+from swesbi.settings import Settings
+
+FloatArray = NDArray[np.float64]
+STREAM = "population calibration"
+
+
+class StrataSettings(Settings):
+    """Where continuous values are cut into strata; sex makes two of its own."""
+
+    age_years: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
+    hr_bpm: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
+    relative_se: tuple[float, ...] = Field(
+        min_length=1, description="ascending cuts of the standard error of a phase without failed samples"
+    )
+
+
+@dataclass(frozen=True)
+class FreshInferred:
+    """Recordings of n fresh contexts, one each, with what was inferred.
+
+    Attributes:
+        contexts: The contexts.
+        relative_se: Noise level of each recording; shape (n,).
+        inferred: Scores and diagnostics.
+        refused: Recordings that ingestion refused; they are not among the n.
+    """
+
+    contexts: tuple[Context, ...]
+    relative_se: FloatArray
+    inferred: Inferred
+    refused: int
+
+
+def infer_fresh(
+    index: Sequence[int],
+    kind: str,
+    flow: TrainedFlow,
+    fresh: FreshSettings,
+    settings: RecordingsSettings,
+    exact: ExactSettings,
+    seed: int,
+) -> FreshInferred:
+    """Record the numbered fresh contexts once each, and infer every recording by both samplers.
+
+    Args:
+        index: Numbers of the contexts; each has random streams of its own.
+        kind: Under the model's own noise, or acquired sample by sample.
+        flow: The trained network.
+        fresh: Where contexts and recordings come from.
+        settings: Draws of each posterior.
+        exact: The study's own settings of the exact posterior.
+        seed: The study's seed.
+
+    Raises:
+        ValueError: Ingestion refused every recording.
+    """
+    progress = Progress(f"calibration on fresh contexts ({kind})", len(index), unit="recording")
+    contexts, levels, parts = [], [], []
+    for number in index:
+        subject = fresh_subject(number, fresh, seed, STREAM)
+        made = record_fresh(subject, kind, fresh, seed, STREAM, kind)
+        progress.step()
+        if not made.recordings:
+            continue
+        model = recorded(subject, made)
+        parts.append(infer_recordings(model, made, flow, settings, exact, seed, f"population {kind}"))
+        contexts.append(subject.context)
+        levels.append(subject.level)
+    if not parts:
+        raise ValueError(
+            f"all {len(index)} {kind} recordings were refused; check the experiment's conditions"
+        )
+    return FreshInferred(tuple(contexts), np.array(levels), _join(parts), len(index) - len(parts))
+
+
+def strata(
+    contexts: Sequence[Context], relative_se: FloatArray, settings: StrataSettings
+) -> dict[str, NDArray[np.bool_]]:
+    """Return which of n recordings lie in each marginal stratum, by its name; shape (n,) each."""
+    sex = np.array([one.sex for one in contexts])
+    found = {f"sex {name}": sex == name for name in ("F", "M")}
+    columns = {
+        "age_years": np.array([one.age_years for one in contexts]),
+        "hr_bpm": np.array([one.hr_bpm for one in contexts]),
+        "relative_se": relative_se,
+    }
+    for name, values in columns.items():
+        cuts = getattr(settings, name)
+        part = np.digitize(values, cuts)
+        edges = ("", *(f"{cut:g}" for cut in cuts), "")
+        for number in range(len(cuts) + 1):
+            found[f"{name} {_between(edges[number], edges[number + 1])}"] = part == number
+    return found
+
+
+def _between(low: str, high: str) -> str:
+    if not low:
+        return f"below {high}"
+    return f"{low} to {high}" if high else f"{low} and more"
+
+
+def _join(parts: Sequence[Inferred]) -> Inferred:
+    ranked, diagnostics = [one.ranked for one in parts], [one.diagnostics for one in parts]
+    values: dict[str, Any] = {name: _stacked(ranked, name) for name in ("subject", "truth", "prior_variance")}
+    values |= {name: _scores([getattr(one, name) for one in ranked]) for name in ("network", "weighted")}
+    found: dict[str, Any] = {field.name: _stacked(diagnostics, field.name) for field in fields(Diagnostics)}
+    return Inferred(Ranked(**values), Diagnostics(**found))
+
+
+def _scores(parts: Sequence[Scores]) -> Scores:
+    return Scores(**{field.name: _stacked(parts, field.name) for field in fields(Scores)})
+
+
+def _stacked(parts: Sequence[object], name: str) -> Any:  # noqa: ANN401
+    return np.concatenate([getattr(one, name) for one in parts])

@@ -1,0 +1,45 @@
+"""Stage: nulls of the misspecification tests over a population."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from swesbi.artefacts import save
+from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.files import load_flow
+from swesbi.misspecification.settings import RuleSettings
+from swesbi.observation import SummarySettings
+from swesbi.population.null import NullSettings, draw_null
+from swesbi.population.null_dataset import KIND, to_dataset
+from swesbi.population.recordings import FreshSettings
+from swesbi.settings import Settings
+from swesbi.stages.origin import Origin
+
+
+class PopulationNullStageSettings(Settings):
+    """What the nulls depend on, beside the network."""
+
+    fresh: FreshSettings
+    summary: SummarySettings
+    sizes: NullSettings
+    rule: RuleSettings
+
+
+def run(*, estimator: Path, null: Path, settings: PopulationNullStageSettings, origin: Origin) -> None:
+    """Make well-specified recordings of fresh contexts, infer each, and keep what the tests look at.
+
+    Raises:
+        ArtefactError: The network is no such artefact.
+    """
+    model = settings.fresh.model
+    conditioning = ConditioningSettings(
+        summary=settings.summary,
+        grid_points=model.measurement.grid_points,
+        density_kg_m3=model.density_kg_m3,
+    )
+    flow, _ = load_flow(estimator)
+    found = draw_null(
+        range(settings.sizes.recordings), flow, settings.fresh, conditioning, settings.sizes, settings.rule,
+        origin.seed,
+    )  # fmt: skip
+    save(null, to_dataset(found), origin.provenance(KIND, settings))

@@ -1,0 +1,159 @@
+"""Experiments over a population: simulations -> flow -> calibration on fresh contexts, nulls, answers."""
+
+
+rule population_simulate:
+    """Contexts drawn from the population, draws of theta in each, at the nominal phases."""
+    output:
+        shard=f"{RESULTS}/{{experiment}}/simulations/shard-{{shard}}.h5",
+    log:
+        f"{RESULTS}/logs/population_simulate/{{experiment}}/{{shard}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/population_simulate/{{experiment}}/{{shard}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    priority: 100
+    params:
+        stage=stage("population_simulate"),
+    message:
+        "Simulations over the population of '{wildcards.experiment}', shard {wildcards.shard}"
+    script:
+        "../scripts/population_simulate.py"
+
+
+rule train_population:
+    input:
+        shards=expand(
+            rules.population_simulate.output.shard, shard=PARTS, allow_missing=True
+        ),
+    output:
+        estimator=f"{RESULTS}/{{experiment}}/estimator.pt",
+        training=f"{RESULTS}/{{experiment}}/training.csv",
+    log:
+        f"{RESULTS}/logs/train_population/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/train_population/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    priority: 95
+    params:
+        stage=stage("train_population"),
+    message:
+        "Training the network of '{wildcards.experiment}' over its population (minutes; progress below)"
+    script:
+        "../scripts/train_population.py"
+
+
+rule population_calibration:
+    """Recordings of fresh contexts with known parameters, inferred by the network and exactly."""
+    input:
+        estimator=rules.train_population.output.estimator,
+    output:
+        part=f"{RESULTS}/{{experiment}}/calibration/part-{{part}}.h5",
+    log:
+        f"{RESULTS}/logs/population_calibration/{{experiment}}/{{part}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/population_calibration/{{experiment}}/{{part}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("population_calibration"),
+    message:
+        "Calibration of '{wildcards.experiment}' on fresh contexts, part {wildcards.part}"
+    script:
+        "../scripts/population_calibration.py"
+
+
+rule population_scores:
+    """Coverage, ranks and contraction over all fresh contexts, and coverage by stratum."""
+    input:
+        parts=expand(
+            rules.population_calibration.output.part, part=PARTS, allow_missing=True
+        ),
+    output:
+        calibration=f"{RESULTS}/{{experiment}}/calibration.h5",
+        table=report(
+            f"{RESULTS}/{{experiment}}/calibration.csv",
+            caption="../report/population_calibration.rst",
+            category="Experiment {experiment}",
+            subcategory="Calibration",
+            labels={"result": "checks"},
+        ),
+        strata=report(
+            f"{RESULTS}/{{experiment}}/strata.csv",
+            caption="../report/population_strata.rst",
+            category="Experiment {experiment}",
+            subcategory="Calibration",
+            labels={"result": "coverage by stratum"},
+        ),
+        recovery=f"{RESULTS}/{{experiment}}/recovery.csv",
+        recovery_acquisition=f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
+    log:
+        f"{RESULTS}/logs/population_scores/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/population_scores/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("population_scores"),
+    message:
+        "Calibration of '{wildcards.experiment}', over all fresh contexts and by stratum"
+    script:
+        "../scripts/population_scores.py"
+
+
+rule population_null:
+    """Well-specified recordings of fresh contexts: the nulls of the tests of every subject."""
+    input:
+        estimator=rules.train_population.output.estimator,
+    output:
+        null=f"{RESULTS}/{{experiment}}/null.h5",
+    log:
+        f"{RESULTS}/logs/population_null/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/population_null/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("population_null"),
+    message:
+        "Nulls of the misspecification tests over the population of '{wildcards.experiment}'"
+    script:
+        "../scripts/population_null.py"
+
+
+# A rule a batch: files of a batch have no name in common that a wildcard could stand for.
+for experiment, number, batch in batches_of_populations():
+
+    rule:
+        name:
+            f"population_answers_{experiment}_{number}"
+        input:
+            observations=expand(
+                f"{RESULTS}/cohort/{{subject}}/observation.h5", subject=batch
+            ),
+            noise=f"{RESULTS}/cohort/noise.h5",
+            estimator=f"{RESULTS}/{experiment}/estimator.pt",
+            null=f"{RESULTS}/{experiment}/null.h5",
+        output:
+            posteriors=expand(
+                f"{RESULTS}/{experiment}/subjects/{{subject}}/posterior.h5",
+                subject=batch,
+            ),
+            supports=expand(
+                f"{RESULTS}/{experiment}/subjects/{{subject}}/support.json",
+                subject=batch,
+            ),
+            predictives=expand(
+                f"{RESULTS}/{experiment}/subjects/{{subject}}/predictive.h5",
+                subject=batch,
+            ),
+        log:
+            f"{RESULTS}/logs/population_answers/{experiment}/{number}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/population_answers/{experiment}/{number}.tsv"
+        params:
+            stage=stage("population_answers", experiment=experiment),
+        message:
+            f"Answers of '{experiment}' for {', '.join(batch)}"
+        script:
+            "../scripts/population_answers.py"
