@@ -66,10 +66,14 @@ def stage(name, **fixed):
     return params
 
 
-def stage_of_new_subject(wildcards):
-    """Return the params of the stage of a subject outside the pool, whose wildcard has another name."""
-    subject = wildcards.new_subject
-    return stage("new_subject", subject=subject)(wildcards) | {"subject": subject}
+def stage_of_new_subject(name):
+    """Return the params function of a stage for a subject outside the study, whose wildcard has another name."""
+
+    def params(wildcards):
+        subject = wildcards.new_subject
+        return stage(name, subject=subject)(wildcards) | {"subject": subject}
+
+    return params
 
 
 def of_subjects(pattern):
@@ -84,6 +88,20 @@ def batches_of_populations():
         for experiment in CONFIG.population_experiments
         for number, batch in enumerate(STUDY.batches(STUDY.answered(experiment)))
     ]
+
+
+def of_answered(file, base=False):
+    """Return the input function of a file of every subject that the experiment of the wildcard answers."""
+
+    def paths(wildcards):
+        experiment = wildcards.experiment
+        folder = CONFIG.base_of(experiment) if base else experiment
+        subjects = STUDY.answered(experiment)
+        return expand(
+            f"{RESULTS}/{folder}/subjects/{{subject}}/{file}", subject=subjects
+        )
+
+    return paths
 
 
 def prior_of(wildcards):

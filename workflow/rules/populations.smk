@@ -157,3 +157,30 @@ for experiment, number, batch in batches_of_populations():
             f"Answers of '{experiment}' for {', '.join(batch)}"
         script:
             "../scripts/population_answers.py"
+
+
+rule population_agreement:
+    """Draws of each subject told from the exact ones of the experiment that shares its model, by a classifier."""
+    input:
+        posteriors=of_answered("posterior.h5"),
+        base_posteriors=of_answered("posterior.h5", base=True),
+    output:
+        table=report(
+            f"{RESULTS}/{{experiment}}/agreement.csv",
+            caption="../report/population_agreement.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "agreement with the network of the cohort"},
+        ),
+    log:
+        f"{RESULTS}/logs/population_agreement/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/population_agreement/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("population_agreement"),
+    message:
+        "Do '{wildcards.experiment}' and the network of the cohort give the same posteriors?"
+    script:
+        "../scripts/population_agreement.py"

@@ -66,6 +66,12 @@ def null(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     }
 
 
+def agreement(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the comparison with the base experiment's posteriors depends on."""
+    draws = _section(study, wildcards).calibration.two_sample_draws
+    return {"prior": speeds.speed_model(study, wildcards)["prior"], "draws": draws}
+
+
 def answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the answers for a batch of subjects depend on."""
     return {

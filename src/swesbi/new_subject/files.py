@@ -42,6 +42,34 @@ class FinishedStudy:
         return (self.estimator, self.noise, *self.pooled_observations, *self.misspecifications)
 
 
+@dataclass(frozen=True)
+class FinishedPopulation:
+    """What a finished experiment over a population leaves for subjects outside the study.
+
+    Attributes:
+        estimator: The network.
+        noise: Noise of the study's cohort.
+        null: Null recordings of the population.
+    """
+
+    estimator: Path
+    noise: Path
+    null: Path
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All of them."""
+        return (self.estimator, self.noise, self.null)
+
+
+def finished_population(results: Path, experiment: str) -> FinishedPopulation:
+    """Return where the study keeps what a population's network needs, by the workflow's rules."""
+    inferred = results / experiment
+    return FinishedPopulation(
+        inferred / "estimator.pt", results / "cohort" / "noise.h5", inferred / "null.h5"
+    )
+
+
 def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> FinishedStudy:
     """Return where the study keeps what a new subject needs, by the names of the workflow's rules."""
     cohort, inferred = results / "cohort", results / experiment
