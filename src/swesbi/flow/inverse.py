@@ -1,9 +1,9 @@
 """Draws of an autoregressive flow, each part of its networks evaluated once.
 
 The inverse of a masked autoregressive transform goes coordinate by coordinate: the parameters of one depend
-on those before it (Papamakarios, Pavlakou and Murray 2017, Sec. 3). zuko evaluates the whole network and every
-coordinate's transform in each of these passes and keeps one. Here a pass evaluates the units that
-its coordinate needs and no earlier pass has: the same sums of the same terms, hence the same draws.
+on those before it (Papamakarios, Pavlakou and Murray 2017, Sec. 3). zuko evaluates the whole network and
+every coordinate's transform in each of these passes and keeps one. Here a pass evaluates the units that its
+coordinate needs and no earlier pass has: the same sums of the same terms, hence the same draws.
 """
 
 from __future__ import annotations
