@@ -75,9 +75,8 @@ def exact_draws(
     return replace(drawn, phi=posterior.phi, weight=weight, log_likelihood=log_likelihood)
 
 
-def equally_weighted(drawn: Drawn, draws: int, rng: np.random.Generator) -> FloatArray:
-    """Return equally weighted draws (draws, 4) by systematic resampling (Kitagawa 1996)."""
+def equally_weighted(drawn: Drawn, draws: int, rng: np.random.Generator) -> NDArray[np.int_]:
+    """Return the rows of equally weighted draws, (draws,), by systematic resampling (Kitagawa 1996)."""
     edges = np.cumsum(drawn.weight)
     levels = (np.arange(draws) + rng.random()) / draws
-    rows = np.searchsorted(edges / edges[-1], levels, side="right")
-    return np.asarray(drawn.phi[rows])
+    return np.searchsorted(edges / edges[-1], levels, side="right")

@@ -24,6 +24,8 @@ from swesbi.misspecification.bounds import strip_mass
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 from swesbi.speed_model.model import SpeedModel
+from swesbi.speed_model.prediction import PredictedSpeeds
+from swesbi.speed_model.remembering import RememberingModel
 from swesbi.speed_model.synthetic import Synthetic
 
 FloatArray = NDArray[np.float64]
@@ -100,19 +102,22 @@ def _infer(
     model, duration_s = case.model, activation_duration_s(case.model)
     phi = np.concatenate([case.phi[None], network_phi])
     truth, *draws = quantities(phi, model.log_likelihood(phi), duration_s)
-    drawn = exact_draws(model, proposal, settings.weighted_draws, exact, case.seed)
+    remembering = RememberingModel(model)
+    drawn = exact_draws(remembering, proposal, settings.weighted_draws, exact, case.seed)
     values = quantities(drawn.phi, drawn.log_likelihood, duration_s)
     return _Result(
         truth=truth,
         network=case.score(truth, np.stack(draws), equal_weights(len(draws))),
         weighted=case.score(truth, values, drawn.weight),
-        diagnostics=_diagnose(case, drawn, settings),
+        diagnostics=_diagnose(case, drawn, remembering.predict(drawn.phi), settings),
     )
 
 
-def _diagnose(case: _Case, drawn: Drawn, settings: RecordingsSettings) -> Diagnostics:
-    rng = generator(case.seed, "misfit")
-    found = misfit(case.model, equally_weighted(drawn, settings.misfit_draws, rng))
+def _diagnose(
+    case: _Case, drawn: Drawn, predicted: PredictedSpeeds, settings: RecordingsSettings
+) -> Diagnostics:
+    rows = equally_weighted(drawn, settings.misfit_draws, generator(case.seed, "misfit"))
+    found = misfit(case.model, predicted.rows(rows))
     prior = case.model.settings.prior
     return Diagnostics(
         k_hat=np.array(drawn.k_hat),
