@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from study_arrays import assert_equal_results
-from study_copy import ROOT, StudyCopy, copy_study
+from study_copy import copy_study
 
 SCRIPT = Path(__file__).parent / "cluster" / "slurm.sh"
 PROFILE = "workflow/profiles/slurm"
@@ -47,24 +47,14 @@ def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     subprocess.run([SCRIPT, "stop", folder], check=True, timeout=60)
 
 
-@pytest.fixture
-def local(request: pytest.FixtureRequest) -> Path:
-    """Results of the smoke study on this machine: those of `make smoke` where nothing would rerun."""
-    here = StudyCopy(ROOT, "tests/smoke.yaml")
-    if here.results.is_dir() and not here.planned():
-        return here.results
-    finished: StudyCopy = request.getfixturevalue("finished")
-    return finished.results
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(bool(why_not()), reason=why_not())
 def test_the_smoke_study_runs_through_slurm_and_gives_the_same_arrays(
-    local: Path, slurm: None, tmp_path: Path
+    local_results: Path, slurm: None, tmp_path: Path
 ) -> None:
     study = copy_study(tmp_path)
     command = ["-m", "snakemake", "--profile", PROFILE, *HERE, "--configfile", study.config]
     done = study.call(*command, timeout_s=TIMEOUT_S)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "has been submitted with SLURM jobid" in done.stdout + done.stderr
-    assert assert_equal_results(study.results, local) > 30
+    assert assert_equal_results(study.results, local_results) > 30
