@@ -2,6 +2,8 @@
 
 import sys
 
+from snakemake.io import expand as expand_names
+
 from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, load_study
 from swesbi.config.slices import stage_settings
@@ -39,6 +41,19 @@ EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or
 
 guard_execution(workflow, RESULTS)
 config[RUN] = current_run(workflow)
+
+
+def expand(patterns, **values):
+    """Expand names, and outputs of rules also where they lie in a storage: Snakemake's own refuses those."""
+    patterns = [patterns] if isinstance(patterns, str) else patterns
+    return expand_names([name_of(pattern) for pattern in patterns], **values)
+
+
+def name_of(pattern):
+    """Return a pattern without the storage's prefix, which Snakemake puts before every name of an input."""
+    stored = getattr(pattern, "flags", {}).get("storage_object")
+    prefix = f"{workflow.storage_settings.default_storage_prefix}/"
+    return stored.query.removeprefix(prefix) if stored else pattern
 
 
 wildcard_constraints:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from swesbi.code_hash import stage_hash
-from swesbi.config import ConfigError, Study, load_study, overlay, read_yaml
+from swesbi.config import ConfigError, Study, add_options, load_study, overlay, read_merged, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.new_subject.files import OUTPUTS, FinishedStudy, check_finished, finished_study
 from swesbi.stages.origin import Origin
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
     plain = stage_settings(study, "new_subject", experiment=experiment, subject=subject)
     results = Path(study.config.results)
     finished = finished_study(results, experiment, study.subjects)
-    check_finished(finished)
+    check_finished(finished, snakemake_options(options.config, options.overlay))
     folder = options.out or results / experiment / "new" / subject
     _answer(study, subject, plain, finished, folder)
     print(_text(study, experiment, subject, folder))
@@ -93,15 +93,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--phases", type=int, help="gated phases of the recording; default: as configured")
     parser.add_argument("--experiment", help="an experiment of kind speeds; default: the first that runs")
     parser.add_argument("--out", type=Path, help="folder; default: <results>/<experiment>/new/<subject>")
-    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
-    parser.add_argument("--overlay", type=Path, help="configuration merged over it")
+    add_options(parser)
     return parser
 
 
 def _study(options: argparse.Namespace) -> Study:
-    raw = read_yaml(options.config)
-    if options.overlay:
-        raw = overlay(raw, read_yaml(options.overlay))
+    raw = read_merged(options.config, options.overlay)
     chosen: dict[str, object] = {"cohort": str(options.cohort)}
     if options.phases is not None:
         chosen["phases"] = options.phases

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from swesbi.artefacts.errors import make_command
+
 OUTPUTS: Final = {
     "observation": "observation.h5",
     "passive_baseline": "passive.h5",
@@ -81,16 +83,19 @@ def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> F
     )
 
 
-def check_finished(study: FinishedStudy) -> None:
+def check_finished(study: FinishedStudy, options: str = "") -> None:
     """Refuse a study that has not been run as far as it takes.
+
+    Args:
+        study: Its files.
+        options: What Snakemake runs it with beside the targets (``--configfile tests/smoke.yaml``, say).
 
     Raises:
         FileNotFoundError: Names what is missing, and the command that makes it.
     """
     missing = [path for path in study.files if not path.is_file()]
     if missing:
-        command = " ".join(["snakemake --cores 2 --", *map(str, missing)])
         raise FileNotFoundError(
             f"{missing[0]} does not exist: the study that is to answer has not been run this far; run\n"
-            f"  {command}"
+            f"  {make_command(missing, options)}"
         )
