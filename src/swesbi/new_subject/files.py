@@ -83,7 +83,7 @@ def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> F
     )
 
 
-def check_finished(study: FinishedStudy, options: str = "") -> None:
+def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "") -> None:
     """Refuse a study that has not been run as far as it takes.
 
     Args:
