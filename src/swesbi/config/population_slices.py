@@ -45,6 +45,7 @@ def calibration(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "fresh": _fresh(study, wildcards),
         "sizes": base["calibration"]["recordings"],
         "exact": base["exact"],
+        "refinement": study.config.new_subjects.refinement.to_plain(),
     }
 
 
