@@ -135,9 +135,8 @@ def main() -> None:
     print(table.round(digits).to_string())
     total = table["cpu_s"].sum()
     start, imports = table["start_up_s"].sum(skipna=False) / total, table["imports_s"].sum() / total
-    print(
-        f"\n{len(jobs)} jobs, {total / 60:.1f} min of processor time; start-up {start:.1%}, imports {imports:.1%}"
-    )
+    print(f"\n{len(jobs)} jobs, {total / 60:.1f} min of processor time", end="; ")
+    print(f"start-up {start:.1%}, imports {imports:.1%}")
     if options.table:
         table.round(3).to_csv(options.table, lineterminator="\n")
     if options.figure:
