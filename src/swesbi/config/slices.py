@@ -32,6 +32,12 @@ def _ingest(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return {"context": context_of(study, wildcards)} | common(study.config, "recording", "measurement")
 
 
+def _ingest_batch(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    batch = study.batches(study.subjects)[int(wildcard(wildcards, "batch"))]
+    rows = [study.context_rows[subject].to_plain() for subject in batch]
+    return {"contexts": rows} | common(study.config, "recording", "measurement")
+
+
 def _noise(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return common(study.config, "recording", "noise")
 
@@ -212,6 +218,7 @@ _OF_A_NEW_SUBJECT: Final = (
 )
 _SLICES: Final[Mapping[str, Slice]] = {
     "ingest": _ingest,
+    "ingest_batch": _ingest_batch,
     "noise": _noise,
     "passive": _passive,
     "simulate": _simulate,
@@ -249,13 +256,15 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "population_scores": populations.scores,
     "population_null": populations.null,
     "population_answers": populations.answers,
+    "population_cohort": populations.cohort,
+    "strata_figure": populations.strata_figure,
     "cmaes": _cmaes,
     "ppc_figure": figure,
     "posterior_figure": _figure_with_prior,
     "exact_figure": _exact_figure,
     "exact_figures": _exact_figure,
     "cohort_figures": _figure_with_prior,
-    "training_figure": figure,
+    "training_figure": populations.training_figure,
     "tables": figure,
     "truth": _nothing,
     "workflow_figure": _workflow_figure,
@@ -271,6 +280,8 @@ POPULATION_STAGES: Final = (
     "population_scores",
     "population_null",
     "population_answers",
+    "population_cohort",
+    "strata_figure",
 )
 """The stages of experiments over a population."""
 SPEED_STAGES: Final = (
