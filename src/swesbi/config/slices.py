@@ -194,6 +194,11 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         | {"prior": config.priors[config.experiments[name].prior].to_plain()}
         for name in config.experiments_run
     }
+    populations = {
+        name: config.population_experiments[name].to_plain()
+        | {"interval": config.speed_experiments[config.base_of(name)].exact.interval}
+        for name in config.populations_run
+    }
     # where results lie, how the work is split and who else is answered change no result of the study
     printed = config.to_plain()
     for key in ("resources", "results", "new_subjects"):
@@ -203,6 +208,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "configuration": printed,
         "experiments": shown,
         "main_experiment": config.main_experiment,
+        "populations": populations,
     }
 
 

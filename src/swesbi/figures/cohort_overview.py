@@ -68,7 +68,7 @@ class Overview:
 def draw(overview: Overview, cohort_title: str, experiment: str) -> Figure:
     """Draw a row a parameter: answers in order of their medians, against context, and against a known truth.
 
-    Below are verdicts, their reasons, and the efficiency of the weights. The size does not depend on the cohort.
+    Below are verdicts, their reasons, and the efficiency of the weights. Every cohort gives the same size.
 
     Args:
         overview: What is shown.

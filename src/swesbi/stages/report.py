@@ -22,12 +22,14 @@ from swesbi.report.files import file_groups, relative
 from swesbi.report.names import protocol_entry
 from swesbi.report.page import Cohort, Figures, Provenance, as_yaml, make_page, render
 from swesbi.report.paper import read_comparison
+from swesbi.report.population_section import make_population_section, population_figures
 from swesbi.report.provenance import provenance_table, software_table
 from swesbi.report.results import Experiment, Recovery, Results
 from swesbi.settings import Settings
 from swesbi.stages.exact_results import read_exact
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place
+from swesbi.stages.population_results import read_populations
 
 
 class ReportSettings(Settings):
@@ -37,12 +39,14 @@ class ReportSettings(Settings):
         cohort_title: What the subjects are called.
         main_experiment: The experiment of figures 2 and 3 and of table 1.
         experiments: Section of each experiment shown, its prior as the prior itself.
+        populations: Section of each experiment over a population, with the mass of its credible intervals.
         configuration: The configuration as the page prints it.
     """
 
     cohort_title: str
     main_experiment: str
     experiments: dict[str, dict[str, JsonValue]]
+    populations: dict[str, dict[str, JsonValue]]
     configuration: dict[str, JsonValue]
 
 
@@ -76,6 +80,9 @@ def run(
     noise: Sequence[Path],
     truth_csv: Sequence[Path],
     exact_pngs: Sequence[Path],
+    population_cohorts: Sequence[Path],
+    population_strata: Sequence[Path],
+    population_pngs: Sequence[Path],
     artefacts: Sequence[Path],
     report: Path,
     configuration: Path,
@@ -84,8 +91,8 @@ def run(
 ) -> None:
     """Write the configuration and the page, which refers to every file by its path relative to itself.
 
-    What belongs to experiments on speeds is empty where none is run; ``noise`` and ``truth_csv`` hold one
-    file or none.
+    What belongs to experiments on speeds or over a population is empty where none is run; ``noise`` and
+    ``truth_csv`` hold one file or none.
 
     Raises:
         ArtefactError: An input is missing for an experiment, or cannot be read.
@@ -102,15 +109,7 @@ def run(
         epochs=figure(epochs_png, report, *captions.epochs(results.main, title), epochs_pdf),
         training=tuple(figure(path, report, *captions.training(path.stem, title)) for path in training_pngs),
     )
-    origins = Provenance(
-        seed=origin.seed,
-        code_hash=origin.code_hash,
-        version=__version__,
-        artefacts=provenance_table(artefacts),
-        software=software_table(),
-        configuration=as_yaml(settings.configuration),
-        configuration_file=relative(configuration, report),
-    )
+    origins = _origins(settings, origin, artefacts, relative(configuration, report))
     cohort = _cohort(recording, title)
     of_exact = {
         "calibration": calibrations,
@@ -121,11 +120,30 @@ def run(
         make_section(each, section_figures(exact_pngs, each.experiment.name, report, title), title)
         for each in read_exact(results.experiments, exact_posteriors, of_exact, noise, truth_csv)
     ]
-    page = make_page(results, cohort, figures, sections, file_groups(artefacts, report), origins)
+    populations = [
+        make_population_section(each, population_figures(population_pngs, each.name, report, title), title)
+        for each in read_populations(settings.populations, population_cohorts, population_strata)
+    ]
+    files_shown = file_groups(artefacts, report)
+    page = make_page(results, cohort, figures, sections, populations, files_shown, origins)
     with atomic_path(configuration) as temporary:
         temporary.write_text(origins.configuration, encoding="utf-8")
     with atomic_path(report) as temporary:
         temporary.write_text(render(page), encoding="utf-8")
+
+
+def _origins(
+    settings: ReportSettings, origin: Origin, artefacts: Sequence[Path], configuration_file: str
+) -> Provenance:
+    return Provenance(
+        seed=origin.seed,
+        code_hash=origin.code_hash,
+        version=__version__,
+        artefacts=provenance_table(artefacts),
+        software=software_table(),
+        configuration=as_yaml(settings.configuration),
+        configuration_file=configuration_file,
+    )
 
 
 def _results(
