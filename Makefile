@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow lint types check-workflow reference format clean
+.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow lint types check-workflow reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -16,6 +16,9 @@ $(INSTALLED): environment.txt pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --requirement environment.txt
 	touch $@
+
+cluster: $(INSTALLED) ## what a run on a cluster needs beside it
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --requirement environment-cluster.txt
 
 study: $(INSTALLED) ## the whole study: every figure and table, under results/
 	$(BIN)/snakemake --cores $(CORES)

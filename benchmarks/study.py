@@ -1,10 +1,12 @@
 """Where the time of a study goes: processor time, wall time and memory by stage, and what starting up costs.
 
     python benchmarks/study.py
+    python benchmarks/study.py --profile workflow/profiles/slurm
     python benchmarks/study.py --table docs/tables/study_cost.csv --figure docs/figures/study_cost.png
 
 Adds up the files that Snakemake writes for every job of a run. Start-up is measured here and now: a process
-that imports what the stage imports and does nothing, times the number of jobs.
+that imports what the stage imports and does nothing, times the number of jobs. With a profile, what it
+asks of a cluster stands beside what the jobs took.
 """
 
 from __future__ import annotations
@@ -17,10 +19,12 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pandas as pd
+import yaml
 
 from swesbi.figures.style import new_figure, save_figure, style
 
 TIMES = {"s": "wall_s", "cpu_time": "cpu_s", "max_rss": "memory_mb"}
+SNAKEMAKE_MB = 500  # its own two processes in a job of a cluster
 SHOWN = 16  # stages in the figure, the rest together
 
 
@@ -36,6 +40,22 @@ def read_jobs(folder: Path) -> pd.DataFrame:
     rows = [pd.read_csv(path, sep="\t")[list(TIMES)].rename(columns=TIMES).iloc[0] for path in paths]
     stages = [path.relative_to(folder).parts[0].removesuffix(".tsv") for path in paths]
     return pd.DataFrame(rows).assign(stage=stages).reset_index(drop=True)
+
+
+def asked(jobs: pd.DataFrame, profile: Path) -> pd.DataFrame:
+    """Return memory (MB) and time (minutes) of each stage's largest job beside what a profile asks for it.
+
+    ``spare`` is what is asked over what was taken, with Snakemake's processes; below 1 jobs are killed.
+    """
+    content = yaml.safe_load((profile / "config.yaml").read_text(encoding="utf-8"))
+    ruled = content.get("set-resources", {})
+    table = jobs.groupby("stage").agg(memory_mb=("memory_mb", "max"), wall_s=("wall_s", "max"))
+    for name in ("mem_mb", "runtime"):
+        default = content["default-resources"].get(name, float("nan"))
+        table[name] = [ruled.get(stage, {}).get(name, default) for stage in table.index]
+    table["spare_memory"] = table["mem_mb"] / (table["memory_mb"] + SNAKEMAKE_MB)
+    table["spare_time"] = 60.0 * table["runtime"] / table["wall_s"]
+    return table.sort_values("spare_memory")
 
 
 def start_up_s(stage: str) -> float:
@@ -82,13 +102,18 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder of a finished study")
+    parser.add_argument("--profile", type=Path, help="folder of a profile, to compare with what jobs took")
     parser.add_argument("--table", type=Path, help="CSV to write")
     parser.add_argument("--figure", type=Path, help="PNG or PDF to write")
     options = parser.parse_args()
-    table = by_stage(read_jobs(options.results / "benchmarks"))
+    jobs = read_jobs(options.results / "benchmarks")
+    if options.profile:
+        print(asked(jobs, options.profile).round(2).to_string())
+        return
+    table = by_stage(jobs)
     print(table.round({"cpu_s": 1, "wall_s": 1, "memory_mb": 0, "start_up_s": 1, "share": 3}).to_string())
-    total, start, jobs = table["cpu_s"].sum(), table["start_up_s"].sum(), int(table["jobs"].sum())
-    print(f"\n{jobs} jobs, {total / 60:.1f} min of processor time; start-up {start / total:.1%}")
+    total, start = table["cpu_s"].sum(), table["start_up_s"].sum()
+    print(f"\n{len(jobs)} jobs, {total / 60:.1f} min of processor time; start-up {start / total:.1%}")
     if options.table:
         table.round(3).to_csv(options.table, lineterminator="\n")
     if options.figure:

@@ -38,19 +38,24 @@ class StudyCopy:
 
     def snakemake(self, *arguments: str, cores: int = 2) -> subprocess.CompletedProcess[str]:
         """Run Snakemake in the copy, with the copy's own package."""
-        return subprocess.run(
-            self.command(*arguments, cores=cores),
-            cwd=self.folder,
-            env=self.environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        return self.call(*self.command(*arguments, cores=cores)[1:])
 
     def command(self, *arguments: str, cores: int = 2) -> list[str]:
         """Return the command that runs Snakemake."""
         snakemake = [sys.executable, "-m", "snakemake", "--cores", str(cores)]
         return [*snakemake, *arguments, "--configfile", self.config]
+
+    def call(self, *arguments: str, timeout_s: float | None = None) -> subprocess.CompletedProcess[str]:
+        """Run Python in the copy, with the copy's own package; what it says is kept."""
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=self.folder,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            timeout=timeout_s,
+            check=False,
+        )
 
     @property
     def environment(self) -> dict[str, str]:

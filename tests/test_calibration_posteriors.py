@@ -23,6 +23,7 @@ from swesbi.calibration.two_samples import classifier_accuracy
 from swesbi.exact.importance import draw_prior
 from swesbi.forward_model import THETA_RANGES
 from swesbi.speed_model.likelihood import log_speed_sd
+from swesbi.speed_model.remembering import RememberingModel
 
 PHI = speed_case.PHI[None]
 
@@ -52,7 +53,7 @@ def test_where_weights_fail_altogether_mcmc_takes_over() -> None:
 
 def test_resampling_keeps_the_weighted_mean() -> None:
     drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.5), 4000, exact_case.SETTINGS, 4)
-    phi = equally_weighted(drawn, 2000, np.random.default_rng(5))
+    phi = drawn.phi[equally_weighted(drawn, 2000, np.random.default_rng(5))]
     spread = np.sqrt(drawn.weight @ (drawn.phi - drawn.weight @ drawn.phi) ** 2)
     np.testing.assert_allclose((phi.mean(axis=0) - drawn.weight @ drawn.phi) / spread, 0.0, atol=0.07)
 
@@ -72,9 +73,20 @@ def test_misfit_is_that_of_the_residuals() -> None:
     model = speed_case.model()
     sd = log_speed_sd(model.predict(PHI), model.recording.relative_se, model.settings.discrepancy)
     shifted = replace(model.recording, speed_m_s=model.recording.speed_m_s * np.exp(2.0 * sd[0]))
-    found = misfit(replace(model, recording=shifted), PHI)
+    found = misfit(replace(model, recording=shifted), model.predict(PHI))
     assert found.min_chi2 == pytest.approx(4.0 * len(model.recording.phase))
     assert found.mean_chi2 == found.min_chi2
+
+
+def test_what_was_simulated_last_is_not_simulated_again() -> None:
+    model = speed_case.model()
+    remembering = RememberingModel(model)
+    first, second = np.array([[60.0, 6.0, 29.0, 2.2]]), np.array([[50.0, 7.0, 20.0, 2.0]])
+    np.testing.assert_array_equal(remembering.log_likelihood(first), model.log_likelihood(first))
+    assert remembering.predict(first) is remembering.predict(first)
+    other = remembering.predict(second)
+    np.testing.assert_array_equal(other.log_speed, model.predict(second).log_speed)
+    assert not np.array_equal(other.log_speed, remembering.predict(first).log_speed)
 
 
 def test_variances_of_the_quantities_are_those_of_prior_draws() -> None:

@@ -18,7 +18,7 @@ import xarray as xr
 from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, atomic_path, load, save
 from swesbi.artefacts import provenance as provenance_module
 from swesbi.artefacts.checksum import LENGTH, append_checksum
-from swesbi.artefacts.errors import repair_command
+from swesbi.artefacts.errors import make_command, repair_command
 from swesbi.inference.torch_files import read_plain, write_plain
 from swesbi.observation.dataset import SCHEMA as PASSIVE
 from swesbi.observation.dataset import read_passive
@@ -112,6 +112,7 @@ def test_the_message_names_file_fault_and_command(
     assert str(caught.value).endswith(f"delete it and rerun: {command}")
     assert caught.value.message("--configfile x.yaml").endswith(f"{command} --configfile x.yaml")
     assert repair_command(path.absolute()) == command
+    assert make_command([path.absolute(), Path("b")], "-n") == f"{command.split(' && ')[1]} b -n"
 
 
 @FORMATS

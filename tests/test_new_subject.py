@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -193,15 +192,7 @@ def typed(finished: StudyCopy) -> Typed:
     """Runs `new-subject` on the smoke study, whose network was trained on A, B and F."""
 
     def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "swesbi", "new-subject", "--overlay", finished.config, *arguments]
-        return subprocess.run(
-            command,
-            cwd=finished.folder,
-            env=finished.environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        return finished.call("-m", "swesbi", "new-subject", "--overlay", finished.config, *arguments)
 
     return run
 
@@ -281,7 +272,9 @@ def test_a_study_that_has_not_been_run_is_named_with_the_command(
     done = typed("--cohort", "data/virtual_volunteers", "--subject", "C", "--overlay", str(overlay))
     assert done.returncode == 2
     assert "has not been run this far" in done.stderr
-    assert "snakemake --cores 2 -- results-other/calibrated/estimator.pt" in done.stderr
+    command = done.stderr.splitlines()[-1].strip()
+    assert command.startswith("snakemake --cores 2 results-other/calibrated/estimator.pt ")
+    assert command.endswith(f" --configfile {overlay}")
 
 
 def test_a_network_of_other_settings_is_refused(typed: Typed, finished: StudyCopy, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 from swesbi.code_hash import stage_hash
-from swesbi.config import ConfigError, Study, load_study, overlay, read_yaml
+from swesbi.config import ConfigError, add_options, load_study, read_merged
 from swesbi.config.slices import STAGES, stage_settings
 from swesbi.stages.origin import Origin
 
@@ -71,7 +71,8 @@ def _summary(module: str) -> str:
 def _run_stage(name: str, given: Sequence[str]) -> int:
     module = importlib.import_module(f"swesbi.stages.{name}")
     options = vars(_parser(name, module.run, str(module.__doc__)).parse_args(given))
-    study = _study(options.pop("config"), options.pop("overlay"))
+    config: Path = options.pop("config")
+    study = load_study(read_merged(config, options.pop("overlay")), str(config))
     wildcards = {key: options.pop(key) for key in WILDCARDS if options.get(key) is not None}
     files = {key: value for key, value in options.items() if key not in WILDCARDS}
     settings = get_type_hints(module.run)["settings"].from_plain(stage_settings(study, name, **wildcards))
@@ -80,16 +81,10 @@ def _run_stage(name: str, given: Sequence[str]) -> int:
     return 0
 
 
-def _study(config: Path, changes: Path | None) -> Study:
-    raw = read_yaml(config)
-    return load_study(overlay(raw, read_yaml(changes)) if changes else raw, str(config))
-
-
 def _parser(name: str, run: Callable[..., None], description: str) -> argparse.ArgumentParser:
     """Build a stage's parser: an option for every file of its ``run``, and what chooses its settings."""
     parser = argparse.ArgumentParser(prog=f"python -m swesbi {name}", description=description)
-    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
-    parser.add_argument("--overlay", type=Path, help="configuration merged over it (tests/smoke.yaml, say)")
+    add_options(parser)
     for wildcard in WILDCARDS:
         parser.add_argument(f"--{wildcard}", help=f"which {wildcard}, where the stage has several")
     hints = get_type_hints(run)

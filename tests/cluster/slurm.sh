@@ -6,6 +6,7 @@ set -euo pipefail
 action=$1
 folder=$(realpath "$2")
 node=$(hostname -s)
+processors=2 # that the node says it has
 system=/etc/slurm/slurm.conf # where commands inside a job look, to which no variable of the submitting shell comes
 
 write_configuration() {
@@ -36,7 +37,7 @@ SlurmdParameters=config_overrides
 MpiDefault=none
 MinJobAge=3600
 ReturnToService=2
-NodeName=$node NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=$(($(awk '/MemTotal/ {print $2}' /proc/meminfo) / 1024 - 512)) State=UNKNOWN
+NodeName=$node NodeAddr=127.0.0.1 CPUs=$processors RealMemory=$(($(awk '/MemTotal/ {print $2}' /proc/meminfo) / 1024 - 512)) State=UNKNOWN
 PartitionName=main Nodes=$node Default=YES MaxTime=INFINITE State=UP
 CONF
 }

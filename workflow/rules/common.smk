@@ -2,6 +2,8 @@
 
 import sys
 
+from snakemake.io import expand as expand_names
+
 from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, load_study
 from swesbi.config.slices import stage_settings
@@ -46,6 +48,19 @@ guard_execution(workflow, RESULTS)
 config[RUN] = current_run(workflow)
 
 
+def expand(patterns, **values):
+    """Expand names, and outputs of rules also where they lie in a storage: Snakemake's own refuses those."""
+    patterns = [patterns] if isinstance(patterns, str) else patterns
+    return expand_names([name_of(pattern) for pattern in patterns], **values)
+
+
+def name_of(pattern):
+    """Return a pattern without the storage's prefix, which Snakemake puts before every name of an input."""
+    stored = getattr(pattern, "flags", {}).get("storage_object")
+    prefix = f"{workflow.storage_settings.default_storage_prefix}/"
+    return stored.query.removeprefix(prefix) if stored else pattern
+
+
 wildcard_constraints:
     subject="|".join(SUBJECTS),
     experiment="|".join([*CONFIG.experiments, *CONFIG.population_experiments]),
@@ -71,10 +86,14 @@ def stage(name, **fixed):
     return params
 
 
-def stage_of_new_subject(wildcards):
-    """Return the params of the stage of a subject outside the pool, whose wildcard has another name."""
-    subject = wildcards.new_subject
-    return stage("new_subject", subject=subject)(wildcards) | {"subject": subject}
+def stage_of_new_subject(name):
+    """Return the params function of a stage for a subject outside the study, whose wildcard has another name."""
+
+    def params(wildcards):
+        subject = wildcards.new_subject
+        return stage(name, subject=subject)(wildcards) | {"subject": subject}
+
+    return params
 
 
 def of_subjects(pattern):
@@ -87,17 +106,6 @@ def batched(subjects):
     return any(len(batch) > 1 for batch in STUDY.batches(subjects))
 
 
-def answers_of_cohort(file):
-    """Return the input function of a file of every subject that an experiment over a population answers."""
-
-    def paths(wildcards):
-        subjects = STUDY.answered(wildcards.experiment)
-        folder = f"{RESULTS}/{wildcards.experiment}/subjects"
-        return [f"{folder}/{subject}/{file}" for subject in subjects]
-
-    return paths
-
-
 def batches_of_populations():
     """Return (experiment, number, subjects) of every job that answers subjects by a population's network."""
     return [
@@ -105,6 +113,20 @@ def batches_of_populations():
         for experiment in CONFIG.population_experiments
         for number, batch in enumerate(STUDY.batches(STUDY.answered(experiment)))
     ]
+
+
+def of_answered(file, base=False):
+    """Return the input function of a file of every subject that the experiment of the wildcard answers."""
+
+    def paths(wildcards):
+        experiment = wildcards.experiment
+        folder = CONFIG.base_of(experiment) if base else experiment
+        subjects = STUDY.answered(experiment)
+        return expand(
+            f"{RESULTS}/{folder}/subjects/{{subject}}/{file}", subject=subjects
+        )
+
+    return paths
 
 
 def prior_of(wildcards):

@@ -31,18 +31,42 @@ rule new_subject:
         experiment=SPEEDS,
         new_subject="|".join(STUDY.new_rows) or NONE,
     params:
-        stage=stage_of_new_subject,
+        stage=stage_of_new_subject("new_subject"),
     message:
         "The network of '{wildcards.experiment}' answers {wildcards.new_subject}"
     script:
         "../scripts/new_subject.py"
 
 
+rule new_subject_of_population:
+    """The same by the network of a population; refused outside its declared range."""
+    input:
+        recording=lambda wildcards: str(STUDY.new_recording(wildcards.new_subject)),
+        estimator=rules.train_population.output.estimator,
+        noise=rules.noise.output.noise,
+        null=rules.population_null.output.null,
+    output:
+        **dict(rules.new_subject.output.items()),
+    log:
+        f"{RESULTS}/logs/new_subject_of_population/{{experiment}}/{{new_subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/new_subject_of_population/{{experiment}}/{{new_subject}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+        new_subject="|".join(STUDY.new_rows) or NONE,
+    params:
+        stage=stage_of_new_subject("new_subject_of_population"),
+    message:
+        "The network of '{wildcards.experiment}' answers {wildcards.new_subject}"
+    script:
+        "../scripts/new_subject_of_population.py"
+
+
 rule new_subjects:
-    """Every subject of `new_subjects.cohort`, in every experiment on speeds that runs."""
+    """Every subject of `new_subjects.cohort`, in every experiment that runs and can answer."""
     input:
         expand(
             rules.new_subject.output.support,
-            experiment=SPEED_EXPERIMENTS,
+            experiment=[*SPEED_EXPERIMENTS, *POPULATIONS],
             new_subject=list(STUDY.new_rows),
         ),

@@ -162,8 +162,8 @@ for experiment, number, batch in batches_of_populations():
 rule population_cohort:
     """Every subject of the cohort in one table and one figure, those refused with the reason."""
     input:
-        posteriors=answers_of_cohort("posterior.h5"),
-        supports=answers_of_cohort("support.json"),
+        posteriors=of_answered("posterior.h5"),
+        supports=of_answered("support.json"),
         truth=truth_files(),
     output:
         cohort=report(
@@ -220,3 +220,30 @@ rule strata_figure:
         "Figure: calibration of '{wildcards.experiment}' by stratum"
     script:
         "../scripts/strata_figure.py"
+
+
+rule population_agreement:
+    """Draws of each subject told from the exact ones of the experiment that shares its model, by a classifier."""
+    input:
+        posteriors=of_answered("posterior.h5"),
+        base_posteriors=of_answered("posterior.h5", base=True),
+    output:
+        table=report(
+            f"{RESULTS}/{{experiment}}/agreement.csv",
+            caption="../report/population_agreement.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "agreement with the network of the cohort"},
+        ),
+    log:
+        f"{RESULTS}/logs/population_agreement/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/population_agreement/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("population_agreement"),
+    message:
+        "Do '{wildcards.experiment}' and the network of the cohort give the same posteriors?"
+    script:
+        "../scripts/population_agreement.py"

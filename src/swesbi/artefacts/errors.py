@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 
 
@@ -36,6 +37,14 @@ def repair_command(path: Path, options: str = "") -> str:
         path: The file; targets of the workflow are relative to its folder, the current one.
         options: What the study is run with beside the target (``--configfile tests/smoke.yaml``, say).
     """
-    shown = os.path.relpath(path) if path.is_absolute() and path.is_relative_to(Path.cwd()) else str(path)
-    target = shlex.quote(shown)
-    return " ".join(filter(None, (f"rm -f {target} && snakemake --cores 2 {target}", options)))
+    return f"rm -f {_target(path)} && {make_command([path], options)}"
+
+
+def make_command(paths: Sequence[Path], options: str = "") -> str:
+    """Return the shell command that makes files of the study that do not exist; arguments as above."""
+    return " ".join(filter(None, ("snakemake --cores 2", *map(_target, paths), options)))
+
+
+def _target(path: Path) -> str:
+    within = path.is_absolute() and path.is_relative_to(Path.cwd())
+    return shlex.quote(os.path.relpath(path) if within else str(path))

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swesbi.speed_model.likelihood import residuals
 from swesbi.speed_model.model import SpeedModel
-
-FloatArray = NDArray[np.float64]
+from swesbi.speed_model.prediction import PredictedSpeeds
 
 
 @dataclass(frozen=True)
@@ -21,8 +19,8 @@ class Misfit:
     mean_chi2: float
 
 
-def misfit(model: SpeedModel, phi: FloatArray) -> Misfit:
-    """Return the misfit of equally weighted posterior draws (n, 4); failed simulations drop out."""
-    z = residuals(model.predict(phi), model.recording, model.settings.discrepancy)
+def misfit(model: SpeedModel, predicted: PredictedSpeeds) -> Misfit:
+    """Return the misfit of what equally weighted posterior draws predict; failed simulations drop out."""
+    z = residuals(predicted, model.recording, model.settings.discrepancy)
     chi2 = (z**2).sum(axis=1)
     return Misfit(float(np.nanmin(chi2)), float(np.nanmean(chi2)))

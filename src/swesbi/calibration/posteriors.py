@@ -11,7 +11,8 @@ from swesbi.calibration.levels import equal_weights
 from swesbi.exact.importance import k_hat_limit, weigh
 from swesbi.exact.posterior import exact_posterior, weight_failures
 from swesbi.exact.protocols import LikelihoodModel, Proposal
-from swesbi.exact.settings import ExactSettings
+from swesbi.exact.refinement import refine
+from swesbi.exact.settings import ExactSettings, RefinementSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -40,7 +41,12 @@ class Drawn:
 
 
 def exact_draws(
-    model: LikelihoodModel, proposal: Proposal, draws: int, settings: ExactSettings, seed: int
+    model: LikelihoodModel,
+    proposal: Proposal,
+    draws: int,
+    settings: ExactSettings,
+    seed: int,
+    refinement: RefinementSettings | None = None,
 ) -> Drawn:
     """Return the exact posterior as the study reports it, with fewer weighted draws where these suffice.
 
@@ -53,10 +59,13 @@ def exact_draws(
         draws: Weighted draws of the first attempt.
         settings: The study's own sizes and criteria.
         seed: Seed of everything.
+        refinement: Where the answers of the study refine a proposal that fails, how.
     """
     weighted = weigh(model, proposal, draws, settings.prior_fraction, seed)
     by_mcmc = False
     if weight_failures(weighted, k_hat_limit(draws, settings.max_k_hat), settings.min_efficiency):
+        if refinement:
+            proposal = refine(model, proposal, refinement, seed).proposal
         posterior = exact_posterior(model, proposal, settings, seed)
         weighted, by_mcmc = posterior.weighted, posterior.sampler == "mcmc"
     drawn = Drawn(
@@ -75,9 +84,8 @@ def exact_draws(
     return replace(drawn, phi=posterior.phi, weight=weight, log_likelihood=log_likelihood)
 
 
-def equally_weighted(drawn: Drawn, draws: int, rng: np.random.Generator) -> FloatArray:
-    """Return equally weighted draws (draws, 4) by systematic resampling (Kitagawa 1996)."""
+def equally_weighted(drawn: Drawn, draws: int, rng: np.random.Generator) -> NDArray[np.int_]:
+    """Return the rows of equally weighted draws, (draws,), by systematic resampling (Kitagawa 1996)."""
     edges = np.cumsum(drawn.weight)
     levels = (np.arange(draws) + rng.random()) / draws
-    rows = np.searchsorted(edges / edges[-1], levels, side="right")
-    return np.asarray(drawn.phi[rows])
+    return np.searchsorted(edges / edges[-1], levels, side="right")

@@ -18,12 +18,14 @@ from swesbi.calibration.scores import Score, score, stack_scores
 from swesbi.calibration.settings import RecordingsSettings
 from swesbi.calibration.tarp import reference_points
 from swesbi.exact.proposal import FlowProposal
-from swesbi.exact.settings import ExactSettings
+from swesbi.exact.settings import ExactSettings, RefinementSettings
 from swesbi.flow.net import TrainedFlow, draw_phi
 from swesbi.misspecification.bounds import strip_mass
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 from swesbi.speed_model.model import SpeedModel
+from swesbi.speed_model.prediction import PredictedSpeeds
+from swesbi.speed_model.remembering import RememberingModel
 from swesbi.speed_model.synthetic import Synthetic
 
 FloatArray = NDArray[np.float64]
@@ -37,6 +39,7 @@ def infer_recordings(
     exact: ExactSettings,
     seed: int,
     name: str,
+    refinement: RefinementSettings | None = None,
 ) -> Inferred:
     """Infer every recording by both samplers.
 
@@ -48,6 +51,7 @@ def infer_recordings(
         exact: The study's own settings of the exact posterior.
         seed: Seed of the study.
         name: Name of this set of recordings, for its random streams.
+        refinement: Where the answers of the study refine a proposal that fails, how.
     """
     subject, count = model.recording.subject, len(synthetic.phi)
     condition = np.stack([flow.conditioner.condition(recording) for recording in synthetic.recordings])
@@ -65,7 +69,7 @@ def infer_recordings(
             seed=integer_seed(seed, "calibration", "exact", name, subject, index),
         )
         proposal = FlowProposal(flow, condition[index])
-        results.append(_infer(case, network_phi[index], proposal, settings, exact))
+        results.append(_infer(case, network_phi[index], proposal, settings, exact, refinement))
         if progress:
             progress.step()
     return _gather(subject, results, prior_variance(model))
@@ -96,23 +100,27 @@ def _infer(
     proposal: FlowProposal,
     settings: RecordingsSettings,
     exact: ExactSettings,
+    refinement: RefinementSettings | None,
 ) -> _Result:
     model, duration_s = case.model, activation_duration_s(case.model)
     phi = np.concatenate([case.phi[None], network_phi])
     truth, *draws = quantities(phi, model.log_likelihood(phi), duration_s)
-    drawn = exact_draws(model, proposal, settings.weighted_draws, exact, case.seed)
+    remembering = RememberingModel(model)
+    drawn = exact_draws(remembering, proposal, settings.weighted_draws, exact, case.seed, refinement)
     values = quantities(drawn.phi, drawn.log_likelihood, duration_s)
     return _Result(
         truth=truth,
         network=case.score(truth, np.stack(draws), equal_weights(len(draws))),
         weighted=case.score(truth, values, drawn.weight),
-        diagnostics=_diagnose(case, drawn, settings),
+        diagnostics=_diagnose(case, drawn, remembering.predict(drawn.phi), settings),
     )
 
 
-def _diagnose(case: _Case, drawn: Drawn, settings: RecordingsSettings) -> Diagnostics:
-    rng = generator(case.seed, "misfit")
-    found = misfit(case.model, equally_weighted(drawn, settings.misfit_draws, rng))
+def _diagnose(
+    case: _Case, drawn: Drawn, predicted: PredictedSpeeds, settings: RecordingsSettings
+) -> Diagnostics:
+    rows = equally_weighted(drawn, settings.misfit_draws, generator(case.seed, "misfit"))
+    found = misfit(case.model, predicted.rows(rows))
     prior = case.model.settings.prior
     return Diagnostics(
         k_hat=np.array(drawn.k_hat),

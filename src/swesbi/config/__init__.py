@@ -2,7 +2,14 @@
 
 from swesbi.config.errors import ConfigError
 from swesbi.config.models import Config, ExperimentSettings
-from swesbi.config.read import overlay, parse_config, read_yaml
+from swesbi.config.read import (
+    add_options,
+    overlay,
+    parse_config,
+    read_merged,
+    read_yaml,
+    snakemake_options,
+)
 from swesbi.config.study import Study, load_study
 
 __all__ = [
@@ -10,8 +17,11 @@ __all__ = [
     "ConfigError",
     "ExperimentSettings",
     "Study",
+    "add_options",
     "load_study",
     "overlay",
     "parse_config",
+    "read_merged",
     "read_yaml",
+    "snakemake_options",
 ]

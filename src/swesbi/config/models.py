@@ -86,6 +86,9 @@ class FreshCalibrationSettings(Settings):
     own: int = Field(ge=1, description="recordings under the model's own noise")
     acquired: int = Field(ge=1, description="recordings acquired sample by sample and ingested")
     strata: StrataSettings
+    two_sample_draws: int = Field(
+        ge=50, description="draws by which a subject's posterior is told from that of the base experiment"
+    )
 
 
 class PopulationExperimentSettings(Settings):

@@ -45,6 +45,7 @@ def calibration(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "fresh": _fresh(study, wildcards),
         "sizes": base["calibration"]["recordings"],
         "exact": base["exact"],
+        "refinement": study.config.new_subjects.refinement.to_plain(),
     }
 
 
@@ -64,6 +65,12 @@ def null(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "sizes": _section(study, wildcards).null.to_plain(),
         "rule": base["misspecification"]["rule"],
     }
+
+
+def agreement(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the comparison with the base experiment's posteriors depends on."""
+    draws = _section(study, wildcards).calibration.two_sample_draws
+    return {"prior": speeds.speed_model(study, wildcards)["prior"], "draws": draws}
 
 
 def answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import json
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -27,6 +29,28 @@ def read_yaml(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise ConfigError(f"{path}: holds {type(content).__name__}, expected keys with values")
     return content
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add ``--config`` and ``--overlay``, whose values :func:`read_merged` takes."""
+    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
+    parser.add_argument("--overlay", type=Path, help="configuration merged over it (tests/smoke.yaml, say)")
+
+
+def read_merged(config: Path, changes: Path | None) -> dict[str, Any]:
+    """Read a configuration and put another file's over it, if there is one.
+
+    Raises:
+        ConfigError: A file cannot be read, is not YAML, or is not a mapping.
+    """
+    raw = read_yaml(config)
+    return overlay(raw, read_yaml(changes)) if changes else raw
+
+
+def snakemake_options(config: Path, changes: Path | None) -> str:
+    """Return what Snakemake, which reads ``config.yaml`` by itself, is given for the same configuration."""
+    given = [path for path in (config, changes) if path and path != Path("config.yaml")]
+    return shlex.join(["--configfile", *map(str, given)]) if given else ""
 
 
 def parse_config(raw: Mapping[str, Any], source: str = "config.yaml") -> Config:

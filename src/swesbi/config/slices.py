@@ -142,10 +142,26 @@ def _exact_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 def _new_subject(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what the chain of stages for a subject outside the pool depends on, a part a stage."""
+    """Return what the answer for a subject outside the pool depends on."""
+    margin = study.config.new_subjects.margin_fraction
+    return _answer(study, wildcards) | {
+        "train_flow": speeds.train_flow(study, wildcards),
+        "margin_fraction": margin,
+    }
+
+
+def _new_subject_of_population(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the answer of a population's network for a subject outside the study depends on."""
+    training = populations.train(study, wildcards)
+    population = populations.simulate(study, {**wildcards, "shard": "0"})["population"]
+    return _answer(study, wildcards) | {"train_population": training, "population": population}
+
+
+def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the chain of stages for a subject outside the study depends on, a part a stage."""
     own = replace(study, context_rows=study.new_rows)
     parts = {name: _SLICES[name](own, wildcards) for name in _OF_A_NEW_SUBJECT}
-    config, name = study.config, named(study, wildcards, "experiment")
+    config, name = study.config, study.config.base_of(named(study, wildcards, "experiment"))
     sizes = config.speed_experiments[name].misspecification.synthetic
     prior = config.experiments[name].prior
     draws = {"context": context_of(own, wildcards), "draws": [0, config.experiments[name].predictive.draws]}
@@ -155,7 +171,6 @@ def _new_subject(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "simulate": draws | {"prior": config.priors[prior].to_plain()} | common(config, "forward_model"),
         "reference_recordings": sizes.reference_recordings,
         "refinement": config.new_subjects.refinement.to_plain(),
-        "margin_fraction": config.new_subjects.margin_fraction,
         "noise_level": config.new_subjects.noise_level,
     }
 
@@ -216,7 +231,6 @@ _OF_A_NEW_SUBJECT: Final = (
     "ingest",
     "passive",
     "cmaes",
-    "train_flow",
     "exact_posterior",
     "verdict",
     "predictive_speeds",
@@ -250,6 +264,7 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "misspecification_figure": _misspecification_figure,
     "verdict": speeds.verdict,
     "new_subject": _new_subject,
+    "new_subject_of_population": _new_subject_of_population,
     "identifiability": speeds.identifiability,
     "identifiability_figures": _identifiability_figures,
     "calibration_recordings": speeds.calibration_recordings,
@@ -264,6 +279,7 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "population_answers": populations.answers,
     "population_cohort": populations.cohort,
     "strata_figure": populations.strata_figure,
+    "population_agreement": populations.agreement,
     "cmaes": _cmaes,
     "ppc_figure": figure,
     "posterior_figure": _figure_with_prior,
@@ -288,6 +304,8 @@ POPULATION_STAGES: Final = (
     "population_answers",
     "population_cohort",
     "strata_figure",
+    "population_agreement",
+    "new_subject_of_population",
 )
 """The stages of experiments over a population."""
 SPEED_STAGES: Final = (

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts import ArtefactError, atomic_path
-from swesbi.config import ConfigError, load_study, overlay, read_yaml
+from swesbi.config import ConfigError, add_options, load_study, read_merged
 from swesbi.docs.calibration import PARTS as CALIBRATION_PARTS
 from swesbi.docs.calibration_results import experiment_shown, read_calibration_results
 from swesbi.docs.marks import MarkError, fill
@@ -40,8 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description="Rewrite the marked parts of docs/reproduction.md and docs/calibration.md, and copy the "
         "figures that the documentation shows, from a finished study.",
     )
-    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
-    parser.add_argument("--overlay", type=Path, help="configuration merged over it")
+    add_options(parser)
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="default: docs")
     given = parser.parse_args(arguments)
     try:
@@ -63,8 +62,7 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
         MarkError: A page's marks do not fit.
         FileNotFoundError: A page or a figure does not exist.
     """
-    raw = read_yaml(config)
-    study = load_study(overlay(raw, read_yaml(changes)) if changes else raw, str(config))
+    study = load_study(read_merged(config, changes), str(config))
     folder = Path(study.config.results)
     results = read_results(folder, study)
     pages = {PAGE: {name: part(results) for name, part in PARTS.items()}}

@@ -10,6 +10,7 @@ import pandas as pd
 
 from swesbi.docs.calibration_results import CalibrationResults
 from swesbi.docs.numbers import NONE, fixed, mean_sd, share, table
+from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
 from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
 from swesbi.inference.posterior import interval_levels
 from swesbi.speed_model.joint_prior import PHI_NAMES
@@ -17,15 +18,6 @@ from swesbi.theta import THETA_NAMES
 
 Part = Callable[[CalibrationResults], str]
 LEVEL: Final = 0.9
-POOLED: Final = "pooled"
-MADE: Final = {
-    "own": "own noise",
-    "acquired": "acquired",
-    "local": "at the subject's own data",
-    "volunteer": "the volunteer recorded anew",
-}
-ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
-VERDICTS: Final = ("strained or unsupported", "unsupported")
 
 
 def answer_part(results: CalibrationResults) -> str:
@@ -192,7 +184,7 @@ def calibration_part(results: CalibrationResults) -> str:
         pooled, single = part[part["subject"] == POOLED], part[part["subject"] != POOLED]
         rows.append(
             {
-                "recordings": MADE.get(str(made), str(made)),
+                "recordings": RECORDINGS.get(str(made), str(made)),
                 "answer": ANSWERS.get(str(sampler), str(sampler)),
                 "n": str(int(part["n"].max())),
                 "checks that fail, pooled": _failed(pooled),
@@ -206,13 +198,13 @@ def calibration_part(results: CalibrationResults) -> str:
 
 def alarms_part(results: CalibrationResults) -> str:
     """Show false alarms and power of the verdict."""
-    chosen = results.misspecification[results.misspecification["alarm"].isin(VERDICTS)]
+    chosen = results.misspecification[results.misspecification["alarm"].isin(ALARMS)]
     rows = []
     for (subject, made), part in chosen.groupby(["subject", "recordings"], sort=False):
         rates = part.set_index("alarm")
         rows.append(
-            {"subject": str(subject), "recordings": MADE.get(str(made), str(made))}
-            | {name: _rate(rates, name) for name in VERDICTS}
+            {"subject": str(subject), "recordings": RECORDINGS.get(str(made), str(made))}
+            | {name: _rate(rates, name) for name in ALARMS}
             | {"n": str(int(part["n"].iloc[0]))}
         )
     return table(rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from swesbi.flow.conditioning import RecordingConditioner
+from swesbi.flow.inverse import InverseTransform, inverse_transforms
 from swesbi.flow.settings import FlowSettings
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.standardisation import Standardisation
@@ -57,6 +59,11 @@ class TrainedFlow:
         """Names of the C components of z."""
         return self.conditioner.components
 
+    @cached_property
+    def inverse(self) -> tuple[InverseTransform, ...]:
+        """The inverses of the net's transforms, which make its draws."""
+        return inverse_transforms(self.net)
+
 
 def build_net(settings: FlowSettings, components: int) -> zuko.flows.Flow:
     """Build an untrained flow of the four parameters, conditioned on ``components`` numbers."""
@@ -89,7 +96,7 @@ def draw_phi(flow: TrainedFlow, condition: FloatArray, draws: int, seed: int) ->
     _check(condition, len(flow.components))
     rows = max(DRAWS_PER_BATCH // draws, 1)
     with reproducible(seed), torch.no_grad():
-        parts = [_draw(flow.net, _tensor(part), draws) for part in _split(condition, rows)]
+        parts = [_draw(flow, _tensor(part), draws) for part in _split(condition, rows)]
     eta = np.concatenate(parts) * flow.eta.scale + flow.eta.mean
     return from_logit(eta, flow.prior)
 
@@ -112,9 +119,15 @@ def log_q(flow: TrainedFlow, condition: FloatArray, phi: FloatArray) -> FloatArr
     return np.asarray(log_density - np.log(flow.eta.scale).sum() - log_jacobian(eta, flow.prior))
 
 
-def _draw(net: zuko.flows.Flow, condition: Tensor, draws: int) -> FloatArray:
-    sampled: FloatArray = net(condition).sample((draws,)).transpose(0, 1).numpy().astype(np.float64)
-    return sampled
+def _draw(flow: TrainedFlow, condition: Tensor, draws: int) -> FloatArray:
+    """Draw standardised eta for conditions (B, C); shape (B, draws, 4)."""
+    base = flow.net(condition).base.sample((draws,))
+    eta = base.flatten(0, 1)
+    conditions = condition.expand(draws, *condition.shape).flatten(0, 1)
+    for inverse in flow.inverse:
+        eta = inverse(eta, conditions)
+    drawn: FloatArray = eta.view(base.shape).transpose(0, 1).numpy().astype(np.float64)
+    return drawn
 
 
 def _split(condition: FloatArray, rows: int) -> Iterator[FloatArray]:

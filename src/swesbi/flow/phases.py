@@ -118,16 +118,18 @@ def fill_missing(values: FloatArray, measured: BoolArray) -> FloatArray:
 def recording_inputs(recording: SpeedRecording, settings: PhaseSettings) -> FloatArray:
     """Return what the network sees of one recording, before standardisation; shape (1, C).
 
-    Each nominal phase takes the measured phase that is nearest to it, if that is within half a step.
+    Each measured phase counts in the part of the cycle where it lies, where there are several the one
+    nearest to its centre; so none counts twice.
     """
-    distance = np.abs((recording.phase[None] - settings.phase[:, None] + 0.5) % 1.0 - 0.5)
-    nearest = distance.argmin(axis=1)
-    measured = distance.min(axis=1) <= 0.5 / settings.phases
+    part = np.floor(recording.phase * settings.phases).astype(np.int64)
+    nearest_last = np.argsort(-np.abs(recording.phase - settings.phase[part]), kind="stable")
+    chosen = np.full(settings.phases, -1)
+    chosen[part[nearest_last]] = nearest_last
     return phase_inputs(
         context_inputs(recording.context)[None],
-        np.log(recording.speed_m_s)[None, nearest],
-        measured[None],
-        recording.relative_se[None, nearest],
+        np.log(recording.speed_m_s)[None, chosen],
+        (chosen >= 0)[None],
+        recording.relative_se[None, chosen],
         settings,
     )
 

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.forward_model.kernel import ACTIVE_STIFFNESS, DISPLACEMENT, VENTRICULAR_PRESSURE
 from swesbi.forward_model.model import Model, cavity_volume
 from swesbi.forward_model.periodic import Records, Status
 
@@ -20,6 +21,9 @@ ML_PER_M3: Final = 1e6
 # left, a ventricular pressure that no heart survives.
 STRETCH_RANGE: Final = (0.5, 2.0)
 PRESSURE_RANGE_PA: Final = (-1.0e4, 1.0e5)
+
+# Records behind ``ActiveBeats``, in the order that ``active_beats_of`` takes.
+ACTIVE_RECORDS: Final = (DISPLACEMENT, ACTIVE_STIFFNESS, VENTRICULAR_PRESSURE)
 
 _NOT_CURVES: Final = ("cycle_phase", "status", "beats")
 
@@ -60,6 +64,15 @@ class Beats:
         return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
 
 
+@dataclass(frozen=True)
+class ActiveBeats:
+    """What a likelihood of stiffness needs of the last beat of n simulations; as in :class:`Beats`."""
+
+    cycle_phase: Array
+    active_stiffness_kpa: Array
+    status: NDArray[np.int8]
+
+
 def beats_of(records: Records, model: Model) -> Beats:
     """Convert recorded beats to laboratory units; what left the range of the equations gets its status."""
     y, stiffness, arterial, pressure, mitral, aortic, _ = records.values
@@ -85,6 +98,23 @@ def beats_of(records: Records, model: Model) -> Beats:
         for curves in _curves(beats).values():
             curves[outside] = np.nan
     return beats
+
+
+def active_beats_of(records: Records, model: Model) -> ActiveBeats:
+    """Return the active stiffness of beats of which ``ACTIVE_RECORDS`` were kept, with the status of all.
+
+    Stretch and volume grow with the displacement, so their extremes are those of its extremes.
+    """
+    y, stiffness, pressure = records.values
+    extremes = np.stack([y.min(axis=1), y.max(axis=1)], axis=1)
+    stretch = 1.0 + extremes / model.parameters.radius
+    volume = cavity_volume(stretch, model)
+    inside = _within(stretch, STRETCH_RANGE) & _within(pressure, PRESSURE_RANGE_PA) & (volume[:, 0] > 0.0)
+    outside = (records.status == Status.PERIODIC) & ~inside
+    active = 1e-3 * stiffness
+    active[outside] = np.nan
+    status = np.where(outside, np.int8(Status.OUT_OF_RANGE), records.status).astype(np.int8)
+    return ActiveBeats(np.arange(model.samples) / model.samples, active, status)
 
 
 def empty_beats(n: int, model: Model) -> Beats:

@@ -27,6 +27,9 @@ STATES: Final = 8
 # Recorded: displacement, active stiffness, arterial and ventricular pressure, mitral and aortic flow,
 # active stress.
 RECORDS: Final = 7
+DISPLACEMENT: Final = 0
+ACTIVE_STIFFNESS: Final = 1
+VENTRICULAR_PRESSURE: Final = 3
 
 
 @equation

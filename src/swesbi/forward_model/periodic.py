@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
@@ -18,6 +19,8 @@ Index = NDArray[np.intp]
 # A simulation that is not periodic after as many extrapolated beats runs again, beat after beat.
 EXTRAPOLATED_BEATS: Final = 15
 
+ALL_RECORDS: Final = tuple(range(RECORDS))
+
 # Positions in ``State`` of stiffness, stress and the two flows.
 NEVER_NEGATIVE: Final = [1, 2, 5, 6]
 
@@ -33,7 +36,10 @@ class Status(IntEnum):
 
 @dataclass(frozen=True)
 class Records:
-    """Recorded beats: ``values`` (RECORDS, n, M) in SI units, with ``status`` (n,) and ``beats`` (n,) run."""
+    """Recorded beats: ``values`` (RECORDS, n, M) in SI units, with ``status`` (n,) and ``beats`` (n,) run.
+
+    Fewer records than ``RECORDS`` where not all were asked for.
+    """
 
     values: Array
     status: NDArray[np.int8]
@@ -49,7 +55,8 @@ def advance(x: Array, theta: Array, model: Model) -> tuple[Array, Array]:
     """Return the states (n, STATES) one beat after ``x`` and the beat's records (RECORDS, n, M)."""
     buffer = record_buffer(x.shape[0], model)
     after = _advance(x, theta, model, buffer)
-    return after, _recorded(buffer, np.arange(x.shape[0]), model)
+    rows = np.arange(x.shape[0])
+    return after, np.stack([_recorded(buffer, record, rows, model) for record in ALL_RECORDS])
 
 
 def _advance(x: Array, theta: Array, model: Model, buffer: Array) -> Array:
@@ -64,10 +71,11 @@ def _advance(x: Array, theta: Array, model: Model, buffer: Array) -> Array:
     return state.reshape(blocks, STATES, LANES).transpose(0, 2, 1).reshape(-1, STATES)[:n]
 
 
-def _recorded(buffer: Array, rows: Index, model: Model) -> Array:
-    """Return the records (RECORDS, rows, M) of these simulations."""
+def _recorded(buffer: Array, record: int, rows: Index, model: Model) -> Array:
+    """Return one record (rows, M) of these simulations."""
     by_lane = buffer.reshape(buffer.shape[0], model.samples + 1, RECORDS, LANES)
-    return by_lane[rows // LANES, :-1, :, rows % LANES].transpose(2, 0, 1)
+    found: Array = by_lane[rows // LANES, :-1, record, rows % LANES]
+    return found
 
 
 def lane_blocks(values: Array, blocks: int) -> Array:
@@ -137,7 +145,14 @@ class Extrapolation:
         return extrapolated
 
 
-def run_to_periodic(theta: Array, model: Model, tolerance: float, maximum_beats: int, memory: int) -> Records:
+def run_to_periodic(
+    theta: Array,
+    model: Model,
+    tolerance: float,
+    maximum_beats: int,
+    memory: int,
+    kept: Sequence[int] = ALL_RECORDS,
+) -> Records:
     """Return the first beat of each simulation that ends where it began.
 
     Args:
@@ -146,21 +161,29 @@ def run_to_periodic(theta: Array, model: Model, tolerance: float, maximum_beats:
         tolerance: Largest relative change over a beat of a state that counts as periodic.
         maximum_beats: Beats after which a simulation counts as not periodic.
         memory: Earlier beats from which the periodic state is extrapolated; 0 runs beat after beat.
+        kept: Which of the kernel's records to return.
     """
     n = theta.shape[0]
-    values = np.full((RECORDS, n, model.samples), np.nan)
+    values = np.full((len(kept), n, model.samples), np.nan)
     out = Records(values, np.full(n, Status.NOT_PERIODIC, dtype=np.int8), np.zeros(n, dtype=np.int64))
     rows = np.arange(n)
     if memory > 0:
-        _run(rows, theta, model, tolerance, min(maximum_beats, EXTRAPOLATED_BEATS), memory, out)
+        _run(rows, theta, model, tolerance, min(maximum_beats, EXTRAPOLATED_BEATS), memory, kept, out)
         rows = np.flatnonzero(out.status != Status.PERIODIC)
     if rows.size:
-        _run(rows, theta, model, tolerance, maximum_beats, 0, out)
+        _run(rows, theta, model, tolerance, maximum_beats, 0, kept, out)
     return out
 
 
 def _run(
-    rows: Index, theta: Array, model: Model, tolerance: float, maximum_beats: int, memory: int, out: Records
+    rows: Index,
+    theta: Array,
+    model: Model,
+    tolerance: float,
+    maximum_beats: int,
+    memory: int,
+    kept: Sequence[int],
+    out: Records,
 ) -> None:
     """Run these rows of ``theta`` from the start and write what they come to into ``out``."""
     out.status[rows] = Status.NOT_PERIODIC
@@ -177,7 +200,8 @@ def _run(
         done = finite & (change <= tolerance)
         out.status[rows[~finite]] = Status.NON_FINITE
         out.status[rows[done]] = Status.PERIODIC
-        out.values[:, rows[done]] = _recorded(buffer, np.flatnonzero(done), model)
+        for curves, record in zip(out.values, kept, strict=True):
+            curves[rows[done]] = _recorded(buffer, record, np.flatnonzero(done), model)
         going = finite & ~done
         if not going.any():
             return

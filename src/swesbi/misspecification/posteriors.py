@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Protocol
-
-import numpy as np
-from numpy.typing import NDArray
 
 from swesbi.exact.importance import WeightedDraws, weigh
 from swesbi.exact.proposal import flow_proposal
@@ -17,30 +14,10 @@ from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recordi
 from swesbi.misspecification.settings import SyntheticSettings
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
-from swesbi.speed_model.likelihood import log_likelihood
-from swesbi.speed_model.model import SpeedModel, SpeedModelSettings
+from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.prediction import PredictedSpeeds
 from swesbi.speed_model.recording import SpeedRecording
-
-FloatArray = NDArray[np.float64]
-
-
-@dataclass
-class RememberingModel:
-    """The model of a recording that keeps the last prediction, so that no draw is simulated twice."""
-
-    model: SpeedModel
-    predicted: PredictedSpeeds | None = field(default=None, init=False)
-
-    @property
-    def settings(self) -> SpeedModelSettings:
-        """The settings of the model, its prior among them."""
-        return self.model.settings
-
-    def log_likelihood(self, phi: FloatArray) -> FloatArray:
-        """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
-        self.predicted = self.model.predict(phi)
-        return log_likelihood(self.predicted, self.model.recording, self.model.settings.discrepancy)
+from swesbi.speed_model.remembering import RememberingModel
 
 
 class WeighingSettings(Protocol):
@@ -62,8 +39,7 @@ def weighted_posterior(
     remembering = RememberingModel(model)
     proposal = flow_proposal(flow, model.recording)
     weighted = weigh(remembering, proposal, settings.draws, settings.prior_fraction, seed)
-    predicted = remembering.predicted if remembering.predicted else model.predict(weighted.phi)
-    return _posterior(weighted, predicted)
+    return _posterior(weighted, remembering.predict(weighted.phi))
 
 
 def check_recordings(

@@ -5,16 +5,22 @@ from __future__ import annotations
 import argparse
 import tempfile
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 from swesbi.code_hash import stage_hash
-from swesbi.config import ConfigError, Study, load_study, overlay, read_yaml
+from swesbi.config import ConfigError, Study, add_options, load_study, overlay, read_merged, snakemake_options
 from swesbi.config.slices import stage_settings
-from swesbi.new_subject.files import OUTPUTS, FinishedStudy, check_finished, finished_study
+from swesbi.new_subject.files import (
+    OUTPUTS,
+    FinishedPopulation,
+    FinishedStudy,
+    check_finished,
+    finished_population,
+    finished_study,
+)
 from swesbi.stages.origin import Origin
-
-STAGE = "swesbi.stages.new_subject"
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -30,38 +36,45 @@ def main(arguments: Sequence[str]) -> int:
     experiment = options.experiment or _experiment(study)
     subject: str = options.subject
     _check_subject(study, subject)
-    # an experiment that cannot answer is named before anything is looked for under its name
-    plain = stage_settings(study, "new_subject", experiment=experiment, subject=subject)
     results = Path(study.config.results)
-    finished = finished_study(results, experiment, study.subjects)
-    check_finished(finished)
+    over_population = experiment in study.config.population_experiments
+    stage = "new_subject_of_population" if over_population else "new_subject"
+    # an experiment that cannot answer is named before anything is looked for under its name
+    plain = stage_settings(study, stage, experiment=experiment, subject=subject)
+    finished = (
+        finished_population(results, experiment)
+        if over_population
+        else finished_study(results, experiment, study.subjects)
+    )
+    check_finished(finished, snakemake_options(options.config, options.overlay))
     folder = options.out or results / experiment / "new" / subject
-    _answer(study, subject, plain, finished, folder)
+    _answer(study, subject, stage, plain, finished, folder)
     print(_text(study, experiment, subject, folder))
     return 0
 
 
 def _answer(
-    study: Study, subject: str, plain: Mapping[str, Any], finished: FinishedStudy, folder: Path
+    study: Study,
+    subject: str,
+    stage: str,
+    plain: Mapping[str, Any],
+    finished: FinishedStudy | FinishedPopulation,
+    folder: Path,
 ) -> None:
     """Run the stage and put what it made into ``folder``, all of it or nothing."""
     # torch and matplotlib take seconds to import; what is refused above should not wait for them
-    from swesbi.stages import new_subject
-
-    settings = new_subject.NewSubjectStageSettings.from_plain(plain)
+    run = import_module(f"swesbi.stages.{stage}").run
+    settings = get_type_hints(run)["settings"].from_plain(plain)
     # a refused subject leaves no folder behind
     existing = next(path for path in folder.absolute().parents if path.is_dir())
     with tempfile.TemporaryDirectory(prefix=f".{subject}-", dir=existing) as made:
         outputs = {name: Path(made) / file for name, file in OUTPUTS.items()}
-        new_subject.run(
+        run(
             recording=study.new_recording(subject),
-            estimator=finished.estimator,
-            noise=finished.noise,
-            pooled_observations=finished.pooled_observations,
-            misspecifications=finished.misspecifications,
+            **vars(finished),
             **outputs,
             settings=settings,
-            origin=Origin(study.config.seed, subject, stage_hash(STAGE)),
+            origin=Origin(study.config.seed, subject, stage_hash(f"swesbi.stages.{stage}")),
         )
         folder.mkdir(parents=True, exist_ok=True)
         for path in outputs.values():
@@ -73,7 +86,7 @@ def _text(study: Study, experiment: str, subject: str, folder: Path) -> str:
     from swesbi.inference.support import read_support
     from swesbi.new_subject.answer import answer_text
 
-    prior = study.config.speed_experiments[experiment]
+    prior = study.config.speed_experiments[study.config.base_of(experiment)]
     bounds = (*study.config.priors[prior.prior].parameters, prior.passive_scale_kpa)
     result = read_exact_result(folder / OUTPUTS["posterior"])
     answer = answer_text(subject, result, read_support(folder / OUTPUTS["support"]), bounds)
@@ -91,17 +104,16 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--cohort", type=Path, required=True, help="folder with the subject's recording")
     parser.add_argument("--subject", required=True, help="which of its subjects")
     parser.add_argument("--phases", type=int, help="gated phases of the recording; default: as configured")
-    parser.add_argument("--experiment", help="an experiment of kind speeds; default: the first that runs")
+    parser.add_argument(
+        "--experiment", help="default: the first of kind speeds that runs; or one over a population"
+    )
     parser.add_argument("--out", type=Path, help="folder; default: <results>/<experiment>/new/<subject>")
-    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
-    parser.add_argument("--overlay", type=Path, help="configuration merged over it")
+    add_options(parser)
     return parser
 
 
 def _study(options: argparse.Namespace) -> Study:
-    raw = read_yaml(options.config)
-    if options.overlay:
-        raw = overlay(raw, read_yaml(options.overlay))
+    raw = read_merged(options.config, options.overlay)
     chosen: dict[str, object] = {"cohort": str(options.cohort)}
     if options.phases is not None:
         chosen["phases"] = options.phases
@@ -110,8 +122,11 @@ def _study(options: argparse.Namespace) -> Study:
 
 def _experiment(study: Study) -> str:
     running = [name for name in study.config.experiments_run if name in study.config.speed_experiments]
+    running += study.config.populations_run
     if not running:
-        raise ConfigError("run: no experiment of kind speeds runs, and no other can answer a new subject")
+        raise ConfigError(
+            "run: no experiment of kind speeds or over a population runs, and no other answers a new subject"
+        )
     return running[0]
 
 

@@ -13,6 +13,8 @@ from typing import Final
 import numpy as np
 
 from swesbi.context import CONTEXT_NAMES, CONTEXT_RANGES, Context
+from swesbi.population.contexts import in_declared_range
+from swesbi.population.settings import PopulationSettings
 
 SIMULATED: Final = tuple(CONTEXT_RANGES)
 
@@ -60,6 +62,22 @@ def check_context(context: Context, trained: Sequence[Context], margin_fraction:
         f"cannot answer for this one:{listed}\nIf a value is wrong, correct subjects.csv. If not, put the "
         "subject into the cohort of the study and rerun it, which trains a network that knows this context."
     )
+
+
+def check_declared(context: Context, population: PopulationSettings) -> None:
+    """Refuse a context outside the range for which a population's network is declared.
+
+    Raises:
+        ContextRefusedError: Lists every value that lies outside.
+    """
+    if reasons := in_declared_range(context, population):
+        listed = "".join(f"\n  - {reason}" for reason in reasons)
+        raise ContextRefusedError(
+            f"subject {context.subject} is refused: the network is declared for a range of hearts, and this "
+            f"one lies outside:{listed}\nIf a value is wrong, correct subjects.csv. If not, widen "
+            "`declared_range` of the population in the configuration and rerun the study, which trains a "
+            "network for it."
+        )
 
 
 def nearest_known(context: Context, trained: Sequence[Context]) -> Context:

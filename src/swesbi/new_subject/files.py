@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from swesbi.artefacts.errors import make_command
+
 OUTPUTS: Final = {
     "observation": "observation.h5",
     "passive_baseline": "passive.h5",
@@ -42,6 +44,34 @@ class FinishedStudy:
         return (self.estimator, self.noise, *self.pooled_observations, *self.misspecifications)
 
 
+@dataclass(frozen=True)
+class FinishedPopulation:
+    """What a finished experiment over a population leaves for subjects outside the study.
+
+    Attributes:
+        estimator: The network.
+        noise: Noise of the study's cohort.
+        null: Null recordings of the population.
+    """
+
+    estimator: Path
+    noise: Path
+    null: Path
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All of them."""
+        return (self.estimator, self.noise, self.null)
+
+
+def finished_population(results: Path, experiment: str) -> FinishedPopulation:
+    """Return where the study keeps what a population's network needs, by the workflow's rules."""
+    inferred = results / experiment
+    return FinishedPopulation(
+        inferred / "estimator.pt", results / "cohort" / "noise.h5", inferred / "null.h5"
+    )
+
+
 def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> FinishedStudy:
     """Return where the study keeps what a new subject needs, by the names of the workflow's rules."""
     cohort, inferred = results / "cohort", results / experiment
@@ -53,16 +83,19 @@ def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> F
     )
 
 
-def check_finished(study: FinishedStudy) -> None:
+def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "") -> None:
     """Refuse a study that has not been run as far as it takes.
+
+    Args:
+        study: Its files.
+        options: What Snakemake runs it with beside the targets (``--configfile tests/smoke.yaml``, say).
 
     Raises:
         FileNotFoundError: Names what is missing, and the command that makes it.
     """
     missing = [path for path in study.files if not path.is_file()]
     if missing:
-        command = " ".join(["snakemake --cores 2 --", *map(str, missing)])
         raise FileNotFoundError(
             f"{missing[0]} does not exist: the study that is to answer has not been run this far; run\n"
-            f"  {command}"
+            f"  {make_command(missing, options)}"
         )

@@ -15,7 +15,7 @@ from swesbi.calibration.recordings import infer_recordings
 from swesbi.calibration.scores import Scores
 from swesbi.calibration.settings import RecordingsSettings
 from swesbi.context import Context
-from swesbi.exact.settings import ExactSettings
+from swesbi.exact.settings import ExactSettings, RefinementSettings
 from swesbi.flow.net import TrainedFlow
 from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
 from swesbi.progress import Progress
@@ -59,6 +59,7 @@ def infer_fresh(
     fresh: FreshSettings,
     settings: RecordingsSettings,
     exact: ExactSettings,
+    refinement: RefinementSettings,
     seed: int,
 ) -> FreshInferred:
     """Record the numbered fresh contexts once each, and infer every recording by both samplers.
@@ -70,6 +71,7 @@ def infer_fresh(
         fresh: Where contexts and recordings come from.
         settings: Draws of each posterior.
         exact: The study's own settings of the exact posterior.
+        refinement: How a proposal that fails is refined, as in the answers for subjects.
         seed: The study's seed.
 
     Raises:
@@ -84,7 +86,8 @@ def infer_fresh(
         if not made.recordings:
             continue
         model = recorded(subject, made)
-        parts.append(infer_recordings(model, made, flow, settings, exact, seed, f"population {kind}"))
+        name = f"population {kind}"
+        parts.append(infer_recordings(model, made, flow, settings, exact, seed, name, refinement))
         contexts.append(subject.context)
         levels.append(subject.level)
     if not parts:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
+from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
 from swesbi.evaluation.exact_result import ExactResult
 from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
 from swesbi.inference.posterior import interval_levels
@@ -25,15 +26,6 @@ from swesbi.speed_model.joint_prior import PHI_NAMES
 PASSIVE: Final = "passive_scale_kpa"
 SYMBOLS: Final = {**PARAMETERS, PASSIVE: Markup("passive scale <i>a</i>")}
 UNITS: Final = {**PARAMETER_UNITS, PASSIVE: "kPa"}
-MADE: Final = {
-    "own": "the model's own noise",
-    "acquired": "acquired sample by sample",
-    "local": "at the subject's own data",
-    "volunteer": "the volunteer recorded anew",
-}
-ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
-POOLED: Final = "pooled"
-VERDICTS: Final = {"strained or unsupported", "unsupported"}
 ALL_SUBJECTS: Final = "all"
 
 
@@ -210,7 +202,7 @@ def calibration_summary(exact: Exact) -> Table:
         joint = _coverage(pooled, "tarp", "joint")
         number = count(pooled["n"].max()) if len(pooled) else MISSING
         answer = ANSWERS.get(str(sampler), str(sampler))
-        cells = (MADE.get(str(made), str(made)), answer, _failed(pooled), _failed(single), *covered)
+        cells = (RECORDINGS.get(str(made), str(made)), answer, _failed(pooled), _failed(single), *covered)
         rows.append(Row((*cells, joint, number)))
     note = (
         "Checks: ranks of the truth and coverage at all levels within simultaneous bands, joint coverage, "
@@ -235,7 +227,7 @@ def calibration_checks(exact: Exact) -> Table:
         failed = bool(row["flagged"])
         cells = (
             str(row["subject"]),
-            MADE.get(str(row["recordings"]), str(row["recordings"])),
+            RECORDINGS.get(str(row["recordings"]), str(row["recordings"])),
             ANSWERS.get(str(row["sampler"]), str(row["sampler"])),
             str(row["test"]),
             quantity(str(row["quantity"])),
@@ -259,11 +251,11 @@ def alarms_table(exact: Exact) -> Table:
         Column("Median efficiency", "%"),
     )
     rows = []
-    for row in records(table[table["alarm"].isin(VERDICTS)]):
+    for row in records(table[table["alarm"].isin(ALARMS)]):
         interval = span(percent(row["ci_low"]), percent(row["ci_high"]))
         cells = (
             "all" if row["subject"] == ALL_SUBJECTS else str(row["subject"]),
-            MADE.get(str(row["recordings"]), str(row["recordings"])),
+            RECORDINGS.get(str(row["recordings"]), str(row["recordings"])),
             str(row["alarm"]),
             f"{percent(row['rate'])} ({interval})",
             count(row["n"]),

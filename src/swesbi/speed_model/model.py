@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import Beats, ForwardModelSettings, Status, simulate
+from swesbi.forward_model import ActiveBeats, Beats, ForwardModelSettings, Status, simulate, simulate_active
 from swesbi.observation import MeasurementSettings, PassiveSettings
 from swesbi.settings import Settings
 from swesbi.simulations.prior import PriorSettings, log_centre, log_density
@@ -52,9 +52,10 @@ class SpeedModel:
 
     def predict(self, phi: FloatArray) -> PredictedSpeeds:
         """Return the noiseless log speeds of phi (n, 4) at the measured phases; NaN where it failed."""
-        return self.predict_from(phi[:, 3], self.simulate(phi))
+        settings = self.settings.forward_model
+        return self.predict_from(phi[:, 3], simulate_active(phi[:, :3], self.recording.context, settings))
 
-    def predict_from(self, scale_kpa: FloatArray, beats: Beats) -> PredictedSpeeds:
+    def predict_from(self, scale_kpa: FloatArray, beats: Beats | ActiveBeats) -> PredictedSpeeds:
         """Return the noiseless log speeds of simulated beats with passive scales (n,)."""
         stiffness = np.where((beats.status == Status.PERIODIC)[:, None], beats.active_stiffness_kpa, np.nan)
         phase = self.recording.phase

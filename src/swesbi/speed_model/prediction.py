@@ -50,6 +50,10 @@ class PredictedSpeeds:
         """The speeds themselves; shape (n, p)."""
         return np.asarray(np.exp(self.log_speed))
 
+    def rows(self, chosen: NDArray[np.int_]) -> PredictedSpeeds:
+        """Return the simulations that are chosen, by their numbers."""
+        return PredictedSpeeds(self.log_speed[chosen], self.slope[chosen])
+
 
 def reference_shape(
     context: Context, reference_theta: FloatArray, forward_model: ForwardModelSettings, exponent_b: float

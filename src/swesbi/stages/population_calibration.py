@@ -6,7 +6,7 @@ from pathlib import Path
 
 from swesbi.artefacts import save
 from swesbi.calibration.settings import RecordingsSettings
-from swesbi.exact.settings import ExactSettings
+from swesbi.exact.settings import ExactSettings, RefinementSettings
 from swesbi.flow.files import load_flow
 from swesbi.population.calibration import infer_fresh
 from swesbi.population.calibration_dataset import KIND, fresh_dataset
@@ -23,6 +23,7 @@ class PopulationCalibrationStageSettings(Settings):
     fresh: FreshSettings
     sizes: RecordingsSettings
     exact: ExactSettings
+    refinement: RefinementSettings
 
 
 def run(*, estimator: Path, part: Path, settings: PopulationCalibrationStageSettings, origin: Origin) -> None:
@@ -35,7 +36,16 @@ def run(*, estimator: Path, part: Path, settings: PopulationCalibrationStageSett
     numbers = {OWN: range(*settings.own), ACQUIRED: range(*settings.acquired)}
     groups = {
         kind: fresh_dataset(
-            infer_fresh(index, kind, flow, settings.fresh, settings.sizes, settings.exact, origin.seed)
+            infer_fresh(
+                index,
+                kind,
+                flow,
+                settings.fresh,
+                settings.sizes,
+                settings.exact,
+                settings.refinement,
+                origin.seed,
+            )
         )
         for kind, index in numbers.items()
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,8 @@ from swesbi.figures.training import read_history
 from swesbi.inference.support import read_support
 from swesbi.recording.dataset import read_observation
 from swesbi.report import captions
-from swesbi.report.exact_section import make_section, section_figures
+from swesbi.report.exact import Exact
+from swesbi.report.exact_section import Section, make_section, section_figures
 from swesbi.report.figures import figure
 from swesbi.report.files import file_groups, relative
 from swesbi.report.names import protocol_entry
@@ -101,39 +102,56 @@ def run(
     tables = {"scores": ppc_csv, "features": features_csv, "posterior": posterior_csv}
     files = {"training": trainings, "own": recoveries, "acquisition": recovery_acquisitions}
     results = _results(settings, observations, supports, tables, files, comparison_csv)
-    figures = Figures(
-        workflow=figure(workflow_png, report, *captions.workflow(title), workflow_pdf),
-        ppc=figure(ppc_png, report, *captions.ppc(results.main, title), ppc_pdf),
-        posterior=figure(posterior_png, report, *captions.posterior(results.main, title), posterior_pdf),
-        experiments=figure(experiments_png, report, *captions.experiments(title), experiments_pdf),
-        epochs=figure(epochs_png, report, *captions.epochs(results.main, title), epochs_pdf),
-        training=tuple(figure(path, report, *captions.training(path.stem, title)) for path in training_pngs),
-    )
-    origins = _origins(settings, origin, artefacts, relative(configuration, report))
-    cohort = _cohort(recording, title)
-    of_exact = {
-        "calibration": calibrations,
-        "misspecification": misspecifications,
-        "identifiability": identifiabilities,
-    }
-    sections = [
-        make_section(each, section_figures(exact_pngs, each.experiment.name, report, title), title)
-        for each in read_exact(results.experiments, exact_posteriors, of_exact, noise, truth_csv)
-    ]
+    pngs = (workflow_png, ppc_png, posterior_png, experiments_png, epochs_png)
+    pdfs = (workflow_pdf, ppc_pdf, posterior_pdf, experiments_pdf, epochs_pdf)
+    figures = _figures(pngs, pdfs, training_pngs, report, results.main, title)
+    checks = {"calibration": calibrations, "misspecification": misspecifications}
+    checks["identifiability"] = identifiabilities
+    exact = read_exact(results.experiments, exact_posteriors, checks, noise, truth_csv)
+    sections = _sections(exact, exact_pngs, report, title)
     populations = [
         make_population_section(each, population_figures(population_pngs, each.name, report, title), title)
         for each in read_populations(settings.populations, population_cohorts, population_strata)
     ]
+    origins = _provenance(settings, origin, artefacts, relative(configuration, report))
     files_shown = file_groups(artefacts, report)
+    cohort = _cohort(recording, title)
     page = make_page(results, cohort, figures, sections, populations, files_shown, origins)
-    with atomic_path(configuration) as temporary:
-        temporary.write_text(origins.configuration, encoding="utf-8")
-    with atomic_path(report) as temporary:
-        temporary.write_text(render(page), encoding="utf-8")
+    _write(configuration, origins.configuration)
+    _write(report, render(page))
 
 
-def _origins(
-    settings: ReportSettings, origin: Origin, artefacts: Sequence[Path], configuration_file: str
+def _figures(
+    pngs: Sequence[Path],
+    pdfs: Sequence[Path],
+    trainings: Sequence[Path],
+    report: Path,
+    main: Experiment,
+    title: str,
+) -> Figures:
+    """Put captions to figures: figures 1 to 3, the experiments, the epochs, and each training."""
+    said = {
+        "workflow": captions.workflow(title),
+        "ppc": captions.ppc(main, title),
+        "posterior": captions.posterior(main, title),
+        "experiments": captions.experiments(title),
+        "epochs": captions.epochs(main, title),
+    }
+    files = zip(said.items(), pngs, pdfs, strict=True)
+    shown = {name: figure(png, report, *words, pdf) for (name, words), png, pdf in files}
+    training = tuple(figure(path, report, *captions.training(path.stem, title)) for path in trainings)
+    return Figures(**shown, training=training)
+
+
+def _sections(exact: Iterable[Exact], pngs: Sequence[Path], report: Path, title: str) -> list[Section]:
+    return [
+        make_section(each, section_figures(pngs, each.experiment.name, report, title), title)
+        for each in exact
+    ]
+
+
+def _provenance(
+    settings: ReportSettings, origin: Origin, artefacts: Sequence[Path], configuration: str
 ) -> Provenance:
     return Provenance(
         seed=origin.seed,
@@ -142,8 +160,13 @@ def _origins(
         artefacts=provenance_table(artefacts),
         software=software_table(),
         configuration=as_yaml(settings.configuration),
-        configuration_file=configuration_file,
+        configuration_file=configuration,
     )
+
+
+def _write(path: Path, text: str) -> None:
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def _results(

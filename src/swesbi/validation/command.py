@@ -7,9 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from swesbi.config import overlay, read_yaml
-from swesbi.config.models import Config
-from swesbi.config.read import parse_config
+from swesbi.config import Config, add_options, parse_config, read_merged
 from swesbi.recording import Problem
 from swesbi.recording.files import SUBJECTS
 from swesbi.recording.problems import listed
@@ -27,7 +25,7 @@ def main(arguments: Sequence[str]) -> int:
     """
     options = _parser().parse_args(arguments)
     cohort: Path = options.cohort
-    config = _config(options.config, options.overlay)
+    config = parse_config(read_merged(options.config, options.overlay), str(options.config))
     report = examine_cohort(cohort, config.recording, config.measurement.grid_points)
     here = cohort.resolve() == Path(config.cohort).resolve()
     problems = (*report.problems, *(_unknown_subjects(report, config, options.config) if here else ()))
@@ -56,14 +54,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--plot", type=Path, metavar="FOLDER", help="write a quality-control sheet per subject"
     )
-    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
-    parser.add_argument("--overlay", type=Path, help="configuration merged over it")
+    add_options(parser)
     return parser
-
-
-def _config(path: Path, changes: Path | None) -> Config:
-    raw = read_yaml(path)
-    return parse_config(overlay(raw, read_yaml(changes)) if changes else raw, str(path))
 
 
 def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> list[Problem]:

@@ -1,0 +1,16 @@
+"""What tables of checks call recordings, answers and alarms, wherever they are shown."""
+
+from __future__ import annotations
+
+from typing import Final
+
+RECORDINGS: Final = {
+    "own": "own noise",
+    "acquired": "acquired sample by sample",
+    "local": "at the subject's own data",
+    "volunteer": "the volunteer recorded anew",
+}
+ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
+POOLED: Final = "pooled"
+"""In place of a subject: the recordings of all."""
+ALARMS: Final = ("strained or unsupported", "unsupported")

@@ -1,0 +1,45 @@
+"""The shipped experiment over a population, in sizes for tests."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import speed_case
+
+from swesbi.config.models import PopulationExperimentSettings
+from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.phases import PhaseSettings
+from swesbi.flow.training import FlowTraining
+from swesbi.population.recordings import FreshSettings
+from swesbi.population.rows import RowMaker
+from swesbi.population.simulations import PopulationSimulations, simulate_population
+from swesbi.population.training import train_population
+
+CONFIG = speed_case.shipped()
+EXPERIMENT: PopulationExperimentSettings = CONFIG.population_experiments["amortised"]
+MODEL = speed_case.model().settings
+PHASES = PhaseSettings(phases=20, relative_se=EXPERIMENT.conditions.relative_se)
+FRESH = FreshSettings(
+    population=EXPERIMENT.population,
+    conditions=EXPERIMENT.conditions,
+    acquisition=CONFIG.acquisition,
+    recording=CONFIG.recording,
+    model=MODEL,
+)
+CONDITIONING = ConditioningSettings(
+    summary=CONFIG.speed_experiments[EXPERIMENT.base].summary, grid_points=100, density_kg_m3=1000.0
+)
+MAKER = RowMaker(MODEL, EXPERIMENT.conditions, CONFIG.acquisition, CONFIG.recording, PHASES, seed=3)
+TINY = EXPERIMENT.estimator.model_copy(
+    update={"transforms": 2, "hidden_features": 24, "hidden_layers": 1, "epochs": 4, "batch_size": 64}
+)
+
+
+@cache
+def made(contexts: int = 60, draws: int = 20) -> PopulationSimulations:
+    return simulate_population(range(contexts), draws, EXPERIMENT.population, 20, MODEL, seed=5)
+
+
+@cache
+def trained() -> FlowTraining:
+    return train_population(made(), MAKER, TINY)

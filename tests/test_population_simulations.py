@@ -1,0 +1,75 @@
+"""Simulations over a population: independent of shards, kept to the byte; rows that are what they say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import population_case as case
+import pytest
+
+from swesbi.artefacts import Provenance, save
+from swesbi.population.dataset import KIND, read_population, to_dataset
+from swesbi.population.rows import split_by_context
+from swesbi.population.simulations import simulate_population
+from swesbi.simulations.prior import log_density
+from swesbi.speed_model.joint_prior import from_logit
+
+PROVENANCE = Provenance(KIND, "", 1, {}, "0" * 16)
+
+
+def test_shards_hold_what_one_run_would(tmp_path: Path) -> None:
+    whole = case.made(12, 5)
+    for name, index in {"shard-1": range(7, 12), "shard-0": range(7)}.items():
+        part = simulate_population(index, 5, case.EXPERIMENT.population, 20, case.MODEL, seed=5)
+        save(tmp_path / f"{name}.h5", to_dataset(part), PROVENANCE)
+    read = read_population([tmp_path / "shard-1.h5", tmp_path / "shard-0.h5"])
+    assert read.contexts == whole.contexts
+    for name in ("theta", "active_stiffness_kpa", "active_slope_kpa", "passive_shape", "failures"):
+        assert np.array_equal(getattr(read, name), getattr(whole, name)), name
+
+
+def test_hearts_differ_and_so_do_their_passive_shapes() -> None:
+    made = case.made()
+    assert len({context.hr_bpm for context in made.contexts}) == 60
+    assert np.ptp(made.passive_shape, axis=0).min() > 0.05
+
+
+def test_no_context_is_on_both_sides_of_the_split() -> None:
+    training, held_out = split_by_context(case.made(), 0.1)
+    assert len(training.contexts) == 54
+    assert not set(training.contexts) & set(held_out.contexts)
+    assert np.array_equal(held_out.theta, case.made().theta[54:])
+    with pytest.raises(ValueError, match="validation_fraction = 0.001"):
+        split_by_context(case.made(), 0.001)
+
+
+def test_rows_have_the_prior_of_phi_and_fresh_noise_every_epoch() -> None:
+    eta, first = case.MAKER.raw(case.made(), "epoch", 1)
+    again, second = case.MAKER.raw(case.made(), "epoch", 2)
+    phi = from_logit(eta, case.MODEL.prior)
+    assert np.isfinite(log_density(phi, case.MODEL.prior)).all()
+    assert np.allclose(phi[:, :3], case.made().theta.reshape(-1, 3))
+    assert np.array_equal(eta[:, :3], again[:, :3])
+    assert not np.array_equal(eta[:, 3], again[:, 3])
+    assert not np.array_equal(first, second)
+    assert np.array_equal(first, case.MAKER.raw(case.made(), "epoch", 1)[1])
+
+
+def test_the_noise_of_rows_is_that_of_their_standard_error_and_the_discrepancy() -> None:
+    made = case.made()
+    inputs = np.stack([case.MAKER.raw(made, "noise", k)[1] for k in range(120)])
+    log_speed, missing, log_se = inputs[:, :, 3:23], inputs[:, :, 23:43], inputs[:, :, 43:]
+    low = (log_se < np.log(0.02)) & (missing == 0)
+    high = (log_se > np.log(0.045)) & (missing == 0)
+    # late diastole hardly depends on the scale of the active part; the scale's own spread is common to both
+    spread = [np.nanstd(np.where(chosen, log_speed, np.nan), axis=0) for chosen in (low, high)]
+    assert np.nanmedian(spread[1][:, 5] / spread[0][:, 5]) > 1.1
+
+
+def test_training_repeats_to_the_bit_and_learns() -> None:
+    first, second = case.trained(), case.train_population(case.made(), case.MAKER, case.TINY)
+    for name, value in first.flow.net.state_dict().items():
+        assert np.array_equal(value, second.flow.net.state_dict()[name]), name
+    losses = [epoch.validation_loss for epoch in first.epochs]
+    assert losses[-1] < losses[0] - 0.3
