@@ -162,7 +162,8 @@ def _against_truth(axes: Axes, overview: Overview, j: int, limits: tuple[float, 
     axes.plot(limits, limits, color=OBSERVED, lw=0.6, ls="--", label="answer = truth")
     axes.set_xscale("log")
     axes.set_xlim(*limits)
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    a_decade = limits[1] > 10.0 * limits[0]
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)) if a_decade else MaxNLocator(3))
     axes.xaxis.set_major_formatter(ScalarFormatter())
     axes.xaxis.set_minor_formatter(NullFormatter())
 

@@ -85,7 +85,7 @@ def cohort_table(
 
 def _outcome(subject: str, answers: Mapping[str, Answer], refused: Mapping[str, str]) -> dict[str, object]:
     if subject in refused:
-        return {"status": REFUSED, "reason": refused[subject]} | dict.fromkeys(answer_columns())
+        return {"status": REFUSED, "reason": refused[subject]} | dict.fromkeys(answer_columns(), np.nan)
     if subject not in answers:
         raise ArtefactError(f"subject {subject}: neither a posterior nor a reason for refusal is given")
     answer = answers[subject]
@@ -106,7 +106,7 @@ def read_cohort(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column is missing.
     """
-    table = pd.read_csv(path, converters={"subject": str, "reason": str})
+    table = pd.read_csv(path, converters={"subject": str})
     if missing := [name for name in ("subject", "status", "reason", *answer_columns()) if name not in table]:
         raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    return table
+    return table.assign(reason=table["reason"].astype(object).fillna(""))

@@ -13,11 +13,12 @@ from markupsafe import Markup
 from pydantic import JsonValue
 
 from swesbi.calibration.ranked import SAMPLERS
+from swesbi.evaluation.check_names import ANSWERS
 from swesbi.figures.cohort_counts import counted_reasons
 from swesbi.figures.strata import stratum_label
 from swesbi.population.cohort import OUTCOMES, REFUSED
 from swesbi.population.settings import DECLARED_NAMES, MOST_SHOWN
-from swesbi.report.exact import ANSWERS, SYMBOLS, UNITS
+from swesbi.report.exact import SYMBOLS, UNITS
 from swesbi.report.names import CONTEXT, PARAMETERS
 from swesbi.report.numbers import MISSING, count, estimate, fixed, percent, span
 from swesbi.report.results import records
