@@ -17,7 +17,7 @@ from swesbi.config.slices import STAGES, stage_settings
 from swesbi.stages.origin import Origin
 
 EXIT_USAGE = 2
-WILDCARDS = ("subject", "experiment", "prior", "shard")
+WILDCARDS = ("subject", "experiment", "prior", "shard", "part", "batch")
 COMMANDS = {
     "validate": "swesbi.validation.command",
     "template": "swesbi.validation.template",

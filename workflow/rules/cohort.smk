@@ -1,32 +1,56 @@
 """Raw recordings -> observed curves and passive baselines."""
 
+if batched(SUBJECTS):
+    # A rule a batch: a large cohort would start a process a recording, which costs more than the work.
+    for number, batch in enumerate(STUDY.batches(SUBJECTS)):
 
-rule ingest:
-    """Quality control, mean speed at each phase, E = 3 rho c^2, periodic curve.
+        rule:
+            name:
+                f"ingest_batch_{number}"
+            input:
+                recordings=[str(STUDY.recording(subject)) for subject in batch],
+                subjects=ancient(str(STUDY.cohort / "subjects.csv")),
+            output:
+                observations=expand(OBSERVATION, subject=batch),
+            log:
+                f"{RESULTS}/logs/ingest_batch/{number}.log",
+            benchmark:
+                f"{RESULTS}/benchmarks/ingest_batch/{number}.tsv"
+            params:
+                stage=stage("ingest_batch", batch=str(number)),
+            message:
+                f"Recordings of {', '.join(batch)}: quality control and observed stiffness curves"
+            script:
+                "../scripts/ingest_batch.py"
 
-    The subject's row of subjects.csv travels in the params, so editing one row touches one subject.
-    """
-    input:
-        recording=lambda wildcards: str(STUDY.recording(wildcards.subject)),
-        subjects=ancient(str(STUDY.cohort / "subjects.csv")),
-    output:
-        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
-    log:
-        f"{RESULTS}/logs/ingest/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/ingest/{{subject}}.tsv"
-    params:
-        stage=stage("ingest"),
-    message:
-        "Recording of {wildcards.subject}: quality control and observed stiffness curve"
-    script:
-        "../scripts/ingest.py"
+else:
+
+    rule ingest:
+        """Quality control, mean speed at each phase, E = 3 rho c^2, periodic curve.
+
+        The subject's row of subjects.csv travels in the params, so editing one row touches one subject.
+        """
+        input:
+            recording=lambda wildcards: str(STUDY.recording(wildcards.subject)),
+            subjects=ancient(str(STUDY.cohort / "subjects.csv")),
+        output:
+            observation=OBSERVATION,
+        log:
+            f"{RESULTS}/logs/ingest/{{subject}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/ingest/{{subject}}.tsv"
+        params:
+            stage=stage("ingest"),
+        message:
+            "Recording of {wildcards.subject}: quality control and observed stiffness curve"
+        script:
+            "../scripts/ingest.py"
 
 
 rule passive:
     """Passive baseline along the stretch of a reference beat, scaled to the late-diastolic stiffness."""
     input:
-        observation=rules.ingest.output.observation,
+        observation=OBSERVATION,
     output:
         passive=f"{RESULTS}/cohort/{{subject}}/passive.h5",
     log:

@@ -7,6 +7,7 @@ from snakemake.io import expand as expand_names
 from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, load_study
 from swesbi.config.slices import stage_settings
+from swesbi.population.settings import MOST_SHOWN
 from swesbi.running.workflow import current_run, guard_execution
 from swesbi.stages.job import RUN
 
@@ -20,6 +21,7 @@ except ConfigError as error:
 CONFIG = STUDY.config
 RESULTS = CONFIG.results
 SUBJECTS = list(STUDY.subjects)
+OBSERVATION = f"{RESULTS}/cohort/{{subject}}/observation.h5"
 EXPERIMENTS = list(CONFIG.experiments_run)
 SHARDS = range(CONFIG.resources.shards_per_subject)
 PARTS = range(CONFIG.resources.population_parts)
@@ -33,6 +35,9 @@ EXACT_FIGURES = ["ppc", "posterior", "calibration", "misspecification"]
 EXACT_FIGURES += ["identifiability", "design"]
 EXACT_TABLES = ["calibration", "misspecification"]
 EXACT_TABLES += ["identifiability", "information", "design"]
+POPULATION_FIGURES = ["cohort", "strata", "training"]
+POPULATION_TABLES = ["strata", "calibration", "recovery", "recovery_acquisition"]
+POPULATION_TABLES += ["cohort"]
 NONE = "(?!)"  # a pattern that matches no name
 FEATURES = "|".join(CONFIG.feature_experiments) or NONE
 SPEEDS = "|".join(CONFIG.speed_experiments) or NONE
@@ -94,6 +99,11 @@ def stage_of_new_subject(name):
 def of_subjects(pattern):
     """Return a pattern's paths for every subject of the cohort, other wildcards left open."""
     return expand(f"{RESULTS}/{pattern}", subject=SUBJECTS, allow_missing=True)
+
+
+def batched(subjects):
+    """Tell whether a job serves more than one of these subjects."""
+    return any(len(batch) > 1 for batch in STUDY.batches(subjects))
 
 
 def batches_of_populations():
@@ -162,6 +172,39 @@ def noise_files():
 
 def study_outputs():
     """Return every figure and table of the study, and the page that shows them."""
+    return [*(cohort_outputs() if EXPERIMENTS else []), *population_outputs()]
+
+
+def shown_singly(experiment):
+    """Return the subjects whose answers have figures of their own: all of a small cohort, none of a large one."""
+    return STUDY.answered(experiment) if len(SUBJECTS) <= MOST_SHOWN else ()
+
+
+def population_outputs():
+    """Return figures and tables of the experiments over a population, which need no other experiment."""
+    return [
+        *expand(
+            f"{RESULTS}/{{experiment}}/{{table}}.csv",
+            experiment=POPULATIONS,
+            table=POPULATION_TABLES,
+        ),
+        *expand(
+            f"{RESULTS}/figures/{{figure}}-{{experiment}}.{{image}}",
+            experiment=POPULATIONS,
+            figure=POPULATION_FIGURES,
+            image=["pdf", "png"],
+        ),
+        *(
+            f"{RESULTS}/{experiment}/subjects/{subject}/{figure}.png"
+            for experiment in POPULATIONS
+            for subject in shown_singly(experiment)
+            for figure in ("ppc", "posterior")
+        ),
+    ]
+
+
+def cohort_outputs():
+    """Return figures and tables of the experiments on the cohort, and the page."""
     return [
         f"{RESULTS}/report.html",
         *expand(
@@ -239,6 +282,17 @@ def linked_artefacts():
             file=["calibration", "identifiability"],
         ),
         f"{RESULTS}/{MAIN}/epochs.csv",
+        *expand(
+            f"{RESULTS}/{{experiment}}/{{file}}",
+            experiment=POPULATIONS,
+            file=["estimator.pt", "training.csv", "calibration.h5", "null.h5"],
+        ),
+        *(
+            f"{RESULTS}/{experiment}/subjects/{subject}/{file}"
+            for experiment in POPULATIONS
+            for subject in shown_singly(experiment)
+            for file in of_subject
+        ),
         *expand(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{file}}",
             experiment=EXPERIMENTS,

@@ -6,7 +6,7 @@ rule predictive:
     input:
         posterior=rules.posterior.output.posterior,
         support=rules.posterior.output.support,
-        observation=rules.ingest.output.observation,
+        observation=OBSERVATION,
         passive=rules.passive.output.passive,
         shards=shards_of_subject,
     output:
@@ -30,7 +30,7 @@ rule predictive_speeds:
     input:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
         support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
-        observation=rules.ingest.output.observation,
+        observation=OBSERVATION,
         noise=rules.noise.output.noise,
         shards=shards_of_subject,
     output:
@@ -51,7 +51,7 @@ rule predictive_speeds:
 
 rule cmaes:
     input:
-        observation=rules.ingest.output.observation,
+        observation=OBSERVATION,
         passive=rules.passive.output.passive,
     output:
         cmaes=f"{RESULTS}/cmaes/{{subject}}.h5",

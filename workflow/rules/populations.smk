@@ -159,6 +159,69 @@ for experiment, number, batch in batches_of_populations():
             "../scripts/population_answers.py"
 
 
+rule population_cohort:
+    """Every subject of the cohort in one table and one figure, those refused with the reason."""
+    input:
+        posteriors=of_answered("posterior.h5"),
+        supports=of_answered("support.json"),
+        truth=truth_files(),
+    output:
+        cohort=report(
+            f"{RESULTS}/{{experiment}}/cohort.csv",
+            caption="../report/population_table.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "answers and verdicts"},
+        ),
+        figure_pdf=f"{RESULTS}/figures/cohort-{{experiment}}.pdf",
+        figure_png=report(
+            f"{RESULTS}/figures/cohort-{{experiment}}.png",
+            caption="../report/population_cohort.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "overview of the cohort"},
+        ),
+    log:
+        f"{RESULTS}/logs/population_cohort/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/population_cohort/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("population_cohort"),
+    message:
+        "The cohort as '{wildcards.experiment}' answers it, in one table and one figure"
+    script:
+        "../scripts/population_cohort.py"
+
+
+rule strata_figure:
+    """Coverage of credible intervals and efficiency of the weights, by stratum."""
+    input:
+        strata=rules.population_scores.output.strata,
+    output:
+        figure_pdf=f"{RESULTS}/figures/strata-{{experiment}}.pdf",
+        figure_png=report(
+            f"{RESULTS}/figures/strata-{{experiment}}.png",
+            caption="../report/strata_figure.rst",
+            category="Experiment {experiment}",
+            subcategory="Calibration",
+            labels={"result": "coverage by stratum, drawn"},
+        ),
+    log:
+        f"{RESULTS}/logs/strata_figure/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/strata_figure/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("strata_figure"),
+    message:
+        "Figure: calibration of '{wildcards.experiment}' by stratum"
+    script:
+        "../scripts/strata_figure.py"
+
+
 rule population_agreement:
     """Draws of each subject told from the exact ones of the experiment that shares its model, by a classifier."""
     input:

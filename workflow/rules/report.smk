@@ -56,6 +56,17 @@ rule report:
             experiment=SPEED_EXPERIMENTS,
         )
         + ([f"{RESULTS}/figures/noise.png"] if SPEED_EXPERIMENTS else []),
+        population_cohorts=expand(
+            rules.population_cohort.output.cohort, experiment=POPULATIONS
+        ),
+        population_strata=expand(
+            rules.population_scores.output.strata, experiment=POPULATIONS
+        ),
+        population_pngs=expand(
+            f"{RESULTS}/figures/{{figure}}-{{experiment}}.png",
+            figure=POPULATION_FIGURES,
+            experiment=POPULATIONS,
+        ),
         artefacts=linked_artefacts(),
     output:
         report=f"{RESULTS}/report.html",

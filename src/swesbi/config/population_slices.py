@@ -7,7 +7,7 @@ from typing import Any
 from swesbi.config import speed_slices as speeds
 from swesbi.config.errors import ConfigError
 from swesbi.config.models import PopulationExperimentSettings
-from swesbi.config.parts import Wildcards, common, named, of_experiment, wildcard
+from swesbi.config.parts import Wildcards, common, figure, named, of_experiment, wildcard
 from swesbi.config.study import Study
 from swesbi.simulations.shards import shard_draws
 
@@ -82,6 +82,37 @@ def answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "refinement": study.config.new_subjects.refinement.to_plain(),
         "predictive_recordings": _section(study, wildcards).nulls.predictive_recordings,
     }
+
+
+def cohort(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the overview of a cohort depends on: whom it holds, and who of them is refused."""
+    _section(study, wildcards)
+    name = named(study, wildcards, "experiment")
+    shown = {"experiment": name, "refused": study.refused(name)}
+    return (
+        shown
+        | figure(study, wildcards)
+        | {
+            "contexts": [row.to_plain() for row in study.context_rows.values()],
+            "prior": speeds.speed_model(study, wildcards)["prior"],
+            "interval": of_experiment(study, wildcards, "exact")["exact"]["interval"],
+        }
+    )
+
+
+def strata_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the figure of strata depends on."""
+    _section(study, wildcards)
+    interval = of_experiment(study, wildcards, "exact")["exact"]["interval"]
+    return {"experiment": named(study, wildcards, "experiment"), "interval": interval}
+
+
+def training_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the figure of losses depends on: whose simulations the network was trained on."""
+    name = named(study, wildcards, "experiment")
+    if name in study.config.population_experiments:
+        return {"cohort_title": f"contexts of the population of '{name}'"}
+    return figure(study, wildcards)
 
 
 def _section(study: Study, wildcards: Wildcards) -> PopulationExperimentSettings:

@@ -32,6 +32,12 @@ def _ingest(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return {"context": context_of(study, wildcards)} | common(study.config, "recording", "measurement")
 
 
+def _ingest_batch(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    batch = study.batches(study.subjects)[int(wildcard(wildcards, "batch"))]
+    rows = [study.context_rows[subject].to_plain() for subject in batch]
+    return {"contexts": rows} | common(study.config, "recording", "measurement")
+
+
 def _noise(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return common(study.config, "recording", "noise")
 
@@ -203,6 +209,11 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         | {"prior": config.priors[config.experiments[name].prior].to_plain()}
         for name in config.experiments_run
     }
+    populations = {
+        name: config.population_experiments[name].to_plain()
+        | {"interval": config.speed_experiments[config.base_of(name)].exact.interval}
+        for name in config.populations_run
+    }
     # where results lie, how the work is split and who else is answered change no result of the study
     printed = config.to_plain()
     for key in ("resources", "results", "new_subjects"):
@@ -212,6 +223,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "configuration": printed,
         "experiments": shown,
         "main_experiment": config.main_experiment,
+        "populations": populations,
     }
 
 
@@ -226,6 +238,7 @@ _OF_A_NEW_SUBJECT: Final = (
 )
 _SLICES: Final[Mapping[str, Slice]] = {
     "ingest": _ingest,
+    "ingest_batch": _ingest_batch,
     "noise": _noise,
     "passive": _passive,
     "simulate": _simulate,
@@ -264,6 +277,8 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "population_scores": populations.scores,
     "population_null": populations.null,
     "population_answers": populations.answers,
+    "population_cohort": populations.cohort,
+    "strata_figure": populations.strata_figure,
     "population_agreement": populations.agreement,
     "cmaes": _cmaes,
     "ppc_figure": figure,
@@ -271,7 +286,7 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "exact_figure": _exact_figure,
     "exact_figures": _exact_figure,
     "cohort_figures": _figure_with_prior,
-    "training_figure": figure,
+    "training_figure": populations.training_figure,
     "tables": figure,
     "truth": _nothing,
     "workflow_figure": _workflow_figure,
@@ -287,6 +302,8 @@ POPULATION_STAGES: Final = (
     "population_scores",
     "population_null",
     "population_answers",
+    "population_cohort",
+    "strata_figure",
     "population_agreement",
     "new_subject_of_population",
 )

@@ -62,9 +62,17 @@ class Study:
 
     def answered(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects within the declared range of an experiment over a population."""
+        refused = self.refused(experiment)
+        return tuple(subject for subject in self.subjects if subject not in refused)
+
+    def refused(self, experiment: str) -> dict[str, str]:
+        """Return the subjects outside the declared range of an experiment over a population, and why."""
         population = self.config.population_experiments[experiment].population
-        rows = self.context_rows.values()
-        return tuple(row.subject for row in rows if not in_declared_range(row.to_context(), population))
+        problems = {
+            subject: in_declared_range(row.to_context(), population)
+            for subject, row in self.context_rows.items()
+        }
+        return {subject: "; ".join(found) for subject, found in problems.items() if found}
 
     def batches(self, subjects: Sequence[str]) -> tuple[tuple[str, ...], ...]:
         """Share subjects out over the jobs that serve a large cohort, in order."""

@@ -89,6 +89,21 @@ def of_experiment(kind: str, experiment: str, cohort_title: str) -> Texts:
     return f"{caption} Experiment {experiment}, {cohort_title}", f"{caption} ({cohort_title})."
 
 
+def of_population(kind: str, experiment: str, cohort_title: str) -> Texts:
+    """Return the texts of a figure of an experiment over a population, by the figure's kind."""
+    caption = _OF_POPULATION[kind]
+    whose = cohort_title if kind == "cohort" else f"contexts of the population of {experiment}"
+    return f"{caption} Experiment {experiment}, {whose}", f"{caption} ({whose})."
+
+
+_OF_POPULATION: Final = {
+    "cohort": "Every answer of the cohort, a row a parameter: medians with intervals in ascending order, by "
+    "verdict; against heart rate, age and end-diastolic volume; against the truth where it is known. Below: "
+    "verdicts, what speaks against the model, efficiency of the weights",
+    "strata": "Coverage of credible intervals by stratum, of the network alone and of the exact posterior, "
+    "and efficiency of the weights",
+    "training": "Training and validation loss of the network",
+}
 _OF_EXPERIMENT: Final = {
     "noise": "Noise of the measured speeds: components of the cohort and of each recording alone",
     "ppc": "Predictive checks: observed stiffness with its standard error, predictive medians within bands "

@@ -17,6 +17,7 @@ from swesbi.report.experiments import comparison_table, differences_table, media
 from swesbi.report.figures import Figure
 from swesbi.report.headline import Fact, caution, headline
 from swesbi.report.paper import paper_table
+from swesbi.report.population_section import PopulationSection
 from swesbi.report.recovery import levels_table, recovery_table
 from swesbi.report.results import Results
 from swesbi.report.subjects import derived_table, feature_table, posterior_table, score_table, verdict_table
@@ -83,6 +84,7 @@ class Page:
     levels: tuple[Table, ...]
     figures: Figures
     sections: tuple[Section, ...]
+    populations: tuple[PopulationSection, ...]
     files: tuple[Table, ...]
     provenance: Provenance
 
@@ -92,10 +94,11 @@ def make_page(
     cohort: Cohort,
     figures: Figures,
     sections: Sequence[Section],
+    populations: Sequence[PopulationSection],
     files: Sequence[Table],
     provenance: Provenance,
 ) -> Page:
-    """Put the page together from the results; there is one section an experiment on speeds."""
+    """Put the page together from the results; one section an experiment on speeds or over a population."""
     return Page(
         cohort=cohort,
         verdicts=tuple(Fact(name, support.verdict) for name, support in results.main.supports.items()),
@@ -107,6 +110,7 @@ def make_page(
         levels=tuple(map(levels_table, results.experiments)),
         figures=figures,
         sections=tuple(sections),
+        populations=tuple(populations),
         files=tuple(files),
         provenance=provenance,
     )

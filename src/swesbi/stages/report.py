@@ -23,12 +23,14 @@ from swesbi.report.files import file_groups, relative
 from swesbi.report.names import protocol_entry
 from swesbi.report.page import Cohort, Figures, Provenance, as_yaml, make_page, render
 from swesbi.report.paper import read_comparison
+from swesbi.report.population_section import make_population_section, population_figures
 from swesbi.report.provenance import provenance_table, software_table
 from swesbi.report.results import Experiment, Recovery, Results
 from swesbi.settings import Settings
 from swesbi.stages.exact_results import read_exact
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place
+from swesbi.stages.population_results import read_populations
 
 
 class ReportSettings(Settings):
@@ -38,12 +40,14 @@ class ReportSettings(Settings):
         cohort_title: What the subjects are called.
         main_experiment: The experiment of figures 2 and 3 and of table 1.
         experiments: Section of each experiment shown, its prior as the prior itself.
+        populations: Section of each experiment over a population, with the mass of its credible intervals.
         configuration: The configuration as the page prints it.
     """
 
     cohort_title: str
     main_experiment: str
     experiments: dict[str, dict[str, JsonValue]]
+    populations: dict[str, dict[str, JsonValue]]
     configuration: dict[str, JsonValue]
 
 
@@ -77,6 +81,9 @@ def run(
     noise: Sequence[Path],
     truth_csv: Sequence[Path],
     exact_pngs: Sequence[Path],
+    population_cohorts: Sequence[Path],
+    population_strata: Sequence[Path],
+    population_pngs: Sequence[Path],
     artefacts: Sequence[Path],
     report: Path,
     configuration: Path,
@@ -85,8 +92,8 @@ def run(
 ) -> None:
     """Write the configuration and the page, which refers to every file by its path relative to itself.
 
-    What belongs to experiments on speeds is empty where none is run; ``noise`` and ``truth_csv`` hold one
-    file or none.
+    What belongs to experiments on speeds or over a population is empty where none is run; ``noise`` and
+    ``truth_csv`` hold one file or none.
 
     Raises:
         ArtefactError: An input is missing for an experiment, or cannot be read.
@@ -102,9 +109,14 @@ def run(
     checks["identifiability"] = identifiabilities
     exact = read_exact(results.experiments, exact_posteriors, checks, noise, truth_csv)
     sections = _sections(exact, exact_pngs, report, title)
+    populations = [
+        make_population_section(each, population_figures(population_pngs, each.name, report, title), title)
+        for each in read_populations(settings.populations, population_cohorts, population_strata)
+    ]
     origins = _provenance(settings, origin, artefacts, relative(configuration, report))
     files_shown = file_groups(artefacts, report)
-    page = make_page(results, _cohort(recording, title), figures, sections, files_shown, origins)
+    cohort = _cohort(recording, title)
+    page = make_page(results, cohort, figures, sections, populations, files_shown, origins)
     _write(configuration, origins.configuration)
     _write(report, render(page))
 

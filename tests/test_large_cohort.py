@@ -1,0 +1,84 @@
+"""A large cohort: jobs in batches, refused subjects, and a study without experiments on the cohort."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+from study_copy import StudyCopy, copy_study, rules_of
+
+from swesbi.config import load_study, read_yaml
+
+ALONE = ("--config", "run=[amortised]")
+
+
+def make_large(study: StudyCopy, subjects: int) -> None:
+    """Let the copy's cohort have so many subjects, all with the recording of the first."""
+    cohort = study.folder / "data" / "virtual_volunteers"
+    rows = list(csv.DictReader((cohort / "subjects.csv").open(newline="")))
+    first = next(row for row in rows if row["subject"] == "A")
+    names = [f"S{number:03d}" for number in range(subjects)]
+    with (cohort / "subjects.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(first))
+        writer.writeheader()
+        writer.writerows(first | {"subject": name} for name in names)
+    recording = (cohort / "swe" / "A.csv").read_bytes()
+    for path in (cohort / "swe").iterdir():
+        path.unlink()
+    for name in names:
+        (cohort / "swe" / f"{name}.csv").write_bytes(recording)
+    (cohort / "truth.csv").unlink()
+    study.edit("smoke.yaml", "subjects: [A, B, F]", "subjects: all")
+
+
+def test_the_population_alone_needs_no_other_experiment(tmp_path: Path) -> None:
+    jobs = copy_study(tmp_path).planned(*ALONE)
+    assert {"population_cohort", "strata_figure", "training_figure", "exact_figure"} <= rules_of(jobs)
+    assert not {"train", "train_flow", "simulate", "tables", "report"} & rules_of(jobs)
+
+
+def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_path: Path) -> None:
+    study = copy_study(tmp_path)
+    make_large(study, 40)
+    jobs = study.planned(*ALONE)
+    rules = rules_of(jobs)
+    assert {
+        "population_cohort",
+        "ingest_batch_0",
+        "ingest_batch_19",
+        "population_answers_amortised_19",
+    } <= rules
+    assert not {"ingest", "ingest_batch_20", "ppc_figure", "exact_figure", "cmaes", "passive"} & rules
+
+
+def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tmp_path: Path) -> None:
+    study = copy_study(tmp_path)
+    study.edit("config.yaml", "ivsd_cm: [0.4, 1.4]", "ivsd_cm: [0.4, 0.65]")
+    raw = read_yaml(study.folder / "config.yaml") | {
+        "cohort": str(study.folder / "data" / "virtual_volunteers")
+    }
+    loaded = load_study(raw)
+    assert set(loaded.answered("amortised")) == set(loaded.subjects) - set(loaded.refused("amortised"))
+    assert loaded.refused("amortised")["A"].startswith("ivsd_cm = ")
+    assert loaded.answered("amortised")
+
+
+def test_batches_of_recordings_give_the_bytes_of_single_ones(finished: StudyCopy, tmp_path: Path) -> None:
+    study = copy_study(tmp_path)
+    study.edit("smoke.yaml", "population_parts: 2", "population_parts: 2\n  subjects_per_job: 2")
+    paths = [f"results-smoke/cohort/{subject}/observation.h5" for subject in "ABF"]
+    assert rules_of(study.planned(*paths)) == {"ingest_batch_0", "ingest_batch_1"}
+    study.run(*paths)
+    for path in paths:
+        assert (study.folder / path).read_bytes() == (finished.folder / path).read_bytes()
+
+
+@pytest.mark.parametrize("subjects", [1, 32, 33, 600])
+def test_batches_hold_every_subject_once_in_order(subjects: int) -> None:
+    study = load_study(read_yaml(Path(__file__).parents[1] / "config.yaml"))
+    names = [f"S{number}" for number in range(subjects)]
+    batches = study.batches(names)
+    assert [name for batch in batches for name in batch] == names
+    assert len(batches) <= 32
+    assert (max(map(len, batches)) == 1) == (subjects <= 32)
