@@ -12,13 +12,13 @@ from swesbi.config.slices import POPULATION_STAGES, SPEED_STAGES, STAGES, stage_
 ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base"}
-WILDCARDS |= {"shard": "0", "part": "0"}
+WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
 
 
 def settings_of(study: Study, stage: str) -> dict[str, Any]:
     kinds = {"calibrated": SPEED_STAGES, "amortised": POPULATION_STAGES}
-    own = {"experiment": name for name, stages in kinds.items() if stage in stages}
-    return stage_settings(study, stage, **(WILDCARDS | own))
+    experiment = next((name for name, stages in kinds.items() if stage in stages), "paper")
+    return stage_settings(study, stage, **(WILDCARDS | {"experiment": experiment}))
 
 
 def changed(**changes: object) -> dict[str, Any]:
@@ -207,6 +207,7 @@ AFFECTED = {
     | {"passive", "recovery_acquisition", "acquisition_seeds", "discrepancy"},
     "recording__min_samples_per_phase": {
         "ingest",
+        "ingest_batch",
         "noise",
         "recovery_acquisition",
         "acquisition_seeds",

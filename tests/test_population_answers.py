@@ -44,9 +44,7 @@ REFINEMENT = case.CONFIG.new_subjects.refinement.model_copy(update={"draws": 400
 SIZES = RecordingsSettings(
     own=1, acquired=1, network_draws=49, weighted_draws=200, misfit_draws=20, strip_fraction=0.1
 )
-FEW = NullSettings(
-    recordings=50, predictive_recordings=100, draws=100, prior_fraction=0.1, strip_fraction=0.1
-)
+FEW = case.EXPERIMENT.nulls.model_copy(update={"recordings": 50, "predictive_recordings": 100, "draws": 100})
 
 
 @cache
