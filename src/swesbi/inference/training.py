@@ -82,8 +82,8 @@ def train(
         keep: Epochs whose weights are kept, from 1; those that training does not reach are left out.
 
     Raises:
-        ValueError: The device is not available, or there are too few rows for a split.
-            It also tells that the loss became infinite or NaN (raised by sbi).
+        ValueError: The device is not available, there are too few rows for a split, or the loss became
+            infinite or NaN (raised by sbi).
     """
     device = choose_device(device, settings.procedure)
     _check_rows(len(theta), settings)
