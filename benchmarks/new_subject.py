@@ -2,12 +2,18 @@
 
     python benchmarks/new_subject.py
     python benchmarks/new_subject.py --subjects 3
+    python benchmarks/new_subject.py --network 20
 
 Needs a finished study of the shipped configuration. Generated subjects are answered by `new-subject`,
 each in a process of its own; then a classifier tells their draws from those of MCMC (0.5: it cannot).
 Three subjects whose contexts lie outside are handed in as well. Last, each subject of the study is judged
 with the null distributions of the others: the share of well-specified recordings that is not "supported",
 5 % if pooling them costs nothing.
+
+With --network the network alone is measured, on so many recordings that the model makes of each context:
+the share of its draws that is effective at the heart rates that it knows, between them, beyond the fastest,
+and where values that only steer it are a quarter larger than a subject's; as they are, and as `new-subject`
+shows them to it, moved into the range that it knows.
 """
 
 from __future__ import annotations
@@ -18,6 +24,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,18 +35,29 @@ from generated import generate, write
 from swesbi.calibration.two_samples import classifier_accuracy
 from swesbi.config import Study, load_study, read_yaml
 from swesbi.config.slices import stage_settings
+from swesbi.context import Context
 from swesbi.exact.dataset import read_exact_posterior
+from swesbi.exact.importance import weigh
 from swesbi.exact.mcmc import sample_mcmc
+from swesbi.exact.proposal import flow_proposal
+from swesbi.exact.settings import RefinementSettings
 from swesbi.exact.starts import starting_points
+from swesbi.flow.files import load_flow
+from swesbi.flow.net import TrainedFlow
 from swesbi.misspecification.dataset import ACQUIRED, NULL, OWN, SubjectChecks, read_subject_checks
 from swesbi.misspecification.pooled import PriorPredictive, pool_subjects, pooled_reference
 from swesbi.misspecification.settings import RuleSettings
+from swesbi.new_subject.context_range import nearest_known
 from swesbi.new_subject.files import finished_study
+from swesbi.speed_model.model import SpeedModel, speed_model
 from swesbi.speed_model.subjects import read_speed_model
+from swesbi.speed_model.synthetic import own_recordings
 from swesbi.stages.calibration_local import CalibrationLocalStageSettings
 
 FIRST_UNSEEN = 50  # the numbers below made the choice of the discrepancy
 SEED = 1
+BEYOND = (1.05, 1.1)  # of the fastest heart rate
+LARGER = 1.25  # of values that only steer the network
 OUTSIDE = {"hr_bpm": 130.0, "lvedv_ml": 210.0, "ivsd_cm": 1.4}
 
 
@@ -116,6 +135,74 @@ def false_alarms(pool: list[SubjectChecks], rule: RuleSettings) -> pd.DataFrame:
     return pd.DataFrame(rows).set_index("subject")
 
 
+@dataclass(frozen=True)
+class Case:
+    """A subject of the study with another context."""
+
+    what: str
+    model: SpeedModel
+    context: Context
+
+
+def other_contexts(models: list[SpeedModel]) -> Iterator[Case]:
+    """Yield the study's subjects by heart rate: as they are, half-way to the next, and beyond the fastest."""
+    ordered = sorted(models, key=lambda model: model.recording.context.hr_bpm)
+    rates = [model.recording.context.hr_bpm for model in ordered]
+    for model in ordered:
+        yield Case("as trained", model, model.recording.context)
+    for model, one, two in zip(ordered, rates, rates[1:], strict=False):
+        yield Case("heart rate between", model, replace(model.recording.context, hr_bpm=0.5 * (one + two)))
+    for model in ordered:
+        own = model.recording.context
+        steering = {name: LARGER * getattr(own, name) for name in ("age_years", "bsa_m2", "lvesv_ml")}
+        yield Case("age, BSA, LVESV larger", model, replace(own, **steering))
+    for factor in BEYOND:
+        beyond = replace(ordered[-1].recording.context, hr_bpm=factor * rates[-1])
+        yield Case(f"heart rate {factor - 1.0:.0%} beyond", ordered[-1], beyond)
+
+
+def network_alone(
+    models: list[SpeedModel], flow: TrainedFlow, refinement: RefinementSettings, count: int
+) -> pd.DataFrame:
+    """Return the network's efficiency at other contexts: median, smallest and largest over recordings."""
+    trained = [model.recording.context for model in models]
+    rows = []
+    for case in other_contexts(models):
+        recording = replace(case.model.recording, context=case.context)
+        model = speed_model(recording, case.model.settings)
+        made = own_recordings(model, count, SEED, "network", case.what).recordings
+        for shown in ("as it is", "nearest known"):
+            context = case.context if shown == "as it is" else nearest_known(case.context, trained)
+            found = [
+                weigh(
+                    replace(model, recording=one),
+                    flow_proposal(flow, replace(one, context=context)),
+                    refinement.draws,
+                    refinement.prior_fraction,
+                    SEED,
+                ).efficiency
+                for one in made
+            ]
+            row = {"context": case.what, "subject": recording.subject, "hr_bpm": case.context.hr_bpm}
+            low, median, high = np.quantile(found, [0.0, 0.5, 1.0])
+            rows.append(row | {"shown": shown, "median": median, "smallest": low, "largest": high})
+            if context == case.context and shown == "as it is" and case.context in trained:
+                break
+    return pd.DataFrame(rows)
+
+
+def network(study: Study, results: Path, experiment: str, count: int) -> None:
+    """Print how the network alone does at contexts that it does not know."""
+    files = finished_study(results, experiment, study.subjects)
+    plain = stage_settings(study, "calibration_local", experiment=experiment)
+    settings = CalibrationLocalStageSettings.from_plain(plain).model
+    models = [read_speed_model(path, files.noise, settings) for path in files.pooled_observations]
+    flow, _ = load_flow(files.estimator)
+    table = network_alone(models, flow, study.config.new_subjects.refinement, count)
+    print(f"efficiency of the network's draws, {count} recordings a line")
+    print(table.round({"median": 4, "smallest": 4, "largest": 4}).to_string(index=False))
+
+
 def main() -> None:
     """Answer, refuse, and judge."""
     parser = argparse.ArgumentParser(
@@ -123,9 +210,15 @@ def main() -> None:
     )
     parser.add_argument("--experiment", default="calibrated", help="an experiment of kind speeds")
     parser.add_argument("--subjects", type=int, default=10, help="how many are answered; default: 10")
+    parser.add_argument(
+        "--network", type=int, metavar="RECORDINGS", help="measure the network alone, and nothing else"
+    )
     options = parser.parse_args()
     study = load_study(read_yaml(Path("config.yaml")))
     results = Path(study.config.results)
+    if options.network:
+        network(study, results, options.experiment, options.network)
+        return
     with tempfile.TemporaryDirectory() as folder:
         answered(study, results, options.experiment, options.subjects, Path(folder))
         refused(study, Path(folder))

@@ -7,16 +7,18 @@ from typing import Any
 import pytest
 
 from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml
-from swesbi.config.slices import SPEED_STAGES, STAGES, stage_settings
+from swesbi.config.slices import POPULATION_STAGES, SPEED_STAGES, STAGES, stage_settings
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
-WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "shard": "0", "variant": "base"}
+WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base"}
+WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
 
 
 def settings_of(study: Study, stage: str) -> dict[str, Any]:
-    kind = {"experiment": "calibrated"} if stage in SPEED_STAGES else {}
-    return stage_settings(study, stage, **(WILDCARDS | kind))
+    kinds = {"calibrated": SPEED_STAGES, "amortised": POPULATION_STAGES}
+    experiment = next((name for name, stages in kinds.items() if stage in stages), "paper")
+    return stage_settings(study, stage, **(WILDCARDS | {"experiment": experiment}))
 
 
 def changed(**changes: object) -> dict[str, Any]:
@@ -152,6 +154,11 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "calibration_local",
     "identifiability",
     "sensitivity_run",
+    "population_simulate",
+    "train_population",
+    "population_calibration",
+    "population_null",
+    "population_answers",
 }
 AFFECTED = {
     "experiments__paper__predictive__draws": {"predictive", "epochs", "acquisition_seeds"},
@@ -167,22 +174,49 @@ AFFECTED = {
         "sensitivity_run",
         "calibration_local",
         "calibration_recordings",
+        "population_calibration",
+        "population_answers",
     },
-    "experiments__calibrated__calibration__recordings__own": {"calibration_recordings"},
+    "experiments__calibrated__calibration__recordings__own": {
+        "calibration_recordings",
+        "population_calibration",
+    },
     "experiments__calibrated__misspecification__rule__neighbours": {
         "verdict",
         "misspecification_table",
+        "population_null",
+        "population_answers",
     },
+    "population_experiments__amortised__population__broad_share": {
+        "population_simulate",
+        "population_calibration",
+        "population_null",
+    },
+    "population_experiments__amortised__conditions__missing_fraction": {
+        "train_population",
+        "population_calibration",
+        "population_null",
+    },
+    "population_experiments__amortised__simulations__draws_per_context": {"population_simulate"},
+    "population_experiments__amortised__estimator__learning_rate": {"train_population"},
+    "population_experiments__amortised__calibration__own": {"population_calibration"},
+    "population_experiments__amortised__calibration__strata__hr_bpm": {"population_scores"},
+    "population_experiments__amortised__calibration__two_sample_draws": {"population_agreement"},
+    "population_experiments__amortised__nulls__recordings": {"population_null"},
     "passive__exponent_b": OF_A_RECORDING
     | {"passive", "recovery_acquisition", "acquisition_seeds", "discrepancy"},
     "recording__min_samples_per_phase": {
         "ingest",
+        "ingest_batch",
         "noise",
         "recovery_acquisition",
         "acquisition_seeds",
         "discrepancy",
         "calibration_recordings",
         "misspecification",
+        "train_population",
+        "population_calibration",
+        "population_null",
     },
     "experiments__calibrated__identifiability__shown_draws": {"identifiability"},
     "new_subjects__margin_fraction": set(),
@@ -223,7 +257,9 @@ def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
     for part in key.split("__"):
         value = value[part]
     before, after = load_study(SHIPPED), load_study(changed(**{key: another(value)}))
-    single = set(STAGES) - {"new_subject"}  # which has the settings of most, see below
+    single = {
+        stage for stage in STAGES if not stage.startswith("new_subject")
+    }  # with those of most, see below
     differing = {stage for stage in single if settings_of(before, stage) != settings_of(after, stage)}
     assert differing - SHOWING == AFFECTED[key]
     assert AFFECTED[key] or not differing

@@ -55,7 +55,7 @@ def test_a_finished_study_has_nothing_to_do(finished: StudyCopy) -> None:
             "generations: 4",
             {"cmaes", "ppc_figure", "posterior_figure", "exact_figure", "exact_figures"} | SHOWN,
         ),
-        ("config.yaml", "shards_per_subject: 2", "shards_per_subject: 2 # as before", set()),
+        ("config.yaml", "shards_per_subject: 1", "shards_per_subject: 1 # as before", set()),
         ("config.yaml", "device: auto", "device: cpu", set()),
         (
             "src/swesbi/stages/predictive.py",

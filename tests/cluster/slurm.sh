@@ -68,6 +68,11 @@ start() {
 }
 
 stop() {
+    scancel --user "$(id -un)" || true # what a failed test left would go on writing
+    for _ in $(seq 20); do
+        [ -z "$(squeue --noheader 2>/dev/null)" ] && break
+        sleep 0.5
+    done
     for daemon in slurmd slurmctld munged; do
         [ -f "$folder/$daemon.pid" ] && kill "$(cat "$folder/$daemon.pid")" || true
     done

@@ -195,6 +195,11 @@ def population_outputs():
             image=["pdf", "png"],
         ),
         *(
+            f"{RESULTS}/{experiment}/agreement.csv"
+            for experiment in POPULATIONS
+            if CONFIG.base_of(experiment) in EXPERIMENTS and shown_singly(experiment)
+        ),
+        *(
             f"{RESULTS}/{experiment}/subjects/{subject}/{figure}.png"
             for experiment in POPULATIONS
             for subject in shown_singly(experiment)

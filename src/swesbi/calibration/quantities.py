@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from swesbi.evaluation import subject_model
 from swesbi.evaluation.draws import attained_stiffness_kpa
 from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
 from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]
@@ -46,8 +47,14 @@ def prior_variance(model: SpeedModel) -> FloatArray:
 
     From the prior's quantile functions; k_0 and k_ATP are independent. The log-likelihood has none (NaN).
     """
-    u = (np.arange(VARIANCE_POINTS) + 0.5) / VARIANCE_POINTS
-    phi = quantile(np.repeat(u[:, None], len(PHI_NAMES), axis=1), model.settings.prior)
+    phi = _quantiles(model.settings.prior)
     share = -np.expm1(-phi[:, 1] * activation_duration_s(model))
     second, first = (np.mean(phi[:, 0] ** p) * np.mean(share**p) for p in (2, 1))
     return np.array([*phi.var(axis=0), second - first**2, np.nan])
+
+
+@lru_cache(maxsize=4)
+def _quantiles(prior: JointPriorSettings) -> FloatArray:
+    """Return the quantiles of the prior at even levels; the same for every subject."""
+    u = (np.arange(VARIANCE_POINTS) + 0.5) / VARIANCE_POINTS
+    return quantile(np.repeat(u[:, None], len(PHI_NAMES), axis=1), prior)

@@ -103,7 +103,7 @@ class PopulationExperimentSettings(Settings):
     simulations: PopulationSizes
     estimator: FlowSettings
     calibration: FreshCalibrationSettings
-    null: NullSettings
+    nulls: NullSettings
 
 
 class CmaesStudySettings(Settings):

@@ -62,7 +62,7 @@ def null(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return {
         "fresh": _fresh(study, wildcards),
         "summary": base["summary"],
-        "sizes": _section(study, wildcards).null.to_plain(),
+        "sizes": _section(study, wildcards).nulls.to_plain(),
         "rule": base["misspecification"]["rule"],
     }
 
@@ -80,7 +80,7 @@ def answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "predictive_speeds": speeds.predictive_speeds(study, wildcards),
         "verdict": speeds.verdict(study, wildcards),
         "refinement": study.config.new_subjects.refinement.to_plain(),
-        "predictive_recordings": _section(study, wildcards).null.predictive_recordings,
+        "predictive_recordings": _section(study, wildcards).nulls.predictive_recordings,
     }
 
 

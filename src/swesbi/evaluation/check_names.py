@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 RECORDINGS: Final = {
-    "own": "own noise",
+    "own": "the model's own noise",
     "acquired": "acquired sample by sample",
     "local": "at the subject's own data",
     "volunteer": "the volunteer recorded anew",

@@ -6,6 +6,7 @@ import contextlib
 import inspect
 import logging
 import sys
+import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -19,6 +20,8 @@ LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
 RUN = "current_run"
 """Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
+START_UP = "start-up: "
+"""Begins the line of a log that says what came before the stage, in seconds of processor time."""
 
 
 class SnakemakeJob(Protocol):
@@ -45,6 +48,7 @@ def run_job(snakemake: SnakemakeJob, run: Callable[..., None], **resources: obje
     run_now = snakemake.config[RUN]
     end_with(run_now["process"])
     with logging_to(Path(str(snakemake.log[0])), run_now["options"]):
+        print(f"{START_UP}{time.process_time():.3f} s")
         run(**_arguments(run, files, snakemake.params["stage"]), **resources)
 
 

@@ -1,0 +1,32 @@
+"""Recordings of one heart under several names, as a cohort's artefacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import speed_case
+from recordings import RECORDING, make_samples
+
+from swesbi.artefacts import Provenance, save
+from swesbi.noise import fit_noise, repeat_levels
+from swesbi.noise.dataset import KIND as NOISE
+from swesbi.noise.dataset import to_dataset
+from swesbi.recording import ingest
+from swesbi.recording.dataset import KIND as OBSERVATION
+from swesbi.recording.dataset import to_datasets
+from swesbi.recording.quality import ACCEPTED, rejection
+
+
+def write_observed_cohort(folder: Path, subjects: Sequence[str]) -> None:
+    """Write ``<subject>.h5`` of each subject, recorded with noise of its own, and ``noise.h5``."""
+    speeds = speed_case.model().recording.speed_m_s
+    levels = {}
+    for seed, subject in enumerate(subjects):
+        samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=seed)
+        context = replace(speed_case.CONTEXT, subject=subject)
+        groups = to_datasets(ingest(samples, context, RECORDING, 100))
+        save(folder / f"{subject}.h5", groups, Provenance(OBSERVATION, subject, 1, {}, "c"))
+        levels[subject] = repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)
+    save(folder / "noise.h5", to_dataset(fit_noise(levels)), Provenance(NOISE, "", 1, {}, "c"))

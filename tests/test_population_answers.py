@@ -1,0 +1,200 @@
+"""Answers over a population: calibrated parts join, strata partition, batches answer as single jobs do."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import population_case as case
+import pytest
+from exact_case import SETTINGS
+from observed_cohort import write_observed_cohort
+
+from swesbi.artefacts import ArtefactError, Provenance, load, save
+from swesbi.calibration.settings import RecordingsSettings
+from swesbi.context import Context
+from swesbi.evaluation.exact_result import read_exact_result
+from swesbi.flow.files import KIND, load_flow, save_flow
+from swesbi.flow.phases import PhaseConditioner
+from swesbi.inference.support import read_support
+from swesbi.misspecification.checks import DISTANCES
+from swesbi.new_subject.context_range import ContextRefusedError, check_declared
+from swesbi.population.calibration import FreshInferred, infer_fresh, strata
+from swesbi.population.calibration_dataset import KIND as CALIBRATION
+from swesbi.population.calibration_dataset import fresh_dataset, fresh_of, join
+from swesbi.population.null import draw_null
+from swesbi.population.null_dataset import KIND as NULL
+from swesbi.population.null_dataset import read_null, to_dataset
+from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh, recorded
+from swesbi.stages import population_answers as stage
+from swesbi.stages.origin import Origin
+
+BASE = case.CONFIG.speed_experiments[case.EXPERIMENT.base]
+EXACT = SETTINGS.model_copy(
+    update={
+        "proposal_draws": 500,
+        "draws": 400,
+        "mcmc": SETTINGS.mcmc.model_copy(
+            update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}
+        ),
+    }
+)
+REFINEMENT = case.CONFIG.new_subjects.refinement.model_copy(update={"draws": 400})
+SIZES = RecordingsSettings(
+    own=1, acquired=1, network_draws=49, weighted_draws=200, misfit_draws=20, strip_fraction=0.1
+)
+FEW = case.EXPERIMENT.nulls.model_copy(update={"recordings": 50, "predictive_recordings": 100, "draws": 100})
+
+
+@cache
+def parts(start: int, stop: int, kind: str = OWN) -> FreshInferred:
+    flow = case.trained().flow
+    return infer_fresh(range(start, stop), kind, flow, case.FRESH, SIZES, EXACT, REFINEMENT, seed=7)
+
+
+def test_the_network_of_a_population_is_kept_with_what_it_sees(tmp_path: Path) -> None:
+    flow = case.trained().flow
+    save_flow(tmp_path / "flow.pt", flow, Provenance(KIND, "", 1, {}, "0" * 16))
+    again, _ = load_flow(tmp_path / "flow.pt")
+    assert isinstance(again.conditioner, PhaseConditioner)
+    recording = fresh_subject(0, case.FRESH, 7, "a").model.recording
+    assert np.array_equal(again.conditioner.condition(recording), flow.conditioner.condition(recording))
+    assert again.components == flow.components
+
+
+def test_a_fresh_context_depends_on_its_number_alone_and_was_not_trained_on() -> None:
+    first, again = fresh_subject(5, case.FRESH, 7, "a"), fresh_subject(5, case.FRESH, 7, "a")
+    assert first.context == again.context
+    assert first.context not in case.made().contexts
+    assert first.context != fresh_subject(5, case.FRESH, 7, "b").context
+    low, high = case.EXPERIMENT.conditions.relative_se
+    assert low < first.level < high
+
+
+def test_a_recording_acquired_sample_by_sample_has_the_noise_and_phases_that_were_drawn() -> None:
+    for number in range(4):
+        subject = fresh_subject(number, case.FRESH, 7, "a")
+        model = recorded(subject, record_fresh(subject, ACQUIRED, case.FRESH, 7, "a", ACQUIRED))
+        assert len(model.recording.phase) <= 20 - len(subject.missing)
+        assert np.median(model.recording.relative_se) == pytest.approx(subject.level, rel=0.1)
+
+
+def test_parts_of_the_calibration_join_to_what_one_part_would_be(tmp_path: Path) -> None:
+    for number, (start, stop) in enumerate(((0, 2), (2, 4))):
+        groups = {kind: fresh_dataset(parts(start, stop, kind)) for kind in (OWN, ACQUIRED)}
+        save(tmp_path / f"part-{number}.h5", groups, Provenance(CALIBRATION, "", 1, {}, "0" * 16))
+    joined = fresh_of(join([tmp_path / "part-0.h5", tmp_path / "part-1.h5"])[OWN])
+    whole = parts(0, 4)
+    assert joined.contexts == whole.contexts
+    assert np.array_equal(joined.relative_se, whole.relative_se)
+    for name in ("level", "mean", "sd"):
+        found, expected = (getattr(one.inferred.ranked.weighted, name) for one in (joined, whole))
+        assert np.array_equal(found, expected), name
+
+
+def test_strata_of_a_value_are_a_partition_with_the_cuts_where_they_are_said() -> None:
+    ages = [8.0, 17.9, 18.0, 39.0, 40.0, 70.0]
+    contexts = [
+        Context("T", "F" if n % 2 else "M", age, 1.7, 66.0, 90.0, 34.0, 0.8) for n, age in enumerate(ages)
+    ]
+    found = strata(contexts, np.full(6, 0.03), case.EXPERIMENT.calibration.strata)
+    by_age = {name: part for name, part in found.items() if name.startswith("age")}
+    assert np.array_equal(np.sum(list(by_age.values()), axis=0), np.ones(6))
+    assert by_age["age_years below 18"].tolist() == [True, True, False, False, False, False]
+    assert by_age["age_years 63 and more"].tolist() == [False] * 5 + [True]
+    assert found["sex F"].sum() == 3
+
+
+def test_distances_of_null_recordings_have_uniform_levels(tmp_path: Path) -> None:
+    flow = case.trained().flow
+    rule = BASE.misspecification.rule
+    null = draw_null(range(60), flow, case.FRESH, case.CONDITIONING, FEW, rule, seed=7)
+    save(tmp_path / "null.h5", to_dataset(null), Provenance(NULL, "", 1, {}, "0" * 16))
+    read = read_null(tmp_path / "null.h5")
+    assert read.contexts == null.contexts
+    assert np.array_equal(read.pooled.distance_level, null.pooled.distance_level)
+    levels = read.pooled.distance_level
+    assert levels.shape == (60, len(DISTANCES))
+    assert np.all(np.abs(levels.mean(axis=0) - 0.5) < 4.0 * np.sqrt(1.0 / 12.0 / 60.0))
+    assert np.all(levels.std(axis=0) > 0.2)
+
+
+def test_a_heart_outside_the_declared_range_is_refused_with_the_value_and_the_limits() -> None:
+    inside = Context("T", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
+    check_declared(inside, case.EXPERIMENT.population)
+    outside = Context("T", "F", 25.0, 1.7, 140.0, 90.0, 34.0, 0.8)
+    with pytest.raises(ContextRefusedError, match=r"T is refused.*\n.*hr_bpm = 140 is outside \[40, 130\]"):
+        check_declared(outside, case.EXPERIMENT.population)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Network, nulls, noise and two recordings of a cohort, as files."""
+    folder = tmp_path_factory.mktemp("answers")
+    save_flow(folder / "flow.pt", case.trained().flow, Provenance(KIND, "", 1, {}, "0" * 16))
+    rule = BASE.misspecification.rule
+    null = draw_null(range(50), case.trained().flow, case.FRESH, case.CONDITIONING, FEW, rule, seed=7)
+    save(folder / "null.h5", to_dataset(null), Provenance(NULL, "", 1, {}, "0" * 16))
+    write_observed_cohort(folder, ("S", "T"))
+    return {name: folder / f"{name}.h5" for name in ("null", "noise", "S", "T")} | {
+        "estimator": folder / "flow.pt"
+    }
+
+
+def settings() -> stage.PopulationAnswersStageSettings:
+    rule = BASE.misspecification
+    model = case.MODEL.to_plain()
+    summary = BASE.summary.to_plain()
+    return stage.PopulationAnswersStageSettings.from_plain(
+        {
+            "exact_posterior": {"model": model, "exact": EXACT.to_plain()},
+            "predictive_speeds": {
+                "model": model,
+                "summary": summary,
+                "predictive": BASE.predictive.to_plain() | {"draws": 50},
+            },
+            "verdict": {
+                "model": model,
+                "rule": rule.rule.to_plain(),
+                "strip_fraction": rule.synthetic.strip_fraction,
+                "summary": summary,
+            },
+            "refinement": REFINEMENT.to_plain(),
+            "predictive_recordings": 100,
+        }
+    )
+
+
+def answer(study: dict[str, Path], folder: Path, subjects: tuple[str, ...]) -> dict[str, tuple[bytes, ...]]:
+    made = {
+        subject: [folder / f"{subject}-{name}" for name in ("posterior.h5", "support.json", "predictive.h5")]
+        for subject in subjects
+    }
+    posteriors, supports, predictives = zip(*made.values(), strict=True)
+    stage.run(
+        observations=[study[subject] for subject in subjects],
+        noise=study["noise"], estimator=study["estimator"], null=study["null"],
+        posteriors=posteriors, supports=supports, predictives=predictives,
+        settings=settings(), origin=Origin(1, "", "c"),
+    )  # fmt: skip
+    return {subject: tuple(path.read_bytes() for path in paths) for subject, paths in made.items()}
+
+
+def test_a_batch_answers_each_subject_as_a_job_of_its_own_would(
+    study: dict[str, Path], tmp_path: Path
+) -> None:
+    both = answer(study, tmp_path, ("S", "T"))
+    (tmp_path / "alone").mkdir()
+    assert answer(study, tmp_path / "alone", ("T",))["T"] == both["T"]
+    support = read_support(tmp_path / "T-support.json")
+    assert support.status in {"supported", "strained", "unsupported"}
+    assert [test.name for test in support.tests][-1] == "network"
+    assert read_exact_result(tmp_path / "T-posterior.h5").phi.shape == (EXACT.draws, 4)
+    assert load(tmp_path / "T-posterior.h5", "posterior")[1].subject == "T"
+    assert both["S"] != both["T"]
+
+
+def test_the_network_of_a_cohort_is_no_null_of_a_population(study: dict[str, Path]) -> None:
+    with pytest.raises(ArtefactError, match="holds a 'noise' artefact, expected 'population_null'"):
+        read_null(study["noise"])
