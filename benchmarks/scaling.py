@@ -230,7 +230,7 @@ def main() -> None:
     print(summary.round(2).to_string())
     print(
         f"\nprojection to {FAR} subjects: a straight line through the two largest cohorts, on this machine "
-        f"and these {options.cores} cores; as many jobs, each serving more subjects; disk and file system as here"
+        f"and these {options.cores} cores; as many jobs, each serving more subjects, on such a file system"
     )
     if options.table:
         summary.round(3).to_csv(options.table, index=False, lineterminator="\n")
