@@ -1,5 +1,8 @@
 """The documentation's marked parts come from a finished study, and nothing else of the page changes."""
 
+from __future__ import annotations
+
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +16,7 @@ from swesbi.docs.__main__ import FIGURES, main
 from swesbi.docs.marks import PART, MarkError, fill
 from swesbi.docs.numbers import fixed, mean_sd, share
 from swesbi.docs.parts import PARTS, truth_part
+from swesbi.docs.population import COSTS, PopulationResults, scaling_part
 from swesbi.docs.results import Results, read_results
 from swesbi.inference.support import read_support
 
@@ -38,7 +42,7 @@ def results(finished: StudyCopy) -> Results:
 @pytest.fixture
 def written(finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(finished.folder)
-    for page in ("reproduction.md", "calibration.md"):
+    for page in ("reproduction.md", "calibration.md", "population.md"):
         (tmp_path / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")
     assert main(["--overlay", "smoke.yaml", "--docs", str(tmp_path)]) == 0
     return tmp_path
@@ -89,6 +93,26 @@ def test_figures_are_those_of_the_study(written: Path, finished: StudyCopy) -> N
     for name in FIGURES:
         copied = written / "figures" / f"{name}.png"
         assert copied.read_bytes() == (finished.results / "figures" / f"{name}.png").read_bytes()
+
+
+def test_the_page_on_the_population_has_its_strata_and_its_cohort(written: Path, finished: StudyCopy) -> None:
+    parts = parts_of((written / "population.md").read_text(encoding="utf-8"))
+    assert set(parts) == {"strata", "cohort", "scaling"}
+    assert "| female" in parts["strata"]
+    assert "3 virtual volunteers" in parts["cohort"]
+    for name in ("strata-amortised", "cohort-amortised"):
+        assert f"figures/{name}.png" in parts[name.split("-")[0]]
+        assert (written / "figures" / f"{name}.png").is_file()
+
+
+def test_the_cost_of_cohorts_is_shown_with_its_growth() -> None:
+    rows = [("measured", 6, 48), ("exponent", math.nan, math.nan), ("projected", 100_000, math.nan)]
+    costs = {name: 1.25 for name in COSTS}
+    scaling = pd.DataFrame([{"kind": kind, "subjects": n, "jobs": jobs, **costs} for kind, n, jobs in rows])
+    part = scaling_part(PopulationResults("amortised", 0.9, "x", scaling, scaling, scaling))
+    assert "exponent of growth" in part
+    assert "100,000 (projected)" in part
+    assert "48" in part
 
 
 def test_true_parameters_are_counted(results: Results) -> None:

@@ -16,10 +16,14 @@ from swesbi.docs.calibration_results import experiment_shown, read_calibration_r
 from swesbi.docs.marks import MarkError, fill
 from swesbi.docs.noise import write_noise_figure
 from swesbi.docs.parts import PARTS
+from swesbi.docs.population import FIGURES as POPULATION_FIGURES
+from swesbi.docs.population import PARTS as POPULATION_PARTS
+from swesbi.docs.population import read_population_results
 from swesbi.docs.results import read_results
 
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
+POPULATION_PAGE: Final = "population.md"
 FIGURES: Final = ("workflow", "ppc", "posterior", "epochs", "experiments")
 EXACT_FIGURES: Final = (
     "training",
@@ -37,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write the documentation's marked parts and figures; return 0, or 2 with a message."""
     parser = argparse.ArgumentParser(
         prog="python -m swesbi.docs",
-        description="Rewrite the marked parts of docs/reproduction.md and docs/calibration.md, and copy the "
+        description="Rewrite the marked parts of the pages under docs/, and copy the "
         "figures that the documentation shows, from a finished study.",
     )
     add_options(parser)
@@ -54,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     """Write the pages and copy the figures; the results' folder is the configuration's.
 
-    The page on experiments on speeds is written where the study runs one.
+    The pages on experiments on speeds and over a population are written where the study runs one.
 
     Raises:
         ArtefactError: The study is not finished.
@@ -72,6 +76,10 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
         pages[CALIBRATION_PAGE] = {mark: part(found) for mark, part in CALIBRATION_PARTS.items()}
         figures += [f"{kind}-{name}" for kind in EXACT_FIGURES]
         write_noise_figure(folder / "cohort" / "noise.h5", docs, study.config.cohort_title)
+    for name in study.config.populations_run[:1]:
+        shown = read_population_results(folder, study, name, docs)
+        pages[POPULATION_PAGE] = {mark: part(shown) for mark, part in POPULATION_PARTS.items()}
+        figures += [f"{kind}-{name}" for kind in POPULATION_FIGURES]
     texts = {page: fill((docs / page).read_text(encoding="utf-8"), parts) for page, parts in pages.items()}
     for figure in figures:
         with atomic_path(docs / "figures" / f"{figure}.png") as temporary:
