@@ -129,13 +129,13 @@ PARTS: Final[Mapping[str, Callable[[PopulationResults], str]]] = {
 
 
 def _stratum(rows: pd.DataFrame, name: str, sampler: str) -> dict[str, str]:
-    found = rows.set_index("parameter")
+    found = {str(row["parameter"]): row for row in rows.to_dict("records")}
     cells = {"stratum": stratum_label(name), "answer": ANSWERS[sampler]}
     for parameter, symbol in SYMBOLS.items():
-        one = found.loc[parameter]
+        one = found[parameter]
         covered, low, high = (share(float(one[name])) for name in ("coverage", "ci_low", "ci_high"))
         cells[symbol] = f"{covered} ({low} to {high})"
-    first = found.iloc[0]
+    first = next(iter(found.values()))
     efficiency = share(float(first["median_efficiency"]), 0)
     return cells | {"recordings": str(int(first["n"])), "efficiency": efficiency}
 
