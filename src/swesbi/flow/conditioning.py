@@ -13,6 +13,7 @@ from swesbi.inference.standardisation import Standardisation, fit_standardisatio
 from swesbi.observation import SummarySettings, summarise, summary_names, summary_units, to_grid
 from swesbi.recording.ingest import youngs_modulus_kpa
 from swesbi.settings import Settings
+from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.recording import SpeedRecording
 
 FloatArray = NDArray[np.float64]
@@ -42,6 +43,13 @@ class ConditioningSettings(Settings):
     def components(self) -> tuple[str, ...]:
         """Names of the C components of z: features, then context."""
         return (*summary_names(self.summary), *CONTEXT_NAMES)
+
+
+def conditioning_of(summary: SummarySettings, model: SpeedModelSettings) -> ConditioningSettings:
+    """Return how the speeds of a model's recordings become the features of a summary."""
+    return ConditioningSettings(
+        summary=summary, grid_points=model.measurement.grid_points, density_kg_m3=model.density_kg_m3
+    )
 
 
 def raw_features(speed_m_s: FloatArray, phase: FloatArray, settings: ConditioningSettings) -> FloatArray:

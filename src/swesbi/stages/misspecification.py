@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from swesbi.artefacts import save
-from swesbi.flow.conditioning import ConditioningSettings, raw_features
+from swesbi.flow.conditioning import ConditioningSettings, conditioning_of, raw_features
 from swesbi.flow.files import load_flow
 from swesbi.misspecification.bounds import prior_strip_mass
 from swesbi.misspecification.checks import no_checks
@@ -46,11 +46,7 @@ class MisspecificationStageSettings(Settings):
     @property
     def conditioning(self) -> ConditioningSettings:
         """How measured speeds become features."""
-        return ConditioningSettings(
-            summary=self.summary,
-            grid_points=self.model.measurement.grid_points,
-            density_kg_m3=self.model.density_kg_m3,
-        )
+        return conditioning_of(self.summary, self.model)
 
 
 class _Made(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from swesbi.artefacts import save
-from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.conditioning import conditioning_of
 from swesbi.flow.files import load_flow
 from swesbi.misspecification.settings import RuleSettings
 from swesbi.observation import SummarySettings
@@ -31,12 +31,7 @@ def run(*, estimator: Path, null: Path, settings: PopulationNullStageSettings, o
     Raises:
         ArtefactError: The network is no such artefact.
     """
-    model = settings.fresh.model
-    conditioning = ConditioningSettings(
-        summary=settings.summary,
-        grid_points=model.measurement.grid_points,
-        density_kg_m3=model.density_kg_m3,
-    )
+    conditioning = conditioning_of(settings.summary, settings.fresh.model)
     flow, _ = load_flow(estimator)
     found = draw_null(
         range(settings.sizes.recordings), flow, settings.fresh, conditioning, settings.sizes, settings.rule,

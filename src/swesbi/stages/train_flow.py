@@ -6,7 +6,7 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.conditioning import ConditioningSettings, conditioning_of
 from swesbi.flow.files import KIND, save_flow
 from swesbi.flow.pool import of_subject, read_pool
 from swesbi.flow.settings import FlowSettings
@@ -33,11 +33,7 @@ class TrainFlowStageSettings(Settings):
     @property
     def conditioning(self) -> ConditioningSettings:
         """How measured speeds become the flow's input."""
-        return ConditioningSettings(
-            summary=self.summary,
-            grid_points=self.model.measurement.grid_points,
-            density_kg_m3=self.model.density_kg_m3,
-        )
+        return conditioning_of(self.summary, self.model)
 
 
 def run(

@@ -9,7 +9,7 @@ from pathlib import Path
 from swesbi.artefacts import ArtefactError, write_json
 from swesbi.context import Context
 from swesbi.evaluation.exact_result import ExactResult, read_exact_result
-from swesbi.flow.conditioning import ConditioningSettings
+from swesbi.flow.conditioning import ConditioningSettings, conditioning_of
 from swesbi.forward_model import Beats
 from swesbi.forward_model import Status as BeatStatus
 from swesbi.inference.dataset import read_posterior
@@ -43,11 +43,7 @@ class VerdictStageSettings(Settings):
     @property
     def conditioning(self) -> ConditioningSettings:
         """How measured speeds become features."""
-        return ConditioningSettings(
-            summary=self.summary,
-            grid_points=self.model.measurement.grid_points,
-            density_kg_m3=self.model.density_kg_m3,
-        )
+        return conditioning_of(self.summary, self.model)
 
 
 def run(
