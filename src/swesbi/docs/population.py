@@ -135,7 +135,10 @@ def _stratum(rows: pd.DataFrame, name: str, sampler: str) -> dict[str, str]:
         one = found.loc[parameter]
         cells[symbol] = f"{share(one['coverage'])} ({share(one['ci_low'])} to {share(one['ci_high'])})"
     first = found.iloc[0]
-    return cells | {"recordings": str(int(first["n"])), "efficiency": share(float(first["median_efficiency"]), 0)}
+    return cells | {
+        "recordings": str(int(first["n"])),
+        "efficiency": share(float(first["median_efficiency"]), 0),
+    }
 
 
 def _cost(row: pd.Series) -> dict[str, str]:
