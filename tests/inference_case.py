@@ -79,6 +79,7 @@ def components() -> Components:
 def estimator_settings(**changes: object) -> EstimatorSettings:
     plain = {
         "model": "maf",
+        "procedure": "sbi",
         "transforms": 2,
         "hidden_features": 16,
         "blocks": 2,

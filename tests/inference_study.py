@@ -55,7 +55,7 @@ POOL = pool.PoolStageSettings(
 )
 TRAIN = train.TrainStageSettings(
     prior=PAPER_PRIOR,
-    estimator=estimator_settings(max_num_epochs=6, learning_rate=2e-3),
+    estimator=estimator_settings(procedure="fast", max_num_epochs=6, learning_rate=2e-3),
     checkpoint_epochs=(1, 3),
 )
 POSTERIOR = posterior.PosteriorStageSettings(

@@ -23,7 +23,10 @@ from swesbi.inference.sampling import draw_candidates
 from swesbi.inference.torch_prior import torch_prior
 from swesbi.inference.training import Training, train
 
-OVERSHOOTING = estimator_settings(learning_rate=0.05, max_num_epochs=12)
+OVERSHOOTING = {
+    procedure: estimator_settings(procedure=procedure, learning_rate=0.05, max_num_epochs=12)
+    for procedure in ("sbi", "fast")
+}
 KEEP = (1, 4, 40)
 
 
@@ -34,14 +37,14 @@ def pool() -> Pool:
     return build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
 
 
-def fit(pool: Pool, keep: tuple[int, ...]) -> Training:
-    arguments = (pool.theta, pool.z, pool.components.names, WIDE_PRIOR, OVERSHOOTING, 11)
+def fit(pool: Pool, keep: tuple[int, ...], procedure: str) -> Training:
+    arguments = (pool.theta, pool.z, pool.components.names, WIDE_PRIOR, OVERSHOOTING[procedure], 11)
     return train(*arguments, keep=keep)
 
 
-@pytest.fixture(scope="module")
-def trained(pool: Pool) -> Training:
-    return fit(pool, KEEP)
+@pytest.fixture(scope="module", params=["sbi", "fast"])
+def trained(pool: Pool, request: pytest.FixtureRequest) -> Training:
+    return fit(pool, KEEP, request.param)
 
 
 def write(path: Path, training: Training) -> Path:
@@ -58,7 +61,7 @@ def write(path: Path, training: Training) -> Path:
 
 
 def test_training_is_the_same_to_the_bit_with_and_without_checkpoints(pool: Pool, trained: Training) -> None:
-    without = fit(pool, ())
+    without = fit(pool, (), trained.estimator.settings.procedure)
     assert without.epochs == trained.epochs
     one, two = without.estimator.net.state_dict(), trained.estimator.net.state_dict()
     assert all(torch.equal(one[name], two[name]) for name in two)
@@ -97,7 +100,8 @@ def test_best_checkpoint_is_the_estimator(pool: Pool, trained: Training, tmp_pat
 
 
 def test_checkpoint_file_is_plain_and_reproducible(pool: Pool, trained: Training, tmp_path: Path) -> None:
-    paths = [write(tmp_path / "one.pt", trained), write(tmp_path / "two.pt", fit(pool, KEEP))]
+    again = fit(pool, KEEP, trained.estimator.settings.procedure)
+    paths = [write(tmp_path / "one.pt", trained), write(tmp_path / "two.pt", again)]
     assert paths[0].read_bytes() == paths[1].read_bytes()
     assert torch.load(paths[0], weights_only=True)["metadata"]["epochs"][0] == 1
 

@@ -29,6 +29,7 @@ from swesbi.inference.training import Epoch, choose_device, train
 
 OBSERVED = np.array([0.4, -0.3, 0.5, 0.1])
 FAST = estimator_settings()
+PROCEDURES = ("sbi", "fast")
 SAMPLE = """
 import sys
 import numpy as np
@@ -80,8 +81,9 @@ def test_training_is_that_of_stock_sbi_to_the_bit(pool: Pool) -> None:
     assert torch.equal(weights(ours), stock)
 
 
-def test_weights_of_the_best_epoch_are_kept_though_training_went_on(pool: Pool) -> None:
-    settings = estimator_settings(learning_rate=0.05, max_num_epochs=12)
+@pytest.mark.parametrize("procedure", PROCEDURES)
+def test_weights_of_the_best_epoch_are_kept_though_training_went_on(pool: Pool, procedure: str) -> None:
+    settings = estimator_settings(procedure=procedure, learning_rate=0.05, max_num_epochs=12)
     estimator, epochs = fit(pool, settings)
     losses = [epoch.validation_loss for epoch in epochs]
     assert len(epochs) == estimator.epochs_run == 13
@@ -97,8 +99,11 @@ def test_weights_of_the_best_epoch_are_kept_though_training_went_on(pool: Pool) 
     assert held_out_loss(pool, estimator, held_out) == pytest.approx(min(losses), abs=1e-4)
 
 
-def test_training_stops_early_and_says_so(pool: Pool) -> None:
-    settings = estimator_settings(learning_rate=0.05, max_num_epochs=200, stop_after_epochs=3)
+@pytest.mark.parametrize("procedure", PROCEDURES)
+def test_training_stops_early_and_says_so(pool: Pool, procedure: str) -> None:
+    settings = estimator_settings(
+        procedure=procedure, learning_rate=0.05, max_num_epochs=200, stop_after_epochs=3
+    )
     estimator, epochs = fit(pool, settings)
     assert len(epochs) == estimator.best_epoch + 3 < 201
 
@@ -109,14 +114,19 @@ def test_same_seed_same_weights_other_seed_other_weights(pool: Pool) -> None:
     assert not torch.equal(weights(once), weights(other))
 
 
+@pytest.mark.parametrize("procedure", PROCEDURES)
 def test_nothing_is_left_behind(
-    pool: Pool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    procedure: str,
+    pool: Pool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     torch.manual_seed(0)
     before, threads = torch.random.get_rng_state(), torch.get_num_threads()
     torch.set_num_threads(2)
-    fit(pool, FAST)
+    fit(pool, estimator_settings(procedure=procedure))
     assert torch.get_num_threads() == 2
     torch.set_num_threads(threads)
     assert list(tmp_path.iterdir()) == []
@@ -124,9 +134,10 @@ def test_nothing_is_left_behind(
     assert torch.equal(before, torch.random.get_rng_state())
 
 
-def test_every_epoch_is_reported(pool: Pool, caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("procedure", PROCEDURES)
+def test_every_epoch_is_reported(pool: Pool, caplog: pytest.LogCaptureFixture, procedure: str) -> None:
     with caplog.at_level(logging.INFO, logger="swesbi"):
-        _, epochs = fit(pool, FAST)
+        _, epochs = fit(pool, estimator_settings(procedure=procedure))
     for epoch in epochs:
         lines = [line for line in caplog.messages if f"epoch {epoch.number}/3 " in line]
         assert len(lines) == 1
@@ -182,13 +193,15 @@ def test_device_is_chosen_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         choose_device("gpu")
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
     assert (choose_device("auto"), choose_device("cpu"), choose_device("cuda")) == ("cuda", "cpu", "cuda")
+    assert (choose_device("auto", "fast"), choose_device("cuda", "fast")) == ("cpu", "cuda")
 
 
-def test_learned_posterior_is_the_known_one() -> None:
+@pytest.mark.parametrize("procedure", PROCEDURES)
+def test_learned_posterior_is_the_known_one(procedure: str) -> None:
     """The whole path from prior draws to posterior draws against Gaussian conditioning."""
     subjects = [subject_features(context, 3000, OBSERVED) for context in CONTEXTS]
     pool = build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
-    settings = estimator_settings(max_num_epochs=14, learning_rate=2e-3, batch_size=100)
+    settings = estimator_settings(procedure=procedure, max_num_epochs=14, learning_rate=2e-3, batch_size=100)
     estimator, _ = fit(pool, settings)
     draws = np.log(draw_candidates(estimator, pool.z_obs[:1], 20_000, 1)[0].clip(1e-3))
     known = known_posterior(OBSERVED)

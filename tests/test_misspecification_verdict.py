@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import speed_case
 from misspecification_case import Bank, conditioning, settings, subject_checks
 from numpy.typing import NDArray
 from scipy.stats import kstest
 
-from swesbi.artefacts import Provenance, save, write_json
+from swesbi.artefacts import ArtefactError, Provenance, save, write_json
 from swesbi.flow.conditioning import raw_features
 from swesbi.inference.support import Support, SupportTest, read_support
 from swesbi.misspecification.checks import GROUPS, TEST_NAMES, Checks, no_checks
@@ -19,6 +20,8 @@ from swesbi.misspecification.dataset import KIND, VOLUNTEER, SubjectChecks, read
 from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, alarm_rows
 from swesbi.misspecification.reference import Reference, Status
 from swesbi.misspecification.verdict import grade, make_support, null_tests
+from swesbi.recording.contexts import contexts_dataset
+from swesbi.stages.verdict import _others
 
 FloatArray = NDArray[np.float64]
 NULL_RECORDINGS = 400
@@ -192,3 +195,12 @@ def test_support_of_an_experiment_on_features_has_no_new_keys(tmp_path: Path) ->
     ]
     write_json(tmp_path / "support.json", old.to_json())
     assert read_support(tmp_path / "support.json") == old
+
+
+def test_a_subject_is_compared_with_the_others_of_the_cohort(tmp_path: Path) -> None:
+    cohort = [replace(speed_case.model().recording.context, subject=name) for name in "ABC"]
+    path = tmp_path / "contexts.h5"
+    save(path, contexts_dataset(cohort), Provenance("contexts"))
+    assert _others(path, "B") == [cohort[0], cohort[2]]
+    with pytest.raises(ArtefactError, match="context of subject X; it holds those of A, B, C"):
+        _others(path, "X")

@@ -19,6 +19,7 @@ from swesbi.noise.dataset import KIND, read_noise, to_dataset
 from swesbi.noise.levels import joined
 from swesbi.noise.settings import NoiseSettings
 from swesbi.recording import NoiseComponents, Samples, ingest
+from swesbi.recording.contexts import read_contexts
 from swesbi.recording.dataset import to_datasets
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.seeds import generator
@@ -188,6 +189,7 @@ def test_the_stage_writes_what_the_fit_found(tmp_path: Path) -> None:
         recordings=recordings,
         observations=observations,
         noise=target,
+        contexts=tmp_path / "contexts.h5",
         settings=SETTINGS,
         origin=Origin(1, "", "c"),
     )
@@ -197,6 +199,7 @@ def test_the_stage_writes_what_the_fit_found(tmp_path: Path) -> None:
     found = read_noise(target)
     assert found == expected
     assert list(found.by_subject) == ["P", "Q"]
+    assert read_contexts(tmp_path / "contexts.h5") == tuple(replace(CONTEXT, subject=n) for n in "PQ")
 
 
 def test_curves_of_other_recordings_are_refused(tmp_path: Path) -> None:
@@ -206,6 +209,7 @@ def test_curves_of_other_recordings_are_refused(tmp_path: Path) -> None:
             recordings=recordings[::-1],
             observations=observations,
             noise=tmp_path / "noise.h5",
+            contexts=tmp_path / "contexts.h5",
             settings=SETTINGS,
             origin=Origin(1, "", "c"),
         )

@@ -228,7 +228,7 @@ def test_weights_from_elsewhere_are_checked_before_a_net_is_built(
 
 def test_a_net_larger_than_its_weights_is_not_built(tmp_path: Path) -> None:
     settings = (
-        '{"model":"maf","transforms":5,"hidden_features":1000000,"blocks":2,"z_score_theta":"none",'
+        '{"model":"maf","procedure":"fast","transforms":5,"hidden_features":1000000,"blocks":2,"z_score_theta":"none",'
         '"z_score_x":"none","batch_size":2,"learning_rate":0.1,"max_num_epochs":1,"stop_after_epochs":1,'
         '"validation_fraction":0.1,"clip_max_norm":1.0}'
     )

@@ -72,6 +72,7 @@ rule noise:
         observations=of_subjects("cohort/{subject}/observation.h5"),
     output:
         noise=f"{RESULTS}/cohort/noise.h5",
+        contexts=f"{RESULTS}/cohort/contexts.h5",
     log:
         f"{RESULTS}/logs/noise.log",
     benchmark:

@@ -94,7 +94,8 @@ rule verdict:
     input:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
         misspecification=rules.misspecification.output.misspecification,
-        observations=of_subjects("cohort/{subject}/observation.h5"),
+        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
+        contexts=f"{RESULTS}/cohort/contexts.h5",
         noise=f"{RESULTS}/cohort/noise.h5",
     output:
         support=report(

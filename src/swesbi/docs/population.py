@@ -133,12 +133,11 @@ def _stratum(rows: pd.DataFrame, name: str, sampler: str) -> dict[str, str]:
     cells = {"stratum": stratum_label(name), "answer": ANSWERS[sampler]}
     for parameter, symbol in SYMBOLS.items():
         one = found.loc[parameter]
-        cells[symbol] = f"{share(one['coverage'])} ({share(one['ci_low'])} to {share(one['ci_high'])})"
+        covered, low, high = (share(float(one[name])) for name in ("coverage", "ci_low", "ci_high"))
+        cells[symbol] = f"{covered} ({low} to {high})"
     first = found.iloc[0]
-    return cells | {
-        "recordings": str(int(first["n"])),
-        "efficiency": share(float(first["median_efficiency"]), 0),
-    }
+    efficiency = share(float(first["median_efficiency"]), 0)
+    return cells | {"recordings": str(int(first["n"])), "efficiency": efficiency}
 
 
 def _cost(row: pd.Series) -> dict[str, str]:

@@ -10,6 +10,7 @@ import torch
 from numpy.typing import NDArray
 
 from swesbi.inference.determinism import reproducible
+from swesbi.inference.sequential import for_drawing
 from swesbi.simulations.prior import PriorSettings, in_bounds
 
 if TYPE_CHECKING:
@@ -53,9 +54,9 @@ def draw_candidates(estimator: Sampler, z: FloatArray, draws: int, seed: int) ->
     """
     if z.ndim != 2 or z.shape[1] != len(estimator.components):
         raise ValueError(f"z has shape {z.shape}, the estimator takes {len(estimator.components)} components")
-    condition = torch.from_numpy(z.astype(np.float32))
+    condition, net = torch.from_numpy(z.astype(np.float32)), for_drawing(estimator.net)
     with reproducible(seed), torch.no_grad():
-        sampled = [_draw(estimator, row[None], draws) for row in condition]
+        sampled = [_draw(net, row[None], draws) for row in condition]
     return np.stack(sampled)
 
 
@@ -78,11 +79,11 @@ def draw_until(
     Returns:
         Array of shape (n, 3), in whole batches of ``ROWS_PER_BATCH``, n <= at_most.
     """
-    condition = torch.from_numpy(z[None].astype(np.float32))
+    condition, net = torch.from_numpy(z[None].astype(np.float32)), for_drawing(estimator.net)
     drawn: list[FloatArray] = []
     found = 0
     with reproducible(seed), torch.no_grad():
-        for batch in _batches(estimator, condition, at_most):
+        for batch in _batches(net, condition, at_most):
             drawn.append(batch)
             found += int(in_bounds(batch, prior).sum())
             if found >= enough:
@@ -98,12 +99,12 @@ def losses(estimator: Sampler, theta: FloatArray, z: FloatArray) -> FloatArray:
     return loss
 
 
-def _draw(estimator: Sampler, row: torch.Tensor, draws: int) -> FloatArray:
-    return np.concatenate(list(_batches(estimator, row, draws)))
+def _draw(net: ConditionalDensityEstimator, row: torch.Tensor, draws: int) -> FloatArray:
+    return np.concatenate(list(_batches(net, row, draws)))
 
 
-def _batches(estimator: Sampler, row: torch.Tensor, draws: int) -> Iterator[FloatArray]:
+def _batches(net: ConditionalDensityEstimator, row: torch.Tensor, draws: int) -> Iterator[FloatArray]:
     sizes = [ROWS_PER_BATCH] * (draws // ROWS_PER_BATCH) + [draws % ROWS_PER_BATCH]
     for size in sizes:
         if size:
-            yield estimator.net.sample((size,), condition=row)[:, 0].numpy().astype(np.float64)
+            yield net.sample((size,), condition=row)[:, 0].numpy().astype(np.float64)

@@ -36,6 +36,9 @@ class EstimatorSettings(Settings):
     """
 
     model: Literal["maf"] = Field(description="masked autoregressive flow")
+    procedure: Literal["sbi", "fast"] = Field(
+        description="sbi's own passes over the rows, or the same passes by a lean flow"
+    )
     transforms: int = Field(ge=1, description="autoregressive transforms")
     hidden_features: int = Field(ge=1, description="hidden units a layer")
     blocks: int = Field(ge=1, description="autoregressive blocks a transform")

@@ -1,31 +1,31 @@
-"""Training the estimator with sbi's own procedure (paper, Eq. 8), reported epoch by epoch."""
+"""Training the estimator by sbi's procedure (paper, Eq. 8), reported epoch by epoch."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import logging
-import time
 import warnings
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
+from typing import Final
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from sbi.inference import NPE_C
 from torch import Tensor
-from torch.utils.data import DataLoader, Dataset
 
 from swesbi.inference.checkpoints import Weights
 from swesbi.inference.determinism import reproducible
-from swesbi.inference.estimator import TrainedEstimator, build_net
+from swesbi.inference.estimator import TrainedEstimator
+from swesbi.inference.fast_trainer import FastTrainer
+from swesbi.inference.sbi_trainer import SbiTrainer, on_cpu
 from swesbi.inference.settings import EstimatorSettings
-from swesbi.inference.torch_prior import torch_prior
 from swesbi.progress import Progress
 from swesbi.simulations.prior import PriorSettings
 
+TRAINERS: Final = {"sbi": SbiTrainer, "fast": FastTrainer}
 LOGGER = logging.getLogger("swesbi")
 
 
@@ -82,14 +82,14 @@ def train(
         keep: Epochs whose weights are kept, from 1; those that training does not reach are left out.
 
     Raises:
-        ValueError: The device is not available, or there are too few rows for a split.
-        AssertionError: The loss became infinite or NaN (raised by sbi).
+        ValueError: The device is not available, there are too few rows for a split, or the loss became
+            infinite or NaN (raised by sbi).
     """
-    device = choose_device(device)
+    device = choose_device(device, settings.procedure)
     _check_rows(len(theta), settings)
     with reproducible(seed), contextlib.redirect_stdout(io.StringIO()) as printed:
         record = _EpochRecord(label, settings.max_num_epochs + 1)
-        trainer = _Trainer(record, prior, settings, device, keep)
+        trainer = TRAINERS[settings.procedure](record, prior, settings, device, keep)
         _append(trainer, torch.from_numpy(theta), torch.from_numpy(z))
         net = trainer.train(
             training_batch_size=settings.batch_size,
@@ -105,15 +105,10 @@ def train(
     best = record.best
     LOGGER.info("%s: best epoch %d of %d run, validation loss %.4f", label, *best, record.best_loss)
     estimator = TrainedEstimator(net, settings, components, *best, record.best_loss)
-    states = trainer.kept | {best[0]: _on_cpu(trainer.best_state)}
+    states = trainer.kept | {best[0]: on_cpu(trainer.best_state)}
     losses = [epoch.validation_loss for epoch in record.epochs]
     weights = tuple(Weights(number, losses[number - 1], states[number]) for number in sorted(states))
     return Training(estimator, tuple(record.epochs), weights)
-
-
-def _on_cpu(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """Return a copy of the weights that training on does not change."""
-    return {name: value.detach().to("cpu", copy=True) for name, value in state.items()}
 
 
 def _append(trainer: NPE_C, theta: Tensor, z: Tensor) -> None:
@@ -127,8 +122,11 @@ def _append(trainer: NPE_C, theta: Tensor, z: Tensor) -> None:
         trainer.append_simulations(theta, z, exclude_invalid_x=False)
 
 
-def choose_device(device: str) -> str:
+def choose_device(device: str, procedure: str = "sbi") -> str:
     """Turn "auto" into "cuda" where a CUDA device is available, else "cpu".
+
+    The fast procedure stays on the CPU under "auto": a step of it is a hundred operations of a few
+    microseconds, and a GPU takes as long to start each.
 
     Raises:
         ValueError: The device is unknown or not available.
@@ -138,6 +136,8 @@ def choose_device(device: str) -> str:
     available = torch.cuda.is_available()
     if device == "cuda" and not available:
         raise ValueError("device 'cuda' was asked for, but torch finds no CUDA device; use auto or cpu")
+    if device == "auto" and procedure == "fast":
+        return "cpu"
     return "cuda" if available and device != "cpu" else "cpu"
 
 
@@ -157,111 +157,14 @@ class _EpochRecord:
         self._progress.step(note=f"{losses}, {seconds:.1f} s")
 
     @property
+    def number(self) -> int:
+        """Epochs so far."""
+        return len(self.epochs)
+
+    @property
     def best(self) -> tuple[int, int]:
         """The best epoch's number and the number of epochs run."""
         return max(epoch.number for epoch in self.epochs if epoch.best_so_far), len(self.epochs)
-
-
-class _Trainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
-    """sbi's NPE-C with a hook after each epoch and batches gathered at once.
-
-    sbi tells its tracker nothing before training has ended, and its loader collates rows one by one.
-    The batches hold the same rows in the same order, so the course of training is the same to the bit.
-    """
-
-    def __init__(
-        self,
-        record: _EpochRecord,
-        prior: PriorSettings,
-        settings: EstimatorSettings,
-        device: str,
-        keep: Collection[int],
-    ) -> None:
-        self._record = record
-        self._keep = frozenset(keep)
-        self._kept: dict[int, dict[str, Tensor]] = {}
-        self._last: dict[str, Tensor] = {}
-
-        def build(theta: Tensor, z: Tensor) -> object:
-            return build_net(theta, z, settings)
-
-        super().__init__(
-            prior=torch_prior(prior, device),
-            density_estimator=build,
-            device=device,
-            tracker=_NoTracker(),
-            show_progress_bars=False,
-        )
-
-    @property
-    def best_state(self) -> dict[str, Tensor]:
-        """The weights of the epoch with the lowest validation loss."""
-        state: dict[str, Tensor] = self._best_model_state_dict
-        return state
-
-    @property
-    def kept(self) -> dict[int, dict[str, Tensor]]:
-        """The weights after the epochs asked for and after the last, by epoch."""
-        return self._kept | {len(self._record.epochs): self._last}
-
-    def get_dataloaders(
-        self, *args: object, **kwargs: object
-    ) -> tuple[DataLoader[list[Tensor]], DataLoader[list[Tensor]]]:
-        training, validation = super().get_dataloaders(*args, **kwargs)
-        return _whole_batches(training), _whole_batches(validation)
-
-    def _summarize_epoch(self, train_loss: float, val_loss: float, start: float, *args: object) -> None:
-        super()._summarize_epoch(train_loss, val_loss, start, *args)
-        self._record.add(train_loss, val_loss, time.time() - start)
-        # Which epoch is the last, nobody knows before sbi puts the best weights in its place.
-        self._last = _on_cpu(self._neural_net.state_dict())
-        if (number := len(self._record.epochs)) in self._keep:
-            self._kept[number] = self._last
-
-
-class _NoTracker:
-    """A tracker that keeps nothing; without one sbi writes a folder ./sbi-logs."""
-
-    log_dir = None
-
-    def log_metric(self, name: str, value: float, step: int | None = None) -> None: ...
-
-    def log_metrics(self, metrics: dict[str, float], step: int | None = None) -> None: ...
-
-    def log_params(self, params: dict[str, Any]) -> None: ...
-
-    def add_figure(self, name: str, figure: object, step: int | None = None) -> None: ...
-
-    def flush(self) -> None: ...
-
-
-class _Batches(Dataset[list[Tensor]]):
-    """Rows of tensors, fetched a batch at a time by index."""
-
-    def __init__(self, tensors: tuple[Tensor, ...]) -> None:
-        self._tensors = tensors
-
-    def __len__(self) -> int:
-        return len(self._tensors[0])
-
-    def __getitem__(self, index: int) -> list[Tensor]:
-        return [tensor[index] for tensor in self._tensors]
-
-    def __getitems__(self, indices: list[int]) -> list[Tensor]:
-        rows = torch.tensor(indices, device=self._tensors[0].device)
-        return [tensor[rows] for tensor in self._tensors]
-
-
-def _whole_batches(loader: DataLoader[Any]) -> DataLoader[Any]:
-    """The same loader over the same sampler, but without collating rows one by one."""
-    keep: Callable[[list[Tensor]], list[Tensor]] = list
-    return DataLoader(
-        _Batches(loader.dataset.tensors),  # type: ignore[attr-defined]
-        batch_size=loader.batch_size,
-        sampler=loader.sampler,
-        drop_last=loader.drop_last,
-        collate_fn=keep,
-    )
 
 
 def _check_rows(rows: int, settings: EstimatorSettings) -> None:

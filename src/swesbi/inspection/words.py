@@ -7,6 +7,7 @@ from typing import Final
 
 KINDS: Final = {
     "observation": "observed stiffness curve of one subject, from its recording",
+    "contexts": "contexts of the subjects of a cohort",
     "passive": "passive baseline of one subject",
     "simulations": "simulations from a prior, one shard of one subject",
     "pool": "pooled training set of an experiment on features",

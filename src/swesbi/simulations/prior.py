@@ -11,7 +11,6 @@ from typing import Annotated, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
-from scipy.stats import truncnorm
 
 from swesbi.settings import Settings
 
@@ -69,6 +68,8 @@ def bounds(prior: BoxPrior) -> tuple[FloatArray, FloatArray]:
 
 def quantile(u: FloatArray, prior: BoxPrior) -> FloatArray:
     """Map uniforms of shape (n, d) to parameters of shape (n, d) by the inverse distribution function."""
+    from scipy.stats import truncnorm  # half a second, which stages that only name a prior need not wait
+
     columns = [
         np.exp(truncnorm.ppf(u[:, j], *_log_shape(parameter))) for j, parameter in enumerate(prior.parameters)
     ]
@@ -81,6 +82,8 @@ def log_density(theta: FloatArray, prior: BoxPrior) -> FloatArray:
 
     The density is per unit of theta, so each parameter brings the Jacobian 1/theta of the logarithm.
     """
+    from scipy.stats import truncnorm
+
     inside = in_bounds(theta, prior)
     log_theta = np.log(np.where(inside[:, None], theta, log_centre(prior)))
     terms = [

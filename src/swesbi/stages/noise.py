@@ -1,4 +1,7 @@
-"""Stage: the variance components of the measured speeds, from the raw recordings of the whole cohort."""
+"""Stage: the variance components of the measured speeds, from the raw recordings of the whole cohort.
+
+It reads every observed curve, and so also puts the contexts of the cohort together.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,8 @@ from swesbi.noise import CohortNoise, RepeatLevels, fit_noise, repeat_levels
 from swesbi.noise.dataset import KIND, to_dataset
 from swesbi.noise.settings import NoiseSettings
 from swesbi.recording import Observation, RecordingSettings, read_samples
+from swesbi.recording.contexts import KIND as CONTEXTS
+from swesbi.recording.contexts import contexts_dataset
 from swesbi.recording.dataset import read_observation
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.settings import Settings
@@ -31,6 +36,7 @@ def run(
     recordings: Sequence[Path],
     observations: Sequence[Path],
     noise: Path,
+    contexts: Path,
     settings: NoiseStageSettings,
     origin: Origin,
 ) -> None:
@@ -40,6 +46,7 @@ def run(
         recordings: Raw recordings, one a subject.
         observations: Their observed curves, in the same order; they name the subjects.
         noise: Output.
+        contexts: Output: the contexts of the subjects.
         settings: Quality control, as at ingestion.
         origin: Whose work this is.
 
@@ -47,12 +54,15 @@ def run(
         ArtefactError: An observed curve was not made of its recording under these settings.
         ValueError: A component cannot be told from the recordings.
     """
-    levels: dict[str, RepeatLevels] = {}
-    for recording, path in zip(recordings, observations, strict=True):
-        observation = read_observation(path)
-        levels[observation.subject] = _levels(recording, observation, settings.recording)
+    observed = [read_observation(path) for path in observations]
+    levels = {
+        observation.subject: _levels(recording, observation, settings.recording)
+        for recording, observation in zip(recordings, observed, strict=True)
+    }
     found = fit_noise(levels, settings.noise.interval)
     save(noise, to_dataset(found), origin.provenance(KIND, settings))
+    together = contexts_dataset([observation.context for observation in observed])
+    save(contexts, together, origin.provenance(CONTEXTS, settings))
     LOGGER.info("%s", _account(found))
 
 

@@ -48,9 +48,10 @@ def run(
     ``device`` is "auto", "cpu" or "cuda". On the CPU the result repeats to the bit; CUDA sums in another
     order, so its weights differ in rounding, and no more than another seed's would.
     """
-    label, device = f"training {estimator.parent.name}", choose_device(device)
+    label, device = f"training {estimator.parent.name}", choose_device(device, settings.estimator.procedure)
     data = read_pool(pool)
-    LOGGER.info("%s: %d rows of %d components on %s", label, *data.z.shape, device)
+    procedure = settings.estimator.procedure
+    LOGGER.info("%s: %d rows of %d components on %s, procedure %s", label, *data.z.shape, device, procedure)
     result = train(
         data.theta,
         data.z,

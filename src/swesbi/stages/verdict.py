@@ -22,7 +22,7 @@ from swesbi.misspecification.settings import RuleSettings
 from swesbi.misspecification.verdict import grade, make_support, null_tests
 from swesbi.misspecification.volumes import volume_tests
 from swesbi.observation import SummarySettings
-from swesbi.recording.dataset import read_observation
+from swesbi.recording.contexts import read_contexts
 from swesbi.seeds import generator
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModel, SpeedModelSettings
@@ -54,7 +54,8 @@ def run(
     *,
     posterior: Path,
     misspecification: Path,
-    observations: Sequence[Path],
+    observation: Path,
+    contexts: Path,
     noise: Path,
     support: Path,
     settings: VerdictStageSettings,
@@ -65,17 +66,18 @@ def run(
     Args:
         posterior: The exact posterior of the recording.
         misspecification: The null distributions of the subject.
-        observations: The recordings of the whole cohort, with whose contexts this one is compared.
+        observation: The recording.
+        contexts: Those of the whole cohort, with which this subject's is compared.
         noise: The cohort's noise.
         support: Output.
         settings: Model, features and rule.
         origin: Subject, seed and code.
 
     Raises:
-        ArtefactError: An input is no such artefact, or the recordings do not hold the subject's once.
+        ArtefactError: An input is no such artefact, or the contexts do not hold the subject's.
     """
-    path, others = _place(observations, origin.subject)
-    model = read_speed_model(path, noise, settings.model)
+    others = _others(contexts, origin.subject)
+    model = read_speed_model(observation, noise, settings.model)
     reference = read_subject_checks(misspecification).reference(settings.rule)
     result = judge(posterior, model, others, reference, settings, origin)
     write_json(support, result.to_json())
@@ -115,15 +117,14 @@ def judge(
     return make_support(status, overall_p, tests, summary.z_obs, summary.component_names, exact)
 
 
-def _place(observations: Sequence[Path], subject: str) -> tuple[Path, list[Context]]:
-    """Return the subject's recording, and the contexts of the others."""
-    contexts = {path: read_observation(path).context for path in observations}
-    own = [path for path, context in contexts.items() if context.subject == subject]
-    if len(own) != 1:
-        names = ", ".join(context.subject for context in contexts.values())
-        raise ArtefactError(f"one recording of subject {subject} is needed; found those of {names}")
-    del contexts[own[0]]
-    return own[0], list(contexts.values())
+def _others(path: Path, subject: str) -> list[Context]:
+    """Return the contexts of the other subjects."""
+    contexts = read_contexts(path)
+    others = [context for context in contexts if context.subject != subject]
+    if len(others) != len(contexts) - 1:
+        names = ", ".join(context.subject for context in contexts)
+        raise ArtefactError(f"{path}: needs the context of subject {subject}; it holds those of {names}")
+    return others
 
 
 def _check(

@@ -2,6 +2,22 @@
 
 from swesbi.artefacts.variable import Variable
 
+CONTEXT = {
+    "sex": ("1", "F or M"),
+    "age_years": ("year", "age"),
+    "bsa_m2": ("m2", "body surface area"),
+    "hr_bpm": ("min-1", "heart rate"),
+    "lvedv_ml": ("mL", "left ventricular end-diastolic volume"),
+    "lvesv_ml": ("mL", "left ventricular end-systolic volume"),
+    "ivsd_cm": ("cm", "interventricular septal thickness at end diastole"),
+}
+"""Units and meaning of each value of a context."""
+
+
+def _context(*dims: str) -> dict[str, Variable]:
+    return {name: Variable(dims, *about, text=name == "sex") for name, about in CONTEXT.items()}
+
+
 SCHEMAS = {
     "observation": {
         "/": {
@@ -23,14 +39,9 @@ SCHEMAS = {
             "repeat_noise_fraction": Variable((), "1", "relative standard deviation between repeats"),
             "sample_noise_fraction": Variable((), "1", "relative standard deviation between samples"),
         },
-        "context": {
-            "sex": Variable((), "1", "F or M", text=True),
-            "age_years": Variable((), "year", "age"),
-            "bsa_m2": Variable((), "m2", "body surface area"),
-            "hr_bpm": Variable((), "min-1", "heart rate"),
-            "lvedv_ml": Variable((), "mL", "left ventricular end-diastolic volume"),
-            "lvesv_ml": Variable((), "mL", "left ventricular end-systolic volume"),
-            "ivsd_cm": Variable((), "cm", "interventricular septal thickness at end diastole"),
-        },
-    }
+        "context": _context(),
+    },
+    "contexts": {
+        "/": {"subject": Variable(("subject",), "1", "subjects of the cohort"), **_context("subject")}
+    },
 }

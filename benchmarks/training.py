@@ -1,0 +1,263 @@
+"""sbi's own training beside the fast one: time to the same log-probability of recordings never seen.
+
+    python benchmarks/training.py
+    python benchmarks/training.py --epochs 5
+    python benchmarks/training.py --experiment scalar_only --procedures stock sbi fast --traces traces.csv
+
+Reads the pool of a finished study. `stock` is sbi as installed, its own loader included; `sbi` and `fast` are
+the values of `estimator.procedure`. The judge is the mean of log q(theta | z) over recordings of fresh theta
+under the experiment's observation model: the rows that sbi holds out share theta with rows it trains on.
+Each procedure starts with the same weights and runs on one thread; judging is not counted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+import torch
+from sbi.inference import NPE_C
+from sbi.neural_nets import posterior_nn
+from torch import Tensor
+
+from swesbi.config import load_study, read_yaml
+from swesbi.config.slices import stage_settings
+from swesbi.inference.dataset import read_pool
+from swesbi.inference.determinism import reproducible
+from swesbi.inference.settings import EstimatorSettings
+from swesbi.inference.subjects import read_measured_subjects
+from swesbi.inference.torch_prior import torch_prior
+from swesbi.inference.training import TRAINERS
+from swesbi.seeds import integer_seed
+from swesbi.simulations.prior import PriorSettings
+from swesbi.stages.recovery import RecoveryStageSettings, synthetic_recordings
+from swesbi.stages.train import TrainStageSettings
+
+STEPS_BELOW: Final = (0.0, 0.5, 1.0, 2.0)
+"""Levels of log q at which times are compared, in nats below the one that every procedure reached."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """theta (n, 3) and standardised conditioning vectors (n, C)."""
+
+    theta: Tensor
+    z: Tensor
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """After one epoch: seconds since the start without judging, losses, and log q of the network kept."""
+
+    epoch: int
+    cpu_s: float
+    wall_s: float
+    training_loss: float
+    validation_loss: float
+    held_out_log_q: float
+
+
+@dataclass
+class Watch:
+    """Judges the network after each epoch, with the clocks stopped."""
+
+    held_out: Rows
+    epochs: list[Epoch] = field(default_factory=list)
+    _best: tuple[float, float] = (np.inf, np.nan)
+    _start: tuple[float, float] = field(default_factory=lambda: _clocks())
+
+    def look(self, net: Any, training_loss: float, validation_loss: float) -> None:  # noqa: ANN401
+        """Record an epoch. The network kept is that of the lowest validation loss so far."""
+        now = _clocks()
+        if validation_loss < self._best[0]:
+            self._best = validation_loss, log_q(net, self.held_out)
+        cpu_s, wall_s = (at - start for at, start in zip(now, self._start, strict=True))
+        self.epochs.append(
+            Epoch(len(self.epochs) + 1, cpu_s, wall_s, training_loss, validation_loss, self._best[1])
+        )
+        paused = _clocks()
+        self._start = (self._start[0] + paused[0] - now[0], self._start[1] + paused[1] - now[1])
+
+
+def _clocks() -> tuple[float, float]:
+    return time.process_time(), time.perf_counter()
+
+
+def log_q(net: Any, rows: Rows) -> float:  # noqa: ANN401
+    """Return the mean of log q(theta | z) over the rows."""
+    with torch.no_grad():
+        device = next(net.parameters()).device
+        return -float(net.loss(rows.theta.to(device), rows.z.to(device)).mean())
+
+
+def watched(kind: type, watch: Watch) -> type:
+    """Return the trainer with the watch's look after every epoch; sbi calls the method then."""
+
+    class Watched(kind):
+        def _summarize_epoch(self, train_loss: float, val_loss: float, *args: object) -> None:
+            super()._summarize_epoch(train_loss, val_loss, *args)
+            watch.look(self._neural_net, train_loss, val_loss)
+
+    return Watched
+
+
+class _Quiet:
+    """Stands for the tracker and the record of a trainer, and keeps nothing."""
+
+    log_dir, number = None, 0
+
+    def log_metric(self, name: str, value: float, step: int | None = None) -> None: ...
+
+    def flush(self) -> None: ...
+
+    def add(self, training_loss: float, validation_loss: float, seconds: float) -> None: ...
+
+
+def run(
+    procedure: str,
+    pool: Rows,
+    held_out: Rows,
+    prior: PriorSettings,
+    settings: EstimatorSettings,
+    seed: int,
+    device: str,
+) -> list[Epoch]:
+    """Train by one procedure and return its epochs."""
+    with reproducible(seed), contextlib.redirect_stdout(io.StringIO()):
+        watch = Watch(held_out)
+        if procedure == "stock":
+            trainer = watched(NPE_C, watch)(
+                prior=torch_prior(prior, device),
+                density_estimator=posterior_nn(
+                    settings.model,
+                    z_score_theta=settings.z_score_theta,
+                    z_score_x=settings.z_score_x,
+                    hidden_features=settings.hidden_features,
+                    num_transforms=settings.transforms,
+                    num_blocks=settings.blocks,
+                ),
+                device=device,
+                tracker=_Quiet(),
+                show_progress_bars=False,
+            )
+        else:
+            trainer = watched(TRAINERS[procedure], watch)(_Quiet(), prior, settings, device, ())
+        trainer.append_simulations(pool.theta, pool.z, exclude_invalid_x=False)
+        trainer.train(
+            training_batch_size=settings.batch_size,
+            learning_rate=settings.learning_rate,
+            validation_fraction=settings.validation_fraction,
+            stop_after_epochs=settings.stop_after_epochs,
+            max_num_epochs=settings.max_num_epochs,
+            clip_max_norm=settings.clip_max_norm,
+        )
+    return watch.epochs
+
+
+def reached(epochs: Sequence[Epoch], level: float) -> Epoch | None:
+    """Return the first epoch whose kept network has this log q of recordings never seen."""
+    return next((epoch for epoch in epochs if epoch.held_out_log_q >= level), None)
+
+
+def print_speed(runs: Mapping[str, Sequence[Epoch]]) -> None:
+    """Print seconds an epoch and where each procedure ended."""
+    print(f"{'':24s}{'epochs':>8s}{'CPU s/epoch':>13s}{'wall s/epoch':>14s}{'held-out log q':>16s}")
+    for name, epochs in runs.items():
+        last, n = epochs[-1], len(epochs)
+        print(f"{name:24s}{n:8d}{last.cpu_s / n:13.2f}{last.wall_s / n:14.2f}{last.held_out_log_q:16.3f}")
+
+
+def print_times(runs: Mapping[str, Sequence[Epoch]]) -> None:
+    """Print the time that each procedure took to levels which all reached, and ratios to the first."""
+    ends = {name: epochs[-1].held_out_log_q for name, epochs in runs.items()}
+    lowest, first = min(ends.values()), next(iter(runs))
+    print(f"\n{'log q':>8s}  {'':14s}{'epochs':>8s}{'CPU s':>9s}{'wall s':>9s}{'ratio CPU':>11s}{'wall':>8s}")
+    for below in STEPS_BELOW:
+        at = {name: reached(epochs, lowest - below) for name, epochs in runs.items()}
+        reference = at[first]
+        for name, epoch in at.items():
+            if epoch is None or reference is None:
+                print(f"{lowest - below:8.3f}  {name:14s}     not reached")
+                continue
+            print(
+                f"{lowest - below:8.3f}  {name:14s}{epoch.epoch:8d}{epoch.cpu_s:9.1f}{epoch.wall_s:9.1f}"
+                f"{reference.cpu_s / epoch.cpu_s:11.1f}{reference.wall_s / epoch.wall_s:8.1f}"
+            )
+    print(f"ratio: time of {first} over time of the other")
+
+
+def read_held_out(
+    results: Path, study_seed: int, subjects: Sequence[str], settings: RecoveryStageSettings, each: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate fresh theta (n, 3) for each subject, and raw conditioning vectors (n, C)."""
+    paths = [results / "cohort" / subject for subject in subjects]
+    measured = read_measured_subjects(
+        [path / "observation.h5" for path in paths], [path / "passive.h5" for path in paths]
+    )
+    recovery = settings.recovery.model_copy(update={"recordings": each * len(subjects)})
+    seed = integer_seed(study_seed, "training benchmark")
+    return synthetic_recordings(measured, settings.model_copy(update={"recovery": recovery}), seed)
+
+
+def _tensors(theta: np.ndarray, z: np.ndarray) -> Rows:
+    return Rows(torch.from_numpy(theta.astype(np.float32)), torch.from_numpy(z.astype(np.float32)))
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--config", type=Path, default=Path("config.yaml"))
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder of a finished study")
+    parser.add_argument("--experiment", default="paper", help="an experiment of kind features")
+    parser.add_argument("--epochs", type=int, help="at most so many, instead of the experiment's own")
+    parser.add_argument("--recordings", type=int, default=500, help="held-out recordings of each subject")
+    parser.add_argument("--procedures", nargs="+", default=["stock", "fast"], choices=["stock", *TRAINERS])
+    parser.add_argument("--seed", type=int, default=1, help="of weights, split and batches")
+    parser.add_argument("--device", default="cpu", choices=["cpu", "cuda"])
+    parser.add_argument("--traces", type=Path, help="CSV file for every epoch of every procedure")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Train by each procedure in turn and print the tables."""
+    arguments = _arguments()
+    study = load_study(read_yaml(arguments.config), str(arguments.config))
+    experiment = arguments.experiment
+    training = TrainStageSettings.from_plain(stage_settings(study, "train", experiment=experiment))
+    recovery = RecoveryStageSettings.from_plain(stage_settings(study, "recovery", experiment=experiment))
+    data = read_pool(arguments.results / experiment / "pool.h5")
+    truth, raw = read_held_out(
+        arguments.results, study.config.seed, data.subjects, recovery, arguments.recordings
+    )
+    held_out, pool = _tensors(truth, data.standardisation.apply(raw)), _tensors(data.theta, data.z)
+    settings = training.estimator
+    if arguments.epochs is not None:
+        settings = settings.model_copy(update={"max_num_epochs": arguments.epochs - 1})
+    few = settings.model_copy(update={"max_num_epochs": 1})
+    runs: dict[str, list[Epoch]] = {}
+    shape = f"{len(pool.z)} rows of {pool.z.shape[1]} components"
+    print(f"{experiment}: {shape}, {len(truth)} recordings never seen")
+    for procedure in arguments.procedures:
+        some = Rows(pool.theta[:1000], pool.z[:1000])
+        run(procedure, some, held_out, training.prior, few, 0, arguments.device)  # imports, caches
+        runs[procedure] = run(
+            procedure, pool, held_out, training.prior, settings, arguments.seed, arguments.device
+        )
+        print_speed({procedure: runs[procedure]})
+    if arguments.traces is not None:
+        frame = pd.DataFrame([{"procedure": name} | asdict(e) for name, es in runs.items() for e in es])
+        frame.to_csv(arguments.traces, index=False)
+    print_times(runs)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,163 @@
+"""What training by sbi's own loop and by the fast one leaves different, beside what another seed does.
+
+    python benchmarks/training_seeds.py --networks networks
+    python benchmarks/training_seeds.py --networks networks --experiment scalar_only --seeds 1 2
+
+Trains each procedure under each seed and keeps the networks in a folder; those that are there are not trained
+again. Prints the quantities that the study reports, by procedure: mean and standard deviation over seeds, and
+the difference of the means over its standard error. Reads a finished study.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from training import read_held_out
+
+from swesbi.artefacts import Provenance
+from swesbi.config import Study, load_study, read_yaml
+from swesbi.config.slices import stage_settings
+from swesbi.evaluation.curve_scores import score_theta
+from swesbi.evaluation.subject_model import SubjectModel
+from swesbi.inference.dataset import read_pool
+from swesbi.inference.estimator import KIND, TrainedEstimator, load_estimator, save_estimator
+from swesbi.inference.pool import Pool
+from swesbi.inference.recovery import recover, score_recovery
+from swesbi.inference.sampling import draw_candidates, losses
+from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
+from swesbi.inference.support import read_support
+from swesbi.inference.training import TRAINERS, train
+from swesbi.simulations.prior import in_bounds
+from swesbi.stages.recovery import RecoveryStageSettings
+from swesbi.stages.train import TrainStageSettings
+from swesbi.theta import THETA_NAMES
+
+DRAWS = 2000
+LEVEL = 0.9
+
+
+@dataclass(frozen=True)
+class Case:
+    """One experiment of a finished study."""
+
+    name: str
+    pool: Pool
+    training: TrainStageSettings
+    recovery: RecoveryStageSettings
+    supported: tuple[MeasuredSubject, ...]
+    truth: np.ndarray
+    z: np.ndarray
+
+
+def read_case(study: Study, name: str, results: Path, each: int) -> Case:
+    """Read pool and supported subjects, and simulate recordings of fresh theta."""
+    training = TrainStageSettings.from_plain(stage_settings(study, "train", experiment=name))
+    recovery = RecoveryStageSettings.from_plain(stage_settings(study, "recovery", experiment=name))
+    pool = read_pool(results / name / "pool.h5")
+    supports = {s: results / name / "subjects" / s / "support.json" for s in pool.subjects}
+    supported = [s for s, path in supports.items() if read_support(path).supported]
+    paths = [results / "cohort" / subject for subject in supported]
+    measured = read_measured_subjects(
+        [path / "observation.h5" for path in paths], [path / "passive.h5" for path in paths]
+    )
+    truth, raw = read_held_out(results, study.config.seed, pool.subjects, recovery, each)
+    return Case(name, pool, training, recovery, tuple(measured), truth, pool.standardisation.apply(raw))
+
+
+def network(case: Case, procedure: str, seed: int, folder: Path) -> TrainedEstimator:
+    """Return the network of this seed, trained now if the folder does not hold it."""
+    path = folder / f"{case.name}-{procedure}-{seed}.pt"
+    if not path.exists():
+        settings = case.training.estimator.model_copy(update={"procedure": procedure})
+        pool = case.pool
+        result = train(
+            pool.theta, pool.z, pool.components.names, case.training.prior, settings, seed, label=path.stem
+        )
+        save_estimator(path, result.estimator, Provenance(KIND, seed=seed))
+    return load_estimator(path)[0]
+
+
+def quantities(case: Case, net: TrainedEstimator) -> Iterator[tuple[str, float]]:
+    """Yield what the study reports of a network, by name."""
+    yield "held-out log q", -float(losses(net, case.truth, case.z).mean())
+    yield "best validation loss", net.best_validation_loss
+    settings = case.recovery.recovery
+    some = np.linspace(0, len(case.truth) - 1, settings.recordings).astype(int)
+    candidates = draw_candidates(net, case.z[some], settings.candidate_draws, seed=1)
+    recovered = recover(case.truth[some], candidates, case.training.prior, settings)
+    for row in score_recovery(recovered, case.training.prior, settings):
+        if row.nominal == LEVEL:
+            yield f"recovery of {row.parameter} (%)", 100 * row.coverage
+    for subject in case.supported:
+        yield from _subject(case, net, subject)
+
+
+def _subject(case: Case, net: TrainedEstimator, subject: MeasuredSubject) -> Iterator[tuple[str, float]]:
+    observation = subject.observation
+    z = case.pool.observed_z(observation.subject)
+    draws = draw_candidates(net, z[None], DRAWS, seed=1)[0]
+    theta = draws[in_bounds(draws, case.training.prior)]
+    model = SubjectModel(observation, subject.passive, case.recovery.forward_model, case.recovery.measurement)
+    scores = score_theta(theta[:1000], model, LEVEL).grid
+    yield f"{observation.subject} RMSE (kPa)", scores.rmse_kpa
+    yield f"{observation.subject} R2", scores.r2
+    low, median, high = np.quantile(theta, [0.05, 0.5, 0.95], axis=0)
+    for j, name in enumerate(THETA_NAMES):
+        yield f"{observation.subject} median {name}", float(median[j])
+        yield f"{observation.subject} width {name}", float(high[j] - low[j])
+
+
+def compare(table: pd.DataFrame) -> pd.DataFrame:
+    """Return mean and sd by procedure, and the difference over its standard error (Welch)."""
+    rows = {}
+    for name, values in table.groupby("quantity", sort=False):
+        by = {procedure: part["value"].to_numpy() for procedure, part in values.groupby("procedure")}
+        row = {f"{p} {what}": f(v) for p, v in by.items() for what, f in (("mean", np.mean), ("sd", _sd))}
+        if {"sbi", "fast"} <= by.keys() and min(len(v) for v in by.values()) > 1:
+            error = np.sqrt(sum(_sd(v) ** 2 / len(v) for v in by.values()))
+            row["difference / se"] = (by["fast"].mean() - by["sbi"].mean()) / error
+        rows[name] = row
+    return pd.DataFrame(rows).T
+
+
+def _sd(values: np.ndarray) -> float:
+    return float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--config", type=Path, default=Path("config.yaml"))
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder of a finished study")
+    parser.add_argument("--networks", type=Path, required=True, help="folder that keeps the networks")
+    parser.add_argument("--experiment", default="paper", help="an experiment of kind features")
+    parser.add_argument("--recordings", type=int, default=500, help="held-out recordings of each subject")
+    parser.add_argument("--procedures", nargs="+", default=list(TRAINERS), choices=list(TRAINERS))
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Train what is missing and print the comparison."""
+    arguments = _arguments()
+    arguments.networks.mkdir(parents=True, exist_ok=True)
+    study = load_study(read_yaml(arguments.config), str(arguments.config))
+    case = read_case(study, arguments.experiment, arguments.results, arguments.recordings)
+    rows = []
+    for procedure in arguments.procedures:
+        for seed in arguments.seeds:
+            net = network(case, procedure, seed, arguments.networks)
+            for name, value in quantities(case, net):
+                rows.append({"quantity": name, "procedure": procedure, "seed": seed, "value": value})
+    print(f"{arguments.experiment}: {len(case.truth)} recordings never seen, seeds {arguments.seeds}")
+    print(compare(pd.DataFrame(rows)).to_string(float_format="%.4g"))
+
+
+if __name__ == "__main__":
+    main()

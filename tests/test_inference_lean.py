@@ -1,0 +1,168 @@
+"""The lean flow is sbi's flow: losses, gradients, weights there and back, and the course of training."""
+
+import numpy as np
+import pytest
+import torch
+from inference_case import (
+    CONTEXTS,
+    OBSERVATION_MODEL,
+    WIDE_PRIOR,
+    components,
+    estimator_settings,
+    subject_features,
+)
+from sbi.neural_nets import posterior_nn
+from sbi.neural_nets.estimators import ConditionalDensityEstimator
+from torch import Tensor
+
+from swesbi.inference.determinism import reproducible
+from swesbi.inference.estimator import build_net
+from swesbi.inference.lean_flow import LeanFlow
+from swesbi.inference.lean_weights import FlowWeights, standardise
+from swesbi.inference.pool import Pool, build_pool
+from swesbi.inference.training import Training, train
+
+ROWS = 60
+ARCHITECTURES = [
+    {},
+    {"transforms": 5, "hidden_features": 11, "blocks": 1},
+    {"transforms": 1, "blocks": 3},
+    {"z_score_theta": "none", "z_score_x": "none"},
+]
+
+
+@pytest.fixture(scope="module")
+def pool() -> Pool:
+    subjects = [subject_features(context, 250, np.array([0.4, -0.3, 0.5, 0.1])) for context in CONTEXTS]
+    return build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
+
+
+def rows(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
+    generator = torch.Generator().manual_seed(1)
+    theta = 1.0 + 2.0 * torch.randn(ROWS, 3, generator=generator, dtype=dtype)
+    return theta, torch.randn(ROWS, 7, generator=generator, dtype=dtype) - 0.5
+
+
+def flow(dtype: torch.dtype = torch.float64, **changes: object) -> ConditionalDensityEstimator:
+    """An estimator with weights far from their start, so that every part of it matters."""
+    theta, z = rows(torch.float32)
+    with reproducible(2):
+        net = build_net(theta, z, estimator_settings(**changes)).to(dtype)
+        with torch.no_grad():
+            for weight in net.parameters():
+                weight += 0.4 * torch.randn_like(weight)
+    return net
+
+
+def lean_losses(net: ConditionalDensityEstimator, theta: Tensor, z: Tensor) -> tuple[LeanFlow, Tensor]:
+    with torch.no_grad():
+        theta, z, constant = standardise(net, theta, z)
+        lean = LeanFlow(FlowWeights(net).blocks, len(theta), constant)
+        return lean, lean.losses(theta.t(), z)
+
+
+@pytest.mark.parametrize("changes", ARCHITECTURES)
+def test_losses_are_those_of_sbi(changes: dict[str, object]) -> None:
+    net, (theta, z) = flow(**changes), rows(torch.float64)
+    _, losses = lean_losses(net, theta, z)
+    # nflows keeps the constant of the normal density in single precision.
+    torch.testing.assert_close(losses, net.loss(theta, z).detach(), rtol=0, atol=1e-6)
+
+
+def test_losses_are_those_of_sbi_in_single_precision() -> None:
+    net, (theta, z) = flow(torch.float32), rows(torch.float32)
+    _, losses = lean_losses(net, theta, z)
+    torch.testing.assert_close(losses, net.loss(theta, z).detach(), rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("changes", ARCHITECTURES)
+def test_gradients_are_those_of_autograd(changes: dict[str, object]) -> None:
+    net, (theta, z) = flow(**changes), rows(torch.float64)
+    net.loss(theta, z).mean().backward()
+    expected = {name: weight.grad for name, weight in net.named_parameters()}
+    lean, _ = lean_losses(net, theta, z)
+    with torch.no_grad():
+        lean.differentiate()
+        weights = FlowWeights(net)
+        weights.blocks.vector.copy_(lean.gradient.vector * weights.mask.vector)
+        for weight in net.parameters():
+            weight.zero_()
+        weights.write()
+    for name, weight in net.named_parameters():
+        torch.testing.assert_close(weight.detach(), expected[name], rtol=1e-9, atol=1e-12, msg=name)
+
+
+def test_weights_come_back_as_they_were_and_masked_ones_stay() -> None:
+    net = flow(transforms=3)
+    before = {name: value.clone() for name, value in net.state_dict().items()}
+    weights = FlowWeights(net)
+    weights.write()
+    assert all(torch.equal(value, before[name]) for name, value in net.state_dict().items())
+    weights.blocks.vector.add_(1.0)
+    weights.write()
+    for name, value in net.named_parameters():
+        mask = dict(net.named_buffers()).get(name.replace("weight", "mask"))
+        moved = torch.ones_like(value) if mask is None else mask
+        torch.testing.assert_close(value.detach() - before[name], moved, rtol=0, atol=1e-12, msg=name)
+    count = sum(int(v.sum()) for n, v in net.named_buffers() if n.endswith("mask"))
+    free = sum(v.numel() for n, v in net.named_parameters() if "context" in n or n.endswith("bias"))
+    assert int(weights.mask.vector.sum()) == count + free
+
+
+def test_written_weights_give_the_losses_of_the_lean_flow() -> None:
+    net, (theta, z) = flow(transforms=3), rows(torch.float64)
+    weights = FlowWeights(net)
+    with torch.no_grad():
+        weights.blocks.vector.mul_(0.7)
+        weights.write()
+        x, ones, constant = standardise(net, theta, z)
+        losses = LeanFlow(weights.blocks, ROWS, constant).losses(x.t(), ones)
+    torch.testing.assert_close(losses, net.loss(theta, z).detach(), rtol=0, atol=1e-6)
+
+
+def test_another_flow_is_refused() -> None:
+    with reproducible(1):
+        net = posterior_nn("nsf", num_transforms=1, hidden_features=5)(*rows(torch.float32))
+    with pytest.raises(TypeError, match=r"transform 0 is a .*, expected MaskedAffineAutoregressiveTransform"):
+        FlowWeights(net)
+
+
+def course(pool: Pool, procedure: str, seed: int = 11, **changes: object) -> Training:
+    settings = estimator_settings(procedure=procedure, **changes)
+    return train(pool.theta, pool.z, pool.components.names, WIDE_PRIOR, settings, seed)
+
+
+@pytest.mark.parametrize("changes", [{}, {"batch_size": 2000}, {"clip_max_norm": 0.5, "batch_size": 130}])
+def test_the_course_of_training_is_that_of_sbi(pool: Pool, changes: dict[str, object]) -> None:
+    """Same split, order, batches, optimiser and clipping: only rounding may differ, and it grows slowly."""
+    fast = course(pool, "fast", max_num_epochs=3, **changes)
+    sbi = course(pool, "sbi", max_num_epochs=3, **changes)
+    for one, other in zip(fast.epochs, sbi.epochs, strict=True):
+        assert one.training_loss == pytest.approx(other.training_loss, abs=2e-4)
+        assert one.validation_loss == pytest.approx(other.validation_loss, abs=2e-4)
+        assert one.best_so_far == other.best_so_far
+    for name, value in sbi.estimator.net.state_dict().items():
+        torch.testing.assert_close(
+            fast.estimator.net.state_dict()[name], value, rtol=0, atol=5e-3, msg=name, check_dtype=True
+        )
+
+
+def test_one_step_is_that_of_sbi(pool: Pool) -> None:
+    """A batch of all training rows: two epochs are two steps."""
+    changes: dict[str, object] = {"batch_size": 10_000, "learning_rate": 0.01, "max_num_epochs": 1}
+    fast, sbi = course(pool, "fast", **changes), course(pool, "sbi", **changes)
+    state = fast.estimator.net.state_dict()
+    for name, value in sbi.estimator.net.state_dict().items():
+        torch.testing.assert_close(state[name], value, rtol=0, atol=1e-4, msg=name)
+
+
+def test_fast_training_repeats_to_the_bit_and_follows_its_seed(pool: Pool) -> None:
+    states = [course(pool, "fast", seed).estimator.net.state_dict() for seed in (5, 5, 6)]
+    assert all(torch.equal(value, states[1][name]) for name, value in states[0].items())
+    assert any(not torch.equal(value, states[2][name]) for name, value in states[0].items())
+
+
+@pytest.mark.parametrize("procedure", ["sbi", "fast"])
+def test_a_loss_that_is_not_finite_is_an_error(pool: Pool, procedure: str) -> None:
+    with pytest.raises(ValueError, match="NPE loss"):
+        course(pool, procedure, learning_rate=1e30)
