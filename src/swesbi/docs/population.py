@@ -132,7 +132,7 @@ def _stratum(rows: pd.DataFrame, name: str, sampler: str) -> dict[str, str]:
     cells = {"stratum": stratum_label(name), "answer": ANSWERS[sampler]}
     for parameter, symbol in SYMBOLS.items():
         one = rows[rows["parameter"] == parameter]
-        covered, low, high = (share(one[column].to_numpy()[0]) for column in ("coverage", "ci_low", "ci_high"))
+        covered, low, high = (share(one[key].to_numpy()[0]) for key in ("coverage", "ci_low", "ci_high"))
         cells[symbol] = f"{covered} ({low} to {high})"
     efficiency = share(float(rows["median_efficiency"].median()), 0)
     return cells | {"recordings": str(int(rows["n"].max())), "efficiency": efficiency}
