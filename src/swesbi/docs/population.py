@@ -129,15 +129,13 @@ PARTS: Final[Mapping[str, Callable[[PopulationResults], str]]] = {
 
 
 def _stratum(rows: pd.DataFrame, name: str, sampler: str) -> dict[str, str]:
-    found = {str(row["parameter"]): row for row in rows.to_dict("records")}
     cells = {"stratum": stratum_label(name), "answer": ANSWERS[sampler]}
     for parameter, symbol in SYMBOLS.items():
-        one = found[parameter]
-        covered, low, high = (share(float(one[name])) for name in ("coverage", "ci_low", "ci_high"))
+        one = rows[rows["parameter"] == parameter]
+        covered, low, high = (share(one[key].to_numpy()[0]) for key in ("coverage", "ci_low", "ci_high"))
         cells[symbol] = f"{covered} ({low} to {high})"
-    first = next(iter(found.values()))
-    efficiency = share(float(first["median_efficiency"]), 0)
-    return cells | {"recordings": str(int(first["n"])), "efficiency": efficiency}
+    efficiency = share(float(rows["median_efficiency"].median()), 0)
+    return cells | {"recordings": str(int(rows["n"].max())), "efficiency": efficiency}
 
 
 def _cost(row: pd.Series) -> dict[str, str]:

@@ -141,13 +141,14 @@ def _name(axes: Axes, names: Sequence[str]) -> None:
 
 def _against(axes: Axes, shown: pd.DataFrame, x: FloatArray, name: str) -> None:
     """Draw medians against another value of each subject, intervals light behind them."""
+    size = 3.0 if len(shown) <= MOST_NAMED else 1.9
     for verdict, chosen in _by_verdict(shown):
         part, color = shown[chosen], STATUS_COLORS[verdict]
         low, median, high = (
             part[f"{name}_{limit}"].to_numpy(dtype=float) for limit in ("low", "median", "high")
         )
         axes.vlines(x[chosen], low, high, color=color, lw=0.5, alpha=LIGHT)
-        axes.plot(x[chosen], median, "o", color=color, ms=1.9, mew=0, alpha=0.85)
+        axes.plot(x[chosen], median, "o", color=color, ms=size, mew=0, alpha=0.85)
 
 
 def _against_truth(axes: Axes, overview: Overview, j: int, limits: tuple[float, float]) -> None:
