@@ -46,10 +46,10 @@ def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_
     assert {
         "population_cohort",
         "ingest_batch_0",
-        "ingest_batch_19",
-        "population_answers_amortised_19",
+        "ingest_batch_4",
+        "population_answers_amortised_4",
     } <= rules
-    assert not {"ingest", "ingest_batch_20", "ppc_figure", "exact_figure", "cmaes", "passive"} & rules
+    assert not {"ingest", "ingest_batch_5", "ppc_figure", "exact_figure", "cmaes", "passive"} & rules
 
 
 def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tmp_path: Path) -> None:

@@ -151,6 +151,10 @@ for experiment, number, batch in batches_of_populations():
             f"{RESULTS}/logs/population_answers/{experiment}/{number}.log",
         benchmark:
             f"{RESULTS}/benchmarks/population_answers/{experiment}/{number}.tsv"
+        resources:
+            # of a profile for a cluster, which cannot name rules that depend on the cohort
+            mem_mb=2000,
+            runtime=5 + len(batch),
         params:
             stage=stage("population_answers", experiment=experiment),
         message:

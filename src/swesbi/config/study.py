@@ -18,6 +18,8 @@ from swesbi.recording.problems import listed
 
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
+LEAST_SHARED: Final = 8
+"""Subjects of a job that serves several: starting up costs as much as two or three of them."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,8 @@ class Study:
 
     def batches(self, subjects: Sequence[str]) -> tuple[tuple[str, ...], ...]:
         """Share subjects out over the jobs that serve a large cohort, in order."""
-        size = self.config.resources.subjects_per_job or max(-(-len(subjects) // MOST_JOBS), 1)
+        shared = max(-(-len(subjects) // MOST_JOBS), LEAST_SHARED) if len(subjects) > MOST_JOBS else 1
+        size = self.config.resources.subjects_per_job or shared
         return tuple(tuple(subjects[start : start + size]) for start in range(0, len(subjects), size))
 
     def with_changes(self, changes: Mapping[str, Any], source: str) -> Study:
