@@ -25,7 +25,7 @@ def memory(name: str) -> dict[str, int]:
 @pytest.mark.parametrize("name", NAMES)
 def test_what_a_profile_says_of_rules_is_of_rules_that_exist(name: str) -> None:
     texts = [path.read_text(encoding="utf-8") for path in (ROOT / "workflow" / "rules").glob("*.smk")]
-    rules = set(re.findall(r"^rule (\w+):", "\n".join(texts), re.MULTILINE))
+    rules = set(re.findall(r"^ *rule (\w+):", "\n".join(texts), re.MULTILINE))
     content = profile(name)
     assert len(rules) > 30
     assert set(content["set-resources"]) <= rules
