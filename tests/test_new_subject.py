@@ -293,18 +293,19 @@ def test_a_network_of_other_settings_is_refused(typed: Typed, finished: StudyCop
 def test_the_workflow_gives_the_same_answer_and_reruns_nothing_else(
     typed: Typed, finished: StudyCopy, tmp_path: Path
 ) -> None:
-    by_hand = tmp_path / "C"
-    assert (
-        typed("--cohort", "data/virtual_volunteers", "--subject", "C", "--out", str(by_hand)).returncode == 0
-    )
+    by_hand = {name: tmp_path / name for name in ("calibrated", "amortised")}
+    for name, folder in by_hand.items():
+        chosen = ("--subject", "C", "--experiment", name, "--out", str(folder))
+        assert typed("--cohort", "data/virtual_volunteers", *chosen).returncode == 0
     study = duplicate(finished, tmp_path / "study")
     cohort = write_cohort(study.folder / "data" / "other", finished)
     study.edit("smoke.yaml", "cmaes:\n", "new_subjects:\n  cohort: data/other\ncmaes:\n")
     jobs = study.planned("new_subjects")
-    assert {job.rule for job in jobs} == {"new_subject"}
+    assert {job.rule for job in jobs} == {"new_subject", "new_subject_of_population"}
     assert study.planned() == set()
     study.run("new_subjects")
-    made = study.results / "calibrated" / "new" / "C"
     assert cohort.is_dir()
-    for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "cmaes.h5"):
-        assert (made / name).read_bytes() == (by_hand / name).read_bytes(), name
+    for experiment, folder in by_hand.items():
+        made = study.results / experiment / "new" / "C"
+        for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "cmaes.h5"):
+            assert (made / name).read_bytes() == (folder / name).read_bytes(), (experiment, name)
