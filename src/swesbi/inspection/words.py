@@ -13,7 +13,7 @@ KINDS: Final = {
     "pool": "pooled training set of an experiment on features",
     "speed_pool": "training set of an experiment on measured speeds",
     "population_simulations": "simulations over a population, one shard",
-    "population_calibration": "recordings of fresh contexts of a population, and what each sampler made of them",
+    "population_calibration": "recordings of fresh contexts of a population, inferred",
     "population_null": "well-specified recordings of a population, for the tests of its subjects",
     "posterior": "posterior of one subject in one experiment",
     "exact_posterior": "exact posterior of one subject, the network's beside it",
