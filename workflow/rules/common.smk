@@ -167,7 +167,9 @@ def truth_files():
 
 def noise_files():
     """Return the cohort's noise, which only experiments on speeds need."""
-    return [f"{RESULTS}/cohort/noise.h5"] if SPEED_EXPERIMENTS or POPULATIONS else []
+    if not (SPEED_EXPERIMENTS or POPULATIONS):
+        return []
+    return [f"{RESULTS}/cohort/noise.h5", f"{RESULTS}/cohort/contexts.h5"]
 
 
 def study_outputs():
@@ -291,6 +293,12 @@ def linked_artefacts():
             f"{RESULTS}/{{experiment}}/{{file}}",
             experiment=POPULATIONS,
             file=["estimator.pt", "training.csv", "calibration.h5", "null.h5"],
+        ),
+        *expand(
+            f"{RESULTS}/{{experiment}}/{{file}}-{{part}}.h5",
+            experiment=POPULATIONS,
+            file=["simulations/shard", "calibration/part"],
+            part=PARTS,
         ),
         *(
             f"{RESULTS}/{experiment}/subjects/{subject}/{file}"

@@ -49,6 +49,15 @@ def load_flow(path: Path) -> tuple[TrainedFlow, Provenance]:
     return read_plain(path, KIND, _rebuild)
 
 
+def load_flow_provenance(path: Path) -> Provenance:
+    """Return how a flow was made, without building it.
+
+    Raises:
+        ArtefactError: The file is not a flow that this package can read.
+    """
+    return read_plain(path, KIND, dict)[1]
+
+
 def _rebuild(content: Mapping[str, Any]) -> TrainedFlow:
     metadata = content["metadata"]
     settings = FlowSettings.model_validate_json(metadata["flow"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -12,7 +12,6 @@ from pydantic import Field
 from swesbi.context import Context
 from swesbi.exact.proposal import FlowProposal, flow_proposal
 from swesbi.flow.files import load_flow
-from swesbi.flow.net import TrainedFlow
 from swesbi.misspecification.dataset import NULL, read_subject_checks
 from swesbi.misspecification.pooled import pool_subjects, pooled_reference, prior_predictive
 from swesbi.misspecification.reference import Reference
@@ -88,7 +87,7 @@ def run(
     check_context(settings.ingest.context.to_context(), trained, settings.margin_fraction)
     check_network(estimator, settings.train_flow)
     knowledge = Knowledge(
-        proposal=_Shown(load_flow(estimator)[0], trained).proposal,
+        proposal=partial(_proposal, estimator, trained),
         others=trained,
         reference=partial(_reference, misspecifications=misspecifications, settings=settings, origin=origin),
     )
@@ -106,16 +105,10 @@ def run(
     answer(recording, noise, files, knowledge, settings, origin)
 
 
-@dataclass(frozen=True)
-class _Shown:
-    """The network, which is shown the nearest context that it knows."""
-
-    flow: TrainedFlow
-    trained: Sequence[Context]
-
-    def proposal(self, recording: SpeedRecording) -> FlowProposal:
-        shown = replace(recording, context=nearest_known(recording.context, self.trained))
-        return flow_proposal(self.flow, shown)
+def _proposal(estimator: Path, trained: Sequence[Context], recording: SpeedRecording) -> FlowProposal:
+    """Return the posterior of the network, which is shown the nearest context that it knows."""
+    shown = replace(recording, context=nearest_known(recording.context, trained))
+    return flow_proposal(load_flow(estimator)[0], shown)
 
 
 def _reference(

@@ -10,13 +10,14 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from pydantic import Field
+from threadpoolctl import threadpool_limits
 
 from swesbi.artefacts import write_json
 from swesbi.context import Context
 from swesbi.exact.proposal import FlowProposal
 from swesbi.exact.refinement import refined_posterior
 from swesbi.exact.settings import RefinementSettings
-from swesbi.flow.files import load_flow
+from swesbi.flow.files import load_flow_provenance
 from swesbi.inference.support import SupportTest
 from swesbi.inspection.content import flatten
 from swesbi.misspecification.network import network_test
@@ -88,7 +89,7 @@ class Knowledge:
     """What answers the subject.
 
     Attributes:
-        proposal: Makes the network's posterior of a recording.
+        proposal: Loads the network and makes its posterior of a recording.
         others: Contexts with which the subject's is compared.
         reference: Makes the null distributions of the tests; runs in a process of its own.
     """
@@ -115,7 +116,7 @@ def answer(
     ingest.run(recording=recording, observation=files.observation, settings=settings.ingest, origin=origin)
     model = read_speed_model(files.observation, noise, settings.exact_posterior.model)
     # an answer is waited for: what does not need the posterior is made beside it
-    with ProcessPoolExecutor(1, mp_context=get_context("fork")) as beside:
+    with ProcessPoolExecutor(1, mp_context=get_context("fork"), initializer=_one_thread) as beside:
         reference = beside.submit(knowledge.reference, model)
         fitted = beside.submit(_fit, files, settings, origin)
         network = knowledge.proposal(model.recording)
@@ -137,6 +138,11 @@ def answer(
         drawn = beside.submit(_draw_posterior, files, settings, origin)
         _predict(noise, files, settings, origin)
         drawn.result()
+
+
+def _one_thread() -> None:
+    """Let libraries use one thread: those that their parent had started do not exist in a forked process."""
+    threadpool_limits(limits=1)
 
 
 def _fit(files: AnswerFiles, settings: AnswerSettings, origin: Origin) -> None:
@@ -179,7 +185,7 @@ def check_network(estimator: Path, settings: Settings) -> None:
     Raises:
         OtherNetworkError: Names the first setting that differs.
     """
-    _, provenance = load_flow(estimator)
+    provenance = load_flow_provenance(estimator)
     here, there = flatten(settings.to_plain()), flatten(dict(provenance.settings))
     for key in sorted(here.keys() | there.keys()):
         if here.get(key) != there.get(key):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from swesbi.exact.proposal import flow_proposal
+from swesbi.exact.proposal import FlowProposal, flow_proposal
 from swesbi.flow.files import load_flow
 from swesbi.misspecification.pooled import PooledNull, pooled_reference, prior_predictive
 from swesbi.misspecification.reference import Reference
@@ -13,6 +13,7 @@ from swesbi.new_subject.context_range import check_declared
 from swesbi.population.null_dataset import read_null
 from swesbi.population.settings import PopulationSettings
 from swesbi.speed_model.model import SpeedModel
+from swesbi.speed_model.recording import SpeedRecording
 from swesbi.stages import train_population
 from swesbi.stages.new_subject_chain import (
     STREAM,
@@ -79,7 +80,7 @@ def run(
     check_network(estimator, settings.train_population)
     others = read_null(null)
     knowledge = Knowledge(
-        proposal=partial(flow_proposal, load_flow(estimator)[0]),
+        proposal=partial(_proposal, estimator),
         others=others.contexts,
         reference=partial(_reference, null=others.pooled, settings=settings, origin=origin),
     )
@@ -95,6 +96,10 @@ def run(
         posterior_png,
     )
     answer(recording, noise, files, knowledge, settings, origin)
+
+
+def _proposal(estimator: Path, recording: SpeedRecording) -> FlowProposal:
+    return flow_proposal(load_flow(estimator)[0], recording)
 
 
 def _reference(
