@@ -119,7 +119,7 @@ def measure(folder: Path, size: int, cores: int, *, plan_only: bool) -> Cost:
             size, plan.wall_s, plan.cpu_s, jobs, nothing, nothing, nothing, "", nothing, plan.memory_mb
         )
     done = run([*command, "--nolock"])
-    found = read_jobs(results / "benchmarks")
+    found = read_jobs(results)
     largest = found.loc[found["memory_mb"].idxmax()]
     return Cost(
         subjects=size,
