@@ -271,8 +271,8 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
     same = ["ingest", "passive", "cmaes", "train_flow", "exact_posterior", "verdict", "predictive_speeds"]
     for stage in same:
         assert parts[stage] == settings_of(study, stage)
-    shown = settings_of(study, "exact_figure") | {"cohort_title": SHIPPED["new_subjects"]["cohort_title"]}
-    assert parts["exact_figure"] == shown
+    title = {"cohort_title": SHIPPED["new_subjects"]["cohort_title"]}
+    assert parts["exact_subject_figures"] == settings_of(study, "exact_subject_figures") | title
     assert parts["simulate"]["context"] == parts["ingest"]["context"]
     assert parts["margin_fraction"] == SHIPPED["new_subjects"]["margin_fraction"]
 

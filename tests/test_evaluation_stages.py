@@ -26,20 +26,19 @@ from evaluation_study import (
 from swesbi.code_hash import imported_modules
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.stages import cmaes, cohort_figures, posterior_figure, ppc_figure, predictive, tables
+from swesbi.stages import cmaes, cohort_figures, predictive, subject_figures, tables
 from swesbi.stages.cohort_figures import CohortFiguresSettings
 from swesbi.stages.origin import Origin
-from swesbi.stages.posterior_figure import PosteriorFigureSettings
-from swesbi.stages.ppc_figure import PpcFigureSettings
+from swesbi.stages.subject_figures import SubjectFiguresSettings
 from swesbi.stages.tables import TablesSettings
 from swesbi.tables.features import COLUMNS as FEATURE_COLUMNS
 from swesbi.tables.posterior import COLUMNS as POSTERIOR_COLUMNS
 from swesbi.tables.ppc import COLUMNS as PPC_COLUMNS
 
 TITLE = "virtual volunteers"
-LIGHT_STAGES = ("predictive", "ppc_figure", "posterior_figure", "cohort_figures", "tables")
+LIGHT_STAGES = ("predictive", "subject_figures", "cohort_figures", "tables")
 LIGHT_STAGES += ("workflow_figure", "experiments_figure", "paper_comparison", "predictive_speeds")
-LIGHT_STAGES += ("exact_figure", "exact_figures", "truth", "report")
+LIGHT_STAGES += ("exact_subject_figures", "exact_figures", "truth", "report")
 
 
 def run_predictive(files: Files, output: Path) -> None:
@@ -173,22 +172,18 @@ def test_cmaes_history_is_complete_and_within_the_bounds(study: dict[str, Files]
 @pytest.mark.slow
 def test_figures_of_one_subject(study: dict[str, Files], tmp_path: Path) -> None:
     for files in study.values():
-        common = {"support": files.folder / "support.json", "cmaes": files.cmaes, "origin": Origin(SEED)}
-        figure = tmp_path / f"ppc-{files.subject}.png"
-        ppc_figure.run(
+        ppc, marginals = (tmp_path / f"{name}-{files.subject}.png" for name in ("ppc", "posterior"))
+        subject_figures.run(
             predictive=files.folder / "predictive.h5",
-            figure=figure,
-            settings=PpcFigureSettings(cohort_title=TITLE),
-            **common,
-        )
-        marginals = tmp_path / f"posterior-{files.subject}.png"
-        posterior_figure.run(
             posterior=files.folder / "posterior.h5",
-            figure=marginals,
-            settings=PosteriorFigureSettings(cohort_title=TITLE, prior=PRIOR),
-            **common,
+            support=files.folder / "support.json",
+            cmaes=files.cmaes,
+            ppc_png=ppc,
+            posterior_png=marginals,
+            settings=SubjectFiguresSettings(cohort_title=TITLE, prior=PRIOR),
+            origin=Origin(SEED),
         )
-        assert figure.read_bytes()[:4] == marginals.read_bytes()[:4] == b"\x89PNG"
+        assert ppc.read_bytes()[:4] == marginals.read_bytes()[:4] == b"\x89PNG"
 
 
 @pytest.mark.slow

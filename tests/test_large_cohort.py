@@ -33,9 +33,9 @@ def make_large(study: StudyCopy, subjects: int) -> None:
 
 
 def test_the_population_alone_needs_no_other_experiment(tmp_path: Path) -> None:
-    jobs = copy_study(tmp_path).planned(*ALONE)
-    assert {"population_cohort", "strata_figure", "training_figure", "exact_figure"} <= rules_of(jobs)
-    assert not {"train", "train_flow", "simulate", "tables", "report"} & rules_of(jobs)
+    rules = rules_of(copy_study(tmp_path).planned(*ALONE))
+    assert {"population_cohort", "strata_figure", "training_figure", "exact_subject_figures"} <= rules
+    assert not {"train", "train_flow", "simulate", "tables", "report"} & rules
 
 
 def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_path: Path) -> None:
@@ -49,7 +49,7 @@ def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_
         "ingest_batch_4",
         "population_answers_amortised_4",
     } <= rules
-    assert not {"ingest", "ingest_batch_5", "ppc_figure", "exact_figure", "cmaes", "passive"} & rules
+    assert not {"ingest", "ingest_batch_5", "exact_subject_figures", "cmaes", "passive"} & rules
 
 
 def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tmp_path: Path) -> None:

@@ -14,8 +14,8 @@ from study_arrays import assert_equal_results
 from study_copy import StudyCopy, copy_study, of_rule, rules_of
 
 SHOWN = {"cohort_figures", "tables", "paper_comparison", "report"}  # of every experiment
-PREDICTIVE = {"predictive", "ppc_figure", "workflow_figure", "experiments_figure"} | SHOWN
-SAMPLED = {"posterior", "posterior_figure", "truth"} | PREDICTIVE
+PREDICTIVE = {"predictive", "subject_figures", "workflow_figure", "experiments_figure"} | SHOWN
+SAMPLED = {"posterior", "truth"} | PREDICTIVE
 EPOCHS = {"epochs", "epochs_figure"}
 TRAINED = {"train", "recovery", "recovery_acquisition", "training_figure"} | EPOCHS | SAMPLED
 
@@ -53,7 +53,7 @@ def test_a_finished_study_has_nothing_to_do(finished: StudyCopy) -> None:
             "smoke.yaml",
             "generations: 5",
             "generations: 4",
-            {"cmaes", "ppc_figure", "posterior_figure", "exact_figure", "exact_figures"} | SHOWN,
+            {"cmaes", "subject_figures", "exact_subject_figures", "exact_figures"} | SHOWN,
         ),
         ("config.yaml", "shards_per_subject: 1", "shards_per_subject: 1 # as before", set()),
         ("config.yaml", "device: auto", "device: cpu", set()),
@@ -131,7 +131,7 @@ def test_a_row_of_the_table_reruns_its_subject_alone(finished: StudyCopy) -> Non
 def test_one_subject_from_empty_needs_nothing_of_the_others_after_pooling(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
     jobs = study.planned("results-smoke/paper/subjects/A/ppc.png")
-    for rule in ("posterior", "predictive", "ppc_figure", "cmaes"):
+    for rule in ("posterior", "predictive", "subject_figures", "cmaes"):
         assert all(job.is_of("A") for job in of_rule(jobs, rule))
 
 

@@ -1,38 +1,22 @@
 """Figures of one subject, and of the whole cohort."""
 
 
-rule ppc_figure:
+rule subject_figures:
+    """Predictive check and posterior of one subject."""
     input:
         predictive=rules.predictive.output.predictive,
+        posterior=rules.posterior.output.posterior,
         support=rules.posterior.output.support,
         cmaes=rules.cmaes.output.cmaes,
     output:
-        figure=report(
+        ppc_png=report(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/ppc.png",
             caption="../report/ppc.rst",
             category="Experiment {experiment}",
             subcategory="Subject {subject}",
             labels={"result": "predictive check"},
         ),
-    log:
-        f"{RESULTS}/logs/ppc_figure/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/ppc_figure/{{experiment}}/{{subject}}.tsv"
-    params:
-        stage=stage("ppc_figure"),
-    message:
-        "Figure: predictive check of {wildcards.subject} ('{wildcards.experiment}')"
-    script:
-        "../scripts/ppc_figure.py"
-
-
-rule posterior_figure:
-    input:
-        posterior=rules.posterior.output.posterior,
-        support=rules.posterior.output.support,
-        cmaes=rules.cmaes.output.cmaes,
-    output:
-        figure=report(
+        posterior_png=report(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.png",
             caption="../report/posterior.rst",
             category="Experiment {experiment}",
@@ -40,27 +24,36 @@ rule posterior_figure:
             labels={"result": "posterior"},
         ),
     log:
-        f"{RESULTS}/logs/posterior_figure/{{experiment}}/{{subject}}.log",
+        f"{RESULTS}/logs/subject_figures/{{experiment}}/{{subject}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/posterior_figure/{{experiment}}/{{subject}}.tsv"
+        f"{RESULTS}/benchmarks/subject_figures/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=stage("posterior_figure"),
+        stage=stage("subject_figures"),
     message:
-        "Figure: posterior of {wildcards.subject} ('{wildcards.experiment}')"
+        "Figures of {wildcards.subject}: predictive check and posterior ('{wildcards.experiment}')"
     script:
-        "../scripts/posterior_figure.py"
+        "../scripts/subject_figures.py"
 
 
-rule exact_figure:
+rule exact_subject_figures:
+    """Predictive check and exact posterior of one subject, on speeds or over a population."""
     input:
+        predictive=rules.predictive.output.predictive,
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
         support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
         cmaes=rules.cmaes.output.cmaes,
         truth=truth_files(),
     output:
-        figure=report(
+        ppc_png=report(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/ppc.png",
+            caption="../report/ppc.rst",
+            category="Experiment {experiment}",
+            subcategory="Subject {subject}",
+            labels={"result": "predictive check"},
+        ),
+        posterior_png=report(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.png",
             caption="../report/exact_posterior.rst",
             category="Experiment {experiment}",
@@ -68,17 +61,17 @@ rule exact_figure:
             labels={"result": "exact posterior"},
         ),
     log:
-        f"{RESULTS}/logs/exact_figure/{{experiment}}/{{subject}}.log",
+        f"{RESULTS}/logs/exact_subject_figures/{{experiment}}/{{subject}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/exact_figure/{{experiment}}/{{subject}}.tsv"
+        f"{RESULTS}/benchmarks/exact_subject_figures/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=EXACT,
     params:
-        stage=stage("exact_figure"),
+        stage=stage("exact_subject_figures"),
     message:
-        "Figure: exact posterior of {wildcards.subject} ('{wildcards.experiment}')"
+        "Figures of {wildcards.subject}: predictive check and exact posterior ('{wildcards.experiment}')"
     script:
-        "../scripts/exact_figure.py"
+        "../scripts/exact_subject_figures.py"
 
 
 rule exact_figures:

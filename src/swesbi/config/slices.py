@@ -137,7 +137,7 @@ def _figure_with_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return figure(study, wildcards) | of_experiment(study, wildcards, "prior")
 
 
-def _exact_figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+def _exact_figures(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return figure(study, wildcards) | {"prior": speeds.speed_model(study, wildcards)["prior"]}
 
 
@@ -166,7 +166,7 @@ def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     prior = config.experiments[name].prior
     draws = {"context": context_of(own, wildcards), "draws": [0, config.experiments[name].predictive.draws]}
     parts["ingest"]["recording"]["phases"] = config.new_subjects.phases or config.recording.phases
-    parts["exact_figure"]["cohort_title"] = config.new_subjects.cohort_title
+    parts["exact_subject_figures"]["cohort_title"] = config.new_subjects.cohort_title
     return parts | {
         "simulate": draws | {"prior": config.priors[prior].to_plain()} | common(config, "forward_model"),
         "reference_recordings": sizes.reference_recordings,
@@ -234,7 +234,7 @@ _OF_A_NEW_SUBJECT: Final = (
     "exact_posterior",
     "verdict",
     "predictive_speeds",
-    "exact_figure",
+    "exact_subject_figures",
 )
 _SLICES: Final[Mapping[str, Slice]] = {
     "ingest": _ingest,
@@ -281,10 +281,9 @@ _SLICES: Final[Mapping[str, Slice]] = {
     "strata_figure": populations.strata_figure,
     "population_agreement": populations.agreement,
     "cmaes": _cmaes,
-    "ppc_figure": figure,
-    "posterior_figure": _figure_with_prior,
-    "exact_figure": _exact_figure,
-    "exact_figures": _exact_figure,
+    "subject_figures": _figure_with_prior,
+    "exact_subject_figures": _exact_figures,
+    "exact_figures": _exact_figures,
     "cohort_figures": _figure_with_prior,
     "training_figure": populations.training_figure,
     "tables": figure,
@@ -315,7 +314,7 @@ SPEED_STAGES: Final = (
     "identifiability_figures",
     "exact_posterior",
     "predictive_speeds",
-    "exact_figure",
+    "exact_subject_figures",
     "exact_figures",
     "misspecification",
     "misspecification_table",

@@ -19,6 +19,7 @@ from swesbi.docs.parts import PARTS
 from swesbi.docs.population import FIGURES as POPULATION_FIGURES
 from swesbi.docs.population import PARTS as POPULATION_PARTS
 from swesbi.docs.population import read_population_results
+from swesbi.docs.population_figure import write_population_figure
 from swesbi.docs.results import read_results
 
 PAGE: Final = "reproduction.md"
@@ -80,6 +81,7 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
         shown = read_population_results(folder, study, name, docs)
         pages[POPULATION_PAGE] = {mark: part(shown) for mark, part in POPULATION_PARTS.items()}
         figures += [f"{kind}-{name}" for kind in POPULATION_FIGURES]
+        write_population_figure(study, name, docs)
     texts = {page: fill((docs / page).read_text(encoding="utf-8"), parts) for page, parts in pages.items()}
     for figure in figures:
         with atomic_path(docs / "figures" / f"{figure}.png") as temporary:

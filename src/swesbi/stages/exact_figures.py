@@ -13,12 +13,12 @@ from swesbi.figures import exact_cohort, ppc_cohort
 from swesbi.figures.panels import ExactPanel, PredictivePanel
 from swesbi.figures.style import save_figure
 from swesbi.inference.support import read_support
-from swesbi.stages.exact_figure import ExactFigureSettings
+from swesbi.stages.exact_subject_figures import ExactSubjectFiguresSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, by_subject, pick
 
 
-class ExactFiguresSettings(ExactFigureSettings):
+class ExactFiguresSettings(ExactSubjectFiguresSettings):
     """What the figures call the subjects, and the joint prior shown for scale."""
 
 

@@ -34,16 +34,16 @@ from swesbi.speed_model.recording import SpeedRecording
 from swesbi.speed_model.subjects import read_speed_model
 from swesbi.stages import (
     cmaes,
-    exact_figure,
     exact_posterior,
+    exact_subject_figures,
     ingest,
     passive,
-    ppc_figure,
     predictive_speeds,
     simulate,
     verdict,
 )
 from swesbi.stages.origin import Origin
+from swesbi.stages.subject_figures import save_predictive_check
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "new subject"
@@ -59,7 +59,7 @@ class AnswerSettings(Settings):
     exact_posterior: exact_posterior.ExactPosteriorStageSettings
     verdict: verdict.VerdictStageSettings
     predictive_speeds: predictive_speeds.PredictiveSpeedsStageSettings
-    exact_figure: exact_figure.ExactFigureSettings
+    exact_subject_figures: exact_subject_figures.ExactSubjectFiguresSettings
     reference_recordings: int = Field(ge=100, description="prior predictive recordings of the subject")
     refinement: RefinementSettings
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the pool's")
@@ -135,7 +135,7 @@ def answer(
         write_json(files.support, judged.to_json())
         LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
         fitted.result()
-        drawn = beside.submit(_draw_posterior, files, settings, origin)
+        drawn = beside.submit(_draw_posterior, files, settings)
         _predict(noise, files, settings, origin)
         drawn.result()
 
@@ -160,10 +160,10 @@ def _fit(files: AnswerFiles, settings: AnswerSettings, origin: Origin) -> None:
     )  # fmt: skip
 
 
-def _draw_posterior(files: AnswerFiles, settings: AnswerSettings, origin: Origin) -> None:
-    exact_figure.run(
-        posterior=files.posterior, support=files.support, cmaes=files.reference_fit, truth=(),
-        figure=files.posterior_png, settings=settings.exact_figure, origin=origin,
+def _draw_posterior(files: AnswerFiles, settings: AnswerSettings) -> None:
+    exact_subject_figures.save_exact_posterior(
+        files.posterior, files.support, files.reference_fit, (), files.posterior_png,
+        settings.exact_subject_figures,
     )  # fmt: skip
 
 
@@ -172,10 +172,9 @@ def _predict(noise: Path, files: AnswerFiles, settings: AnswerSettings, origin: 
         posterior=files.posterior, support=files.support, observation=files.observation, noise=noise,
         shards=[files.shard], predictive=files.predictive, settings=settings.predictive_speeds, origin=origin,
     )  # fmt: skip
-    title = ppc_figure.PpcFigureSettings(cohort_title=settings.exact_figure.cohort_title)
-    ppc_figure.run(
-        predictive=files.predictive, support=files.support, cmaes=files.reference_fit, figure=files.ppc_png,
-        settings=title, origin=origin,
+    save_predictive_check(
+        files.predictive, files.support, files.reference_fit, files.ppc_png,
+        settings.exact_subject_figures.cohort_title,
     )  # fmt: skip
 
 

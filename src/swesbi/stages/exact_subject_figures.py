@@ -1,4 +1,4 @@
-"""Stage: the figure of one subject's exact posterior."""
+"""Stage: the figures of one subject in an experiment on speeds, predictive check and exact posterior."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from swesbi.inference.support import read_support
 from swesbi.settings import Settings
 from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.stages.origin import Origin
+from swesbi.stages.subject_figures import save_predictive_check
 
 
-class ExactFigureSettings(Settings):
-    """What the figure calls the subjects, and the joint prior that it shows for scale."""
+class ExactSubjectFiguresSettings(Settings):
+    """What the figures call the subjects, and the joint prior shown for scale."""
 
     cohort_title: str
     prior: JointPriorSettings
@@ -26,18 +27,33 @@ class ExactFigureSettings(Settings):
 
 def run(
     *,
+    predictive: Path,
+    posterior: Path,
+    support: Path,
+    cmaes: Path,
+    truth: Sequence[Path],
+    ppc_png: Path,
+    posterior_png: Path,
+    settings: ExactSubjectFiguresSettings,
+    origin: Origin,
+) -> None:
+    """Draw predictive check and posterior.
+
+    ``truth`` is the file of true parameters of a generated cohort, or nothing.
+    """
+    save_predictive_check(predictive, support, cmaes, ppc_png, settings.cohort_title)
+    save_exact_posterior(posterior, support, cmaes, truth, posterior_png, settings)
+
+
+def save_exact_posterior(
     posterior: Path,
     support: Path,
     cmaes: Path,
     truth: Sequence[Path],
     figure: Path,
-    settings: ExactFigureSettings,
-    origin: Origin,
+    settings: ExactSubjectFiguresSettings,
 ) -> None:
-    """Draw the posterior; ``figure`` is a .png or .pdf.
-
-    ``truth`` is the file of true parameters of a generated cohort, or nothing.
-    """
+    """Draw the exact posterior; ``figure`` is a .png or .pdf, ``truth`` as in ``run``."""
     fit, provenance = read_cmaes(cmaes)
     subject = provenance.subject
     panel = ExactPanel(
