@@ -74,6 +74,8 @@ def test_what_only_steers_the_network_is_shown_to_it_as_the_nearest_value_that_i
     assert outside(old, [A], MARGIN) == ()
     assert nearest_known(old, [A]) == A
     assert nearest_known(replace(old, age_years=25.0), [A, B]) == replace(old, age_years=25.0, lvesv_ml=45.0)
+    fast = replace(A, hr_bpm=1.05 * A.hr_bpm)
+    assert nearest_known(fast, [A]) == fast
 
 
 @pytest.fixture(scope="module")

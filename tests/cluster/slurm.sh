@@ -7,10 +7,11 @@ action=$1
 folder=$(realpath "$2")
 node=$(hostname -s)
 processors=2 # that the node says it has
+configuration=swesbi-test-slurm.conf # in the folder; by its name what a killed test left is known
 system=/etc/slurm/slurm.conf # where commands inside a job look, to which no variable of the submitting shell comes
 
 write_configuration() {
-    cat >"$folder/slurm.conf" <<CONF
+    cat >"$folder/$configuration" <<CONF
 ClusterName=test
 SlurmctldHost=$node(127.0.0.1)
 SlurmctldPort=16817
@@ -42,6 +43,10 @@ PartitionName=main Nodes=$node Default=YES MaxTime=INFINITE State=UP
 CONF
 }
 
+is_left_over() {
+    [ "$(basename "$(readlink "$system")")" = "$configuration" ] && ! pgrep -x slurmctld >/dev/null
+}
+
 start() {
     mkdir -p "$folder/state" "$folder/spool"
     chmod 755 "$folder"
@@ -50,12 +55,15 @@ start() {
     munged --force --num-threads=2 --key-file="$folder/munge.key" --socket="$folder/munge.socket" \
         --pid-file="$folder/munged.pid" --seed-file="$folder/munge.seed" --log-file="$folder/munged.log"
     write_configuration
+    if is_left_over; then
+        rm "$system"
+    fi
     if [ -e "$system" ]; then
         echo "$system exists: this machine has a Slurm of its own" >&2
         exit 1
     fi
     mkdir -p "$(dirname "$system")"
-    ln -s "$folder/slurm.conf" "$system"
+    ln -s "$folder/$configuration" "$system"
     slurmctld
     slurmd
     for _ in $(seq 60); do
@@ -76,7 +84,7 @@ stop() {
     for daemon in slurmd slurmctld munged; do
         [ -f "$folder/$daemon.pid" ] && kill "$(cat "$folder/$daemon.pid")" || true
     done
-    [ "$(readlink "$system")" = "$folder/slurm.conf" ] && rm "$system"
+    [ "$(readlink "$system")" = "$folder/$configuration" ] && rm "$system"
 }
 
 "$action"

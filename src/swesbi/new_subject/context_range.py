@@ -8,6 +8,7 @@ network, whose draws are weighted with the simulator anyway: it is shown the nea
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -81,7 +82,12 @@ def check_declared(context: Context, population: PopulationSettings) -> None:
 
 
 def nearest_known(context: Context, trained: Sequence[Context]) -> Context:
-    """Return the context with each value moved into the range of those trained on."""
+    """Return the context with values that only steer the network moved into the range of those trained on.
+
+    Heart rate, LVEDV and IVSd stay: the simulator takes them, so moving them moves the network's answer away
+    from the one that the weights correct it to.
+    """
     known = np.stack([one.as_array() for one in trained])
     male, *values = np.clip(context.as_array(), known.min(axis=0), known.max(axis=0)).tolist()
-    return Context(context.subject, "M" if male else "F", *values)
+    nearest = Context(context.subject, "M" if male else "F", *values)
+    return replace(nearest, **{name: getattr(context, name) for name in SIMULATED})

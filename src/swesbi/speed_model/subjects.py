@@ -7,6 +7,7 @@ from pathlib import Path
 
 from swesbi.noise.dataset import read_noise
 from swesbi.recording.dataset import read_observation
+from swesbi.recording.speed import NoiseComponents
 from swesbi.speed_model.model import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.speed_model.recording import measured_speeds
 
@@ -18,7 +19,13 @@ def read_speed_model(observation: Path, noise: Path, settings: SpeedModelSetting
         ArtefactError: A file is no such artefact.
         ValueError: The reference beat does not become periodic.
     """
-    components = read_noise(noise).components
+    return build_speed_model(observation, read_noise(noise).components, settings)
+
+
+def build_speed_model(
+    observation: Path, components: NoiseComponents, settings: SpeedModelSettings
+) -> SpeedModel:
+    """Read one recording, and build its model with this noise; errors as of ``read_speed_model``."""
     return speed_model(measured_speeds(read_observation(observation), components), settings)
 
 
@@ -26,4 +33,5 @@ def read_speed_models(
     observations: Sequence[Path], noise: Path, settings: SpeedModelSettings
 ) -> tuple[SpeedModel, ...]:
     """Read the models of several recordings, in the order given."""
-    return tuple(read_speed_model(path, noise, settings) for path in observations)
+    components = read_noise(noise).components
+    return tuple(build_speed_model(path, components, settings) for path in observations)

@@ -15,14 +15,16 @@ from swesbi.flow.files import load_flow
 from swesbi.flow.net import TrainedFlow
 from swesbi.misspecification.network import network_test
 from swesbi.misspecification.pooled import pooled_reference, prior_predictive
+from swesbi.noise.dataset import read_noise
 from swesbi.population.null import PopulationNull
 from swesbi.population.null_dataset import read_null
 from swesbi.progress import Progress
 from swesbi.recording.dataset import read_observation
+from swesbi.recording.speed import NoiseComponents
 from swesbi.settings import Settings
 from swesbi.simulations.draw import draw_simulations
 from swesbi.speed_model.model import SpeedModel
-from swesbi.speed_model.subjects import read_speed_model
+from swesbi.speed_model.subjects import build_speed_model
 from swesbi.stages import exact_posterior, predictive_speeds, verdict
 from swesbi.stages.origin import Origin
 
@@ -68,10 +70,10 @@ def run(
         ArtefactError: An input is no such artefact.
         NoLikelihoodError: Every simulation of a subject fails.
     """
-    flow, others = load_flow(estimator)[0], read_null(null)
+    flow, others, components = load_flow(estimator)[0], read_null(null), read_noise(noise).components
     progress = Progress(f"answers {estimator.parent.name}", len(observations), unit="subject")
     for paths in zip(observations, posteriors, supports, predictives, strict=True):
-        _answer(*paths, noise, flow, others, settings, origin)
+        _answer(*paths, components, flow, others, settings, origin)
         progress.step()
 
 
@@ -80,13 +82,13 @@ def _answer(
     posterior: Path,
     support: Path,
     predictive: Path,
-    noise: Path,
+    components: NoiseComponents,
     flow: TrainedFlow,
     others: PopulationNull,
     settings: PopulationAnswersStageSettings,
     origin: Origin,
 ) -> None:
-    model = read_speed_model(observation, noise, settings.exact_posterior.model)
+    model = build_speed_model(observation, components, settings.exact_posterior.model)
     own = replace(origin, subject=model.recording.subject)
     efficiency = _infer(model, flow, posterior, settings, own)
     _judge(model, posterior, support, others, efficiency, settings, own)
