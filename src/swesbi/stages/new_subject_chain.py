@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
+import torch
 from pydantic import Field
 from threadpoolctl import threadpool_limits
 
@@ -116,7 +117,7 @@ def answer(
     ingest.run(recording=recording, observation=files.observation, settings=settings.ingest, origin=origin)
     model = read_speed_model(files.observation, noise, settings.exact_posterior.model)
     # an answer is waited for: what does not need the posterior is made beside it
-    with ProcessPoolExecutor(1, mp_context=get_context("fork"), initializer=_one_thread) as beside:
+    with process_beside() as beside:
         reference = beside.submit(knowledge.reference, model)
         fitted = beside.submit(_fit, files, settings, origin)
         network = knowledge.proposal(model.recording)
@@ -140,9 +141,18 @@ def answer(
         drawn.result()
 
 
+def process_beside() -> ProcessPoolExecutor:
+    """Return a process that shares what this one has in memory, made at its first task."""
+    return ProcessPoolExecutor(1, mp_context=get_context("fork"), initializer=_one_thread)
+
+
 def _one_thread() -> None:
-    """Let libraries use one thread: those that their parent had started do not exist in a forked process."""
+    """Let libraries use one thread: those that their parent had started do not exist in a forked process.
+
+    torch keeps a number of its own, and would wait for ever for them.
+    """
     threadpool_limits(limits=1)
+    torch.set_num_threads(1)
 
 
 def _fit(files: AnswerFiles, settings: AnswerSettings, origin: Origin) -> None:
