@@ -4,10 +4,11 @@
     python benchmarks/study.py --profile workflow/profiles/slurm
     python benchmarks/study.py --table docs/tables/study_cost.csv --figure docs/figures/study_cost.png
 
-Adds up the files that Snakemake writes for every job of a run. Start-up is what each job took until its stage
-began, as its log says: interpreter, Snakemake's preamble, imports. Beside it stands what the imports alone
-take here and now, the least of three processes that do nothing else, times the number of jobs: on a machine
-that was busy with something else the first is the larger one.
+Adds up the files that Snakemake writes for every job of a run, wall time and memory, and what the jobs say of
+their processor time in their logs: Snakemake looks at a process every half minute, and misses what it takes
+after the last look. Start-up is what each job took until its stage began: interpreter, Snakemake's preamble,
+imports. Beside it stands what the imports alone take here and now, the least of three processes that do
+nothing else, times the number of jobs: on a machine that was busy with something else the first is larger.
 With a profile, what it asks of a cluster stands beside what the jobs took.
 """
 
@@ -24,9 +25,9 @@ import pandas as pd
 import yaml
 
 from swesbi.figures.style import new_figure, save_figure, style
-from swesbi.stages.job import START_UP
+from swesbi.stages.job import PROCESSOR_TIME, START_UP
 
-TIMES = {"s": "wall_s", "cpu_time": "cpu_s", "max_rss": "memory_mb"}
+TIMES = {"s": "wall_s", "max_rss": "memory_mb"}
 SNAKEMAKE_MB = 500  # its own two processes in a job of a cluster
 SHOWN = 16  # stages in the figure, the rest together
 
@@ -47,8 +48,11 @@ def read_jobs(folder: Path) -> pd.DataFrame:
     rows = [pd.read_csv(path, sep="\t")[list(TIMES)].rename(columns=TIMES).iloc[0] for path in paths]
     parts = [path.relative_to(benchmarks) for path in paths]
     stages = [part.parts[0].removesuffix(".tsv") for part in parts]
-    start_up = [logged_start_up_s(folder / "logs" / part.with_suffix(".log")) for part in parts]
-    return pd.DataFrame(rows).assign(stage=stages, start_up_s=start_up).reset_index(drop=True)
+    logs = [folder / "logs" / part.with_suffix(".log") for part in parts]
+    start_up = [logged_s(log, START_UP) for log in logs]
+    taken = [logged_s(log, PROCESSOR_TIME) for log in logs]
+    table = pd.DataFrame(rows).assign(stage=stages, cpu_s=taken, start_up_s=start_up)
+    return table.reset_index(drop=True)
 
 
 def asked(jobs: pd.DataFrame, profile: Path) -> pd.DataFrame:
@@ -67,10 +71,10 @@ def asked(jobs: pd.DataFrame, profile: Path) -> pd.DataFrame:
     return table.sort_values("spare_memory")
 
 
-def logged_start_up_s(log: Path) -> float:
-    """Return the processor time (s) that a job took until its stage began; NaN where its log does not say."""
+def logged_s(log: Path, name: str) -> float:
+    """Return the processor time (s) that a job's log gives under a name; NaN where it does not say."""
     lines = log.read_text(encoding="utf-8").splitlines() if log.is_file() else []
-    found = [line.removeprefix(START_UP) for line in lines if line.startswith(START_UP)]
+    found = [line.removeprefix(name) for line in lines if line.startswith(name)]
     return float(found[0].split()[0]) if found else float("nan")
 
 
@@ -90,7 +94,7 @@ def by_stage(jobs: pd.DataFrame) -> pd.DataFrame:
     """Add up the jobs of each stage, most expensive first."""
     table = jobs.groupby("stage").agg(
         jobs=("cpu_s", "size"),
-        cpu_s=("cpu_s", "sum"),
+        cpu_s=("cpu_s", lambda times: times.sum(skipna=False)),
         wall_s=("wall_s", "sum"),
         memory_mb=("memory_mb", "max"),
         start_up_s=("start_up_s", lambda times: times.sum(skipna=False)),
@@ -133,7 +137,7 @@ def main() -> None:
     table = by_stage(jobs)
     digits = {"cpu_s": 1, "wall_s": 1, "memory_mb": 0, "start_up_s": 1, "imports_s": 1, "share": 3}
     print(table.round(digits).to_string())
-    total = table["cpu_s"].sum()
+    total = table["cpu_s"].sum(skipna=False)
     start, imports = table["start_up_s"].sum(skipna=False) / total, table["imports_s"].sum() / total
     print(f"\n{len(jobs)} jobs, {total / 60:.1f} min of processor time", end="; ")
     print(f"start-up {start:.1%}, imports {imports:.1%}")

@@ -85,7 +85,7 @@ def test_each_checkpoint_has_the_validation_loss_of_its_epoch(
     theta, z = torch.from_numpy(pool.theta)[rows], torch.from_numpy(pool.z)[rows]
     for checkpoint in load_checkpoints(write(tmp_path / "checkpoints.pt", trained))[0]:
         with torch.no_grad():
-            loss = float(checkpoint.net.loss(theta, z).mean())
+            loss = -float(checkpoint.net.log_prob(theta, z).mean())
         assert loss == pytest.approx(checkpoint.validation_loss, abs=1e-4)
 
 

@@ -16,10 +16,10 @@ from sbi.neural_nets.estimators import ConditionalDensityEstimator
 from torch import Tensor
 
 from swesbi.inference.determinism import reproducible
-from swesbi.inference.estimator import build_net
 from swesbi.inference.lean_flow import LeanFlow
 from swesbi.inference.lean_weights import FlowWeights, standardise
 from swesbi.inference.pool import Pool, build_pool
+from swesbi.inference.sbi_trainer import build_net
 from swesbi.inference.training import Training, train
 
 ROWS = 60

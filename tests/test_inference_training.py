@@ -62,7 +62,7 @@ def weights(estimator: TrainedEstimator) -> torch.Tensor:
 def held_out_loss(pool: Pool, estimator: TrainedEstimator, rows: torch.Tensor) -> float:
     theta, z = torch.from_numpy(pool.theta)[rows], torch.from_numpy(pool.z)[rows]
     with torch.no_grad():
-        return float(estimator.net.loss(theta, z).mean())
+        return -float(estimator.net.log_prob(theta, z).mean())
 
 
 def test_training_is_that_of_stock_sbi_to_the_bit(pool: Pool) -> None:

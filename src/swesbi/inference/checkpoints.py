@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from sbi.neural_nets.estimators import ConditionalDensityEstimator
 from torch import Tensor
 
 from swesbi.artefacts import Provenance
 from swesbi.inference.estimator import describe_net, rebuild_net
+from swesbi.inference.maf import MaskedFlow
 from swesbi.inference.net_metadata import CheckpointsMetadata
 from swesbi.inference.settings import EstimatorSettings
 from swesbi.inference.torch_files import read_plain, write_plain
@@ -50,7 +50,7 @@ class Checkpoint:
     validation_loss: float
     best: bool
     components: tuple[str, ...]
-    net: ConditionalDensityEstimator
+    net: MaskedFlow
 
 
 def save_checkpoints(

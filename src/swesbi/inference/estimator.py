@@ -1,4 +1,4 @@
-"""The conditional density estimator q(theta | z): building, saving, rebuilding.
+"""The trained conditional density estimator q(theta | z): saving, rebuilding.
 
 A saved estimator is a state_dict with plain metadata, so it loads with ``weights_only=True``: nothing in
 the file is executed.
@@ -11,13 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import torch
-from sbi.neural_nets import posterior_nn
-from sbi.neural_nets.estimators import ConditionalDensityEstimator
 from torch import Tensor
 
 from swesbi.artefacts import Provenance
-from swesbi.inference.determinism import reproducible
+from swesbi.inference.maf import MaskedFlow
 from swesbi.inference.net_metadata import EstimatorMetadata, NetMetadata, check_size
 from swesbi.inference.settings import EstimatorSettings
 from swesbi.inference.torch_files import read_plain, write_plain
@@ -39,25 +36,12 @@ class TrainedEstimator:
         best_validation_loss: Mean of -log q over the held-out rows at the best epoch.
     """
 
-    net: ConditionalDensityEstimator
+    net: MaskedFlow
     settings: EstimatorSettings
     components: tuple[str, ...]
     best_epoch: int
     epochs_run: int
     best_validation_loss: float
-
-
-def build_net(theta: Tensor, z: Tensor, settings: EstimatorSettings) -> ConditionalDensityEstimator:
-    """Build an untrained estimator; theta (N, 3) and z (N, C) give its shapes and sbi's standardisation."""
-    net: ConditionalDensityEstimator = posterior_nn(
-        model=settings.model,
-        z_score_theta=settings.z_score_theta,
-        z_score_x=settings.z_score_x,
-        hidden_features=settings.hidden_features,
-        num_transforms=settings.transforms,
-        num_blocks=settings.blocks,
-    )(theta, z)
-    return net
 
 
 def save_estimator(path: Path, estimator: TrainedEstimator, provenance: Provenance) -> None:
@@ -90,7 +74,7 @@ def describe_net(settings: EstimatorSettings, components: tuple[str, ...]) -> di
     }
 
 
-def rebuild_net(metadata: NetMetadata, state: Mapping[str, Tensor]) -> ConditionalDensityEstimator:
+def rebuild_net(metadata: NetMetadata, state: Mapping[str, Tensor]) -> MaskedFlow:
     """Build the net that the metadata describes and give it these weights.
 
     Raises:
@@ -99,11 +83,7 @@ def rebuild_net(metadata: NetMetadata, state: Mapping[str, Tensor]) -> Condition
     """
     settings = metadata.architecture()
     check_size(settings, state)
-    shapes = len(metadata.parameters), len(metadata.components)
-    net = build_net(*_placeholders(*shapes), settings)
-    net.load_state_dict(dict(state))
-    net.eval()
-    return net
+    return MaskedFlow(settings, len(metadata.parameters), len(metadata.components), state)
 
 
 def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
@@ -116,9 +96,3 @@ def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
         epochs_run=metadata.epochs_run,
         best_validation_loss=metadata.best_validation_loss,
     )
-
-
-def _placeholders(parameters: int, components: int) -> tuple[Tensor, Tensor]:
-    """Rows that give a new net its shapes; loading the state replaces every number they leave in it."""
-    with reproducible(0):
-        return torch.randn(8, parameters), torch.randn(8, components)

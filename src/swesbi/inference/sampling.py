@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
 from swesbi.inference.determinism import reproducible
+from swesbi.inference.maf import MaskedFlow
 from swesbi.inference.sequential import for_drawing
 from swesbi.simulations.prior import PriorSettings, in_bounds
-
-if TYPE_CHECKING:
-    from sbi.neural_nets.estimators import ConditionalDensityEstimator
 
 FloatArray = NDArray[np.float64]
 
@@ -26,7 +24,7 @@ class Sampler(Protocol):
     """A density estimator that can be sampled: the trained one, or a checkpoint of its training."""
 
     @property
-    def net(self) -> ConditionalDensityEstimator:
+    def net(self) -> MaskedFlow:
         """The density estimator."""
 
     @property
@@ -95,16 +93,16 @@ def losses(estimator: Sampler, theta: FloatArray, z: FloatArray) -> FloatArray:
     """Return -log q(theta | z) of each row, as training counts it; theta (N, 3), z (N, C), result (N,)."""
     rows = [torch.from_numpy(values.astype(np.float32)) for values in (theta, z)]
     with reproducible(0), torch.no_grad():
-        loss: FloatArray = estimator.net.loss(*rows).numpy().astype(np.float64)
-    return loss
+        density: FloatArray = estimator.net.log_prob(*rows).numpy().astype(np.float64)
+    return -density
 
 
-def _draw(net: ConditionalDensityEstimator, row: torch.Tensor, draws: int) -> FloatArray:
+def _draw(net: MaskedFlow, row: torch.Tensor, draws: int) -> FloatArray:
     return np.concatenate(list(_batches(net, row, draws)))
 
 
-def _batches(net: ConditionalDensityEstimator, row: torch.Tensor, draws: int) -> Iterator[FloatArray]:
+def _batches(net: MaskedFlow, row: torch.Tensor, draws: int) -> Iterator[FloatArray]:
     sizes = [ROWS_PER_BATCH] * (draws // ROWS_PER_BATCH) + [draws % ROWS_PER_BATCH]
     for size in sizes:
         if size:
-            yield net.sample((size,), condition=row)[:, 0].numpy().astype(np.float64)
+            yield net.sample(size, row).numpy().astype(np.float64)

@@ -8,10 +8,11 @@ from typing import Any, Protocol
 
 import torch
 from sbi.inference import NPE_C
+from sbi.neural_nets import posterior_nn
+from sbi.neural_nets.estimators import ConditionalDensityEstimator
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset
 
-from swesbi.inference.estimator import build_net
 from swesbi.inference.settings import EstimatorSettings
 from swesbi.inference.torch_prior import torch_prior
 from swesbi.simulations.prior import PriorSettings
@@ -89,6 +90,19 @@ class SbiTrainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
 def on_cpu(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
     """Return a copy of the weights that training on does not change."""
     return {name: value.detach().to("cpu", copy=True) for name, value in state.items()}
+
+
+def build_net(theta: Tensor, z: Tensor, settings: EstimatorSettings) -> ConditionalDensityEstimator:
+    """Build an untrained estimator; theta (N, 3) and z (N, C) give its shapes and sbi's standardisation."""
+    net: ConditionalDensityEstimator = posterior_nn(
+        model=settings.model,
+        z_score_theta=settings.z_score_theta,
+        z_score_x=settings.z_score_x,
+        hidden_features=settings.hidden_features,
+        num_transforms=settings.transforms,
+        num_blocks=settings.blocks,
+    )(theta, z)
+    return net
 
 
 class _NoTracker:

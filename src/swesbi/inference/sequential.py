@@ -10,19 +10,17 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import torch
 from nflows.transforms.autoregressive import MaskedAffineAutoregressiveTransform
 from nflows.transforms.made import MADE, MaskedLinear
 from torch import Tensor, nn
 
-if TYPE_CHECKING:
-    from sbi.neural_nets.estimators import ConditionalDensityEstimator
+from swesbi.inference.maf import MaskedFlow
 
 
-def for_drawing(net: ConditionalDensityEstimator) -> ConditionalDensityEstimator:
-    """Return a copy of an estimator that makes the same draws in less time.
+def for_drawing(net: MaskedFlow) -> MaskedFlow:
+    """Return a copy of a flow that makes the same draws in less time.
 
     Transforms other than masked affine ones with plain blocks stay as they are.
     """

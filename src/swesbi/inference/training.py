@@ -20,6 +20,7 @@ from swesbi.inference.checkpoints import Weights
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.estimator import TrainedEstimator
 from swesbi.inference.fast_trainer import FastTrainer
+from swesbi.inference.maf import MaskedFlow
 from swesbi.inference.sbi_trainer import SbiTrainer, on_cpu
 from swesbi.inference.settings import EstimatorSettings
 from swesbi.progress import Progress
@@ -91,7 +92,7 @@ def train(
         record = _EpochRecord(label, settings.max_num_epochs + 1)
         trainer = TRAINERS[settings.procedure](record, prior, settings, device, keep)
         _append(trainer, torch.from_numpy(theta), torch.from_numpy(z))
-        net = trainer.train(
+        trainer.train(
             training_batch_size=settings.batch_size,
             learning_rate=settings.learning_rate,
             validation_fraction=settings.validation_fraction,
@@ -100,12 +101,11 @@ def train(
             clip_max_norm=settings.clip_max_norm,
         )
     LOGGER.debug("sbi: %s", printed.getvalue().strip())
-    net.load_state_dict(trainer.best_state)
-    net.to("cpu").eval()
-    best = record.best
+    best, state = record.best, on_cpu(trainer.best_state)
+    net = MaskedFlow(settings, theta.shape[1], z.shape[1], state)
     LOGGER.info("%s: best epoch %d of %d run, validation loss %.4f", label, *best, record.best_loss)
     estimator = TrainedEstimator(net, settings, components, *best, record.best_loss)
-    states = trainer.kept | {best[0]: on_cpu(trainer.best_state)}
+    states = trainer.kept | {best[0]: state}
     losses = [epoch.validation_loss for epoch in record.epochs]
     weights = tuple(Weights(number, losses[number - 1], states[number]) for number in sorted(states))
     return Training(estimator, tuple(record.epochs), weights)
