@@ -187,10 +187,12 @@ def projected(table: pd.DataFrame, column: str) -> float:
 
 
 def summarise(table: pd.DataFrame) -> pd.DataFrame:
-    """Add to the measured costs their growth and their projection."""
+    """Add to the measured costs their growth, over all cohorts and the two largest, and their projection."""
     grown = {"kind": "exponent"} | {name: growth(table, name) for name in COSTS}
+    pair = table.nlargest(2, "subjects")
+    last = {"kind": "exponent_largest"} | {name: growth(pair, name) for name in COSTS}
     far = {"kind": "projected", "subjects": FAR} | {name: projected(table, name) for name in COSTS}
-    return pd.concat([table.assign(kind="measured"), pd.DataFrame([grown, far])], ignore_index=True)
+    return pd.concat([table.assign(kind="measured"), pd.DataFrame([grown, last, far])], ignore_index=True)
 
 
 def draw(table: pd.DataFrame, path: Path) -> None:
@@ -203,7 +205,8 @@ def draw(table: pd.DataFrame, path: Path) -> None:
             if len(known):
                 scale = known[column].iloc[-1] / known["subjects"].iloc[-1]
                 axes.loglog(known["subjects"], scale * known["subjects"], ":", color="#8C8C8C")
-            axes.set_title(f"{label}\nexponent {growth(table, column):.2f}")
+            last = growth(table.nlargest(2, "subjects"), column)
+            axes.set_title(f"{label}\nexponent {growth(table, column):.2f}; two largest {last:.2f}")
             axes.set_xlabel("subjects")
         figure.suptitle(TITLE, fontsize=7.5)
         save_figure(figure, path)

@@ -106,11 +106,16 @@ def test_the_page_on_the_population_has_its_strata_and_its_cohort(written: Path,
 
 
 def test_the_cost_of_cohorts_is_shown_with_its_growth() -> None:
-    rows = [("measured", 6, 48), ("exponent", math.nan, math.nan), ("projected", 100_000, math.nan)]
+    rows = [
+        ("measured", 6, 48),
+        ("exponent", math.nan, math.nan),
+        ("exponent_largest", math.nan, math.nan),
+        ("projected", 100_000, math.nan),
+    ]
     costs = {name: 1.25 for name in COSTS}
     scaling = pd.DataFrame([{"kind": kind, "subjects": n, "jobs": jobs, **costs} for kind, n, jobs in rows])
     part = scaling_part(PopulationResults("amortised", 0.9, "x", scaling, scaling, scaling))
-    assert "exponent of growth" in part
+    assert "exponent of growth" in part and "exponent between the two largest" in part
     assert "100,000 (projected)" in part
     assert "48" in part
 

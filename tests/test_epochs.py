@@ -107,7 +107,7 @@ def test_loss_of_unseen_parameters_is_that_of_the_density(finished: StudyCopy, t
     estimator, _ = load_estimator(finished.results / "paper" / "estimator.pt")
     theta, z = pool.theta[:40].astype(float), pool.z[:40].astype(float)
     with torch.no_grad():
-        rows = (torch.from_numpy(pool.theta[:40])[None], torch.from_numpy(pool.z[:40]))
+        rows = (torch.from_numpy(pool.theta[:40]), torch.from_numpy(pool.z[:40]))
         density = estimator.net.log_prob(*rows).numpy()
     np.testing.assert_allclose(losses(estimator, theta, z), -density, rtol=1e-5, atol=1e-5)
     fresh = table[table["quantity"] == FRESH_LOSS]

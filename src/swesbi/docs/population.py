@@ -30,6 +30,10 @@ COSTS: Final = {
     "job_memory_mb": ("largest job (MB)", 0),
     "snakemake_memory_mb": ("Snakemake (MB)", 0),
 }
+EXPONENTS: Final = {
+    "exponent": "exponent of growth",
+    "exponent_largest": "exponent between the two largest",
+}
 
 
 @dataclass(frozen=True)
@@ -139,8 +143,8 @@ def _stratum(rows: pd.DataFrame, name: str, sampler: str) -> dict[str, str]:
 
 
 def _cost(row: pd.Series) -> dict[str, str]:
-    exponent = row["kind"] == "exponent"
-    whose = "exponent of growth" if exponent else f"{int(row['subjects']):,}"
+    exponent = row["kind"] in EXPONENTS
+    whose = EXPONENTS[row["kind"]] if exponent else f"{int(row['subjects']):,}"
     if row["kind"] == "projected":
         whose += " (projected)"
     jobs = NONE if np.isnan(row["jobs"]) else str(int(row["jobs"]))
