@@ -1,118 +1,189 @@
-"""A hash of the code that a stage runs: its module and everything that it imports from the package.
+"""A hash of the code that a stage runs: its function and every definition of the package that it leads to.
 
 Snakemake does not notice edits of an installed package. Rules therefore carry this hash as a parameter:
 editing the code of a stage reruns the stage, while comments, formatting and docstrings do not count.
-Package ``__init__`` files count where a name is imported through them, since that is where it leads.
-Data files of the package (templates, tables of values) count for the modules that name them in a string,
-by their path from the module's folder.
+
+The hash starts at one function and follows names:
+
+- to functions, classes and constants, through imports, re-exports of a package and modules' attributes.
+  A class counts whole, with its bases; a function with its decorators, default values and annotations, those
+  in strings included, since annotations name the settings that a stage reads.
+- to all of a module where the module itself is used (passed on, searched by ``getattr``), where a string
+  has its name, and where its import is all that is wanted: nothing mentions what the import binds. A module
+  that imports by names made at run time counts whole, with every module below it.
+- What a module does when it is imported - statements that are neither definitions, imports nor assignments to
+  names, and definitions with a decorator of the package, which may register them - counts as soon as
+  anything of the module, or of one below it, does.
+- Data files of the package (templates, tables of values) count for the definitions that name them in a
+  string, by their path from the module's folder.
+
+Names of other packages count as names. What no text shows is refused: star imports from the package, ``exec``
+and the like. Where a definition lies does not count, so that one can be moved: a name counts as the text of
+what it stands for, and that of what this names, and so on.
 """
 
 from __future__ import annotations
 
-import ast
 import hashlib
-import re
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
-PACKAGE = "swesbi"
-SOURCE = Path(__file__).parent
-DATA_FILE = re.compile(r"\w[\w/-]*\.(?!py\b)\w[\w.]*")
+from swesbi.definitions import EFFECTS, WHOLE, Chain, Definition, Source, read_source
 
 
-def stage_hash(module: str) -> str:
-    """Return 16 hexadecimal digits that name the code of ``module`` (``swesbi.stages.pool``, say).
+class Place(NamedTuple):
+    """Where a definition lies: its module, and its name there."""
+
+    module: str
+    name: str
+
+
+class Package:
+    """The sources of a package, read as they are needed."""
+
+    def __init__(self, folder: Path) -> None:
+        """Take the package in ``folder``, of the folder's name."""
+        self.folder, self.name = folder, folder.name
+        self._files: dict[str, Path | None] = {}
+        self._sources: dict[str, Source] = {}
+        self._links: dict[Place, tuple[tuple[Place, ...], bytes]] = {}
+
+    def hash(self, module: str, name: str) -> str:
+        """Return 16 hexadecimal digits that name the code that a function leads to.
+
+        Raises:
+            ModuleNotFoundError: The package has no such module.
+            AttributeError: The module defines no such name.
+            ValueError: Code that it leads to cannot be followed.
+        """
+        entry = Place(module, name)
+        links = {place: self._linked(place) for place in self.followed(module, name)}
+        labels = {place: own for place, (_, own) in links.items()}
+        while True:
+            # definitions of equal text part where something that they name differs, until none parts any more
+            finer = {
+                place: hashlib.sha256(own + b"".join(labels[target] for target in targets)).digest()
+                for place, (targets, own) in links.items()
+            }
+            if len(set(finer.values())) == len(set(labels.values())):
+                break
+            labels = finer
+        digest = hashlib.sha256(finer[entry] + b"".join(sorted(set(finer.values()))))
+        return digest.hexdigest()[:16]
+
+    def followed(self, module: str, name: str) -> set[Place]:
+        """Return the definitions that a function leads to, its own included.
+
+        Raises:
+            As ``hash``.
+        """
+        if name not in self._source(module).definitions:
+            raise AttributeError(f"{module} defines no {name!r}")
+        places: set[Place] = set()
+        pending = [Place(module, name)]
+        while pending:
+            place = pending.pop()
+            if place not in places:
+                places.add(place)
+                pending.extend(self._linked(place)[0])
+        return places
+
+    def places(self, module: str) -> list[Place]:
+        """Return all definitions of a module."""
+        return [Place(module, name) for name in self._source(module).definitions]
+
+    def definition(self, place: Place) -> Definition:
+        """Return the definition at a place."""
+        return self._source(place.module).definitions[place.name]
+
+    def _linked(self, place: Place) -> tuple[tuple[Place, ...], bytes]:
+        """Return the places that a definition leads to, and a digest of what it says itself."""
+        if place not in self._links:
+            passed = {place.module: None}
+            found = [self._resolved(chain, passed) for chain in self._chains(place)]
+            targets = [target for target, _ in found if target]
+            effects = [Place(module, EFFECTS) for module in self._imported(passed)]
+            rests = "\n".join(f"{'#' if target else ''}{'.'.join(rest)}" for target, rest in found)
+            own = hashlib.sha256(self.definition(place).digest + rests.encode()).digest()
+            self._links[place] = ((*targets, *effects), own)
+        return self._links[place]
+
+    def _chains(self, place: Place) -> tuple[Chain, ...]:
+        """Return what a definition names, with all that its module may import at run time."""
+        source = self._source(place.module)
+        definition = self.definition(place)
+        chains = definition.chains + tuple((text,) for text in definition.strings if self._has(text))
+        if source.dynamic and place.name != WHOLE:
+            chains += ((place.module,),)
+        if source.dynamic and place.name == WHOLE:
+            chains += tuple((name,) for name in self._modules_below(place.module))
+        return chains
+
+    def _resolved(self, chain: Chain, passed: dict[str, None]) -> tuple[Place | None, Chain]:
+        """Return where a chain leads and the attributes that are left; note the modules that it passes."""
+        seen: set[Chain] = set()
+        while chain not in seen:
+            seen.add(chain)
+            module, rest = chain[0], chain[1:]
+            if module.split(".", maxsplit=1)[0] != self.name:
+                return None, chain
+            passed[module] = None
+            source = self._source(module)
+            if rest and rest[0] in source.definitions:
+                return Place(module, rest[0]), rest[1:]
+            if rest and rest[0] in source.imports:
+                chain = (*source.imports[rest[0]], *rest[1:])
+            elif rest and self._has(f"{module}.{rest[0]}"):
+                chain = (f"{module}.{rest[0]}", *rest[1:])
+            else:
+                return Place(module, WHOLE), rest
+        return Place(chain[0], WHOLE), chain[1:]
+
+    def _imported(self, modules: dict[str, None]) -> list[str]:
+        """Return modules and the packages around them that do something when they are imported."""
+        parts = [module.split(".") for module in modules]
+        each = (".".join(part[:length]) for part in parts for length in range(1, len(part) + 1))
+        return [module for module in dict.fromkeys(each) if EFFECTS in self._source(module).definitions]
+
+    def _modules_below(self, module: str) -> list[str]:
+        path = self._path(module)
+        below = path.parent.glob("*") if path.name == "__init__.py" else ()
+        names = {f"{module}.{one.stem}" for one in below if one.stem != "__init__"}
+        return sorted(name for name in names if self._has(name))
+
+    def _source(self, module: str) -> Source:
+        if module not in self._sources:
+            self._sources[module] = read_source(module, self._path(module), self.name)
+        return self._sources[module]
+
+    def _has(self, module: str) -> bool:
+        return self._file(module) is not None
+
+    def _path(self, module: str) -> Path:
+        path = self._file(module)
+        if path is None:
+            raise ModuleNotFoundError(f"the package has no module {module!r}")
+        return path
+
+    def _file(self, module: str) -> Path | None:
+        if module not in self._files:
+            base = self.folder.joinpath(*module.split(".")[1:])
+            found = (path for path in (base / "__init__.py", base.with_suffix(".py")) if path.is_file())
+            self._files[module] = next(found, None)
+        return self._files[module]
+
+
+@cache
+def stage_hash(module: str, name: str = "run") -> str:
+    """Return the hash of a stage's function, ``run`` of ``swesbi.stages.pool``, say.
 
     Raises:
-        ModuleNotFoundError: The package has no such module.
+        As ``Package.hash``.
     """
-    digest = hashlib.sha256()
-    for name in sorted(imported_modules(module)):
-        digest.update(f"{name}\n{_meaning(_path(name))}\n".encode())
-        for path in data_files(name):
-            digest.update(path.name.encode() + b"\n" + path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def imported_modules(module: str) -> set[str]:
-    """Return ``module`` and every module of the package that it imports, directly or not."""
-    found: set[str] = set()
-    pending = [module]
-    while pending:
-        name = pending.pop()
-        if name not in found:
-            found.add(name)
-            pending.extend(_imports(name))
-    return found
-
-
-def data_files(module: str) -> tuple[Path, ...]:
-    """Return the data files of the package that a module names in a string, as ``page.css`` beside it."""
-    folder = _path(module).parent
-    named = {folder / text for text in _texts(module) if DATA_FILE.fullmatch(text)}
-    return tuple(sorted(path for path in named if path.is_file()))
+    return _package().hash(module, name)
 
 
 @cache
-def _texts(module: str) -> frozenset[str]:
-    tree = ast.parse(_path(module).read_text(encoding="utf-8"))
-    return frozenset(
-        node.value
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Constant) and isinstance(node.value, str)
-    )
-
-
-@cache
-def _imports(module: str) -> tuple[str, ...]:
-    tree = ast.parse(_path(module).read_text(encoding="utf-8"))
-    return tuple(name for node in ast.walk(tree) for name in _targets(node))
-
-
-def _targets(node: ast.AST) -> Iterator[str]:
-    """Yield the package's modules that one import statement reaches."""
-    if isinstance(node, ast.Import):
-        yield from (alias.name for alias in node.names if _is_module(alias.name))
-    elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
-        submodules = [f"{node.module}.{alias.name}" for alias in node.names]
-        named = [name for name in submodules if _is_module(name)]
-        yield from named
-        if len(named) < len(submodules) and _is_module(node.module):
-            yield node.module
-
-
-def _is_module(name: str) -> bool:
-    if name.split(".", maxsplit=1)[0] != PACKAGE:
-        return False
-    try:
-        _path(name)
-    except ModuleNotFoundError:
-        return False
-    return True
-
-
-def _path(module: str) -> Path:
-    base = SOURCE.joinpath(*module.split(".")[1:])
-    for path in (base / "__init__.py", base.with_suffix(".py")):
-        if path.is_file():
-            return path
-    raise ModuleNotFoundError(f"the package has no module {module!r}")
-
-
-@cache
-def _meaning(path: Path) -> str:
-    """Return the syntax tree without docstrings, as text."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            node.body = [statement for statement in node.body if not _is_text(statement)]
-    return ast.dump(tree)
-
-
-def _is_text(statement: ast.stmt) -> bool:
-    return (
-        isinstance(statement, ast.Expr)
-        and isinstance(statement.value, ast.Constant)
-        and isinstance(statement.value.value, str)
-    )
+def _package() -> Package:
+    return Package(Path(__file__).parent)

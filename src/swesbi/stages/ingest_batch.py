@@ -42,7 +42,7 @@ def run(
         RecordingError: A recording is malformed or too incomplete.
     """
     progress = Progress("ingestion", len(settings.contexts), unit="subject")
-    code_hash = stage_hash(ingest.__name__)
+    code_hash = stage_hash(ingest.run.__module__, ingest.run.__name__)
     for row, recording, observation in zip(settings.contexts, recordings, observations, strict=True):
         own = ingest.IngestStageSettings(
             context=row, recording=settings.recording, measurement=settings.measurement
