@@ -23,7 +23,6 @@ from evaluation_study import (
     write_study,
 )
 
-from swesbi.code_hash import imported_modules
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.predictive_dataset import read_predictive
 from swesbi.stages import cmaes, cohort_figures, predictive, subject_figures, tables
@@ -246,9 +245,3 @@ def test_readers_and_figures_leave_torch_and_pyplot_alone() -> None:
     code = f"{imports}; import sys; print([m for m in ('torch', 'matplotlib.pyplot') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
-
-
-def test_predictive_checks_and_cmaes_do_not_depend_on_each_others_code() -> None:
-    assert "swesbi.evaluation.cmaes" not in imported_modules("swesbi.stages.predictive")
-    assert "swesbi.evaluation.predictive" not in imported_modules("swesbi.stages.cmaes")
-    assert "swesbi.inference.training" not in imported_modules("swesbi.stages.cmaes")

@@ -157,20 +157,18 @@ class _Reader:
                 for name, chain in targets.items():
                     if self.imports.setdefault(name, chain) != chain:
                         raise self._ambiguous(name)
-                self._at_runtime |= self._with_effect(statement, targets) if at_runtime else {}
+                self._at_runtime |= self.brought_in(statement) if at_runtime else {}
             elif isinstance(statement, ast.If) and _is_typing(statement.test):
                 self.read(statement.body, at_runtime=False)
                 self.read(statement.orelse)
             elif not (_is_text(statement) or _is_main(statement)):
                 self._bind(statement)
 
-    def _with_effect(
-        self, statement: ast.Import | ast.ImportFrom, targets: Mapping[str, Chain]
-    ) -> dict[str, Chain]:
-        """Return the modules of the package that an import brings in, by the name that it binds."""
+    def brought_in(self, statement: ast.Import | ast.ImportFrom) -> dict[str, Chain]:
+        """Return what an import brings in from the package, by the name that it binds."""
+        targets = self.targets(statement)
         if isinstance(statement, ast.Import):
-            names = {alias.name: (alias.name,) for alias in statement.names}
-            return {f"{name} as a module": chain for name, chain in names.items() if self.is_own(chain)}
+            targets = {f"{alias.name} as a module": (alias.name,) for alias in statement.names}
         return {name: chain for name, chain in targets.items() if self.is_own(chain)}
 
     def _bind(self, statement: ast.stmt) -> None:
@@ -346,9 +344,10 @@ class _Writer:
         shared = {name for part in _nested(body) if isinstance(part, ast.Global) for name in part.names}
         inner = {**scope, **dict.fromkeys(bound), **imported}
         self.write(node.body, {name: chain for name, chain in inner.items() if name not in shared})
-        for chain in imported.values():
-            if not any(_begins(other, chain) for other in self.chains):
-                self._mention(chain)
+        for statement in _imports(body):
+            for chain in self.source.brought_in(statement).values():
+                if not any(_begins(other, chain) for other in self.chains):
+                    self._mention(chain)
 
     def _comprehension(
         self, node: ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp, scope: Scope
@@ -365,7 +364,8 @@ class _Writer:
         """Follow an import of a class or under a condition; a function's own are in its scope."""
         for name, chain in self.source.targets(node).items():
             if scope.get(name) != chain:
-                self._mention(chain)
+                for brought in (chain, *self.source.brought_in(node).values()):
+                    self._mention(brought)
 
     _HANDLERS: ClassVar[Mapping[type[ast.AST], Callable[..., None]]] = {
         ast.Constant: _constant,
