@@ -30,7 +30,6 @@ class Trace:
 
         @functools.wraps(run)
         def traced(**arguments: object) -> None:
-            self.ran.add((run.__module__, run.__code__.co_firstlineno))
             before = sys.getprofile()
             sys.setprofile(self._note)
             threading.setprofile(self._note)
