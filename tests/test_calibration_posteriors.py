@@ -21,7 +21,7 @@ from swesbi.calibration.quantities import (
 )
 from swesbi.calibration.two_samples import classifier_accuracy
 from swesbi.exact.importance import draw_prior
-from swesbi.forward_model import THETA_RANGES
+from swesbi.parameters import THETA_RANGES
 from swesbi.speed_model.likelihood import log_speed_sd
 from swesbi.speed_model.remembering import RememberingModel
 

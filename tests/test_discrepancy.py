@@ -12,26 +12,19 @@ from speed_case import PHI, ROOT, model, settings, shipped
 
 from swesbi.config import load_study, read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.discrepancy import (
-    DiscrepancyStudySettings,
-    GeneratedSubject,
-    PairScore,
-    best_pair,
-    discrepancy_table,
-    generate_cohort,
-    score_subject,
-)
 from swesbi.discrepancy.bank import PriorProposal, fill_bank
-from swesbi.discrepancy.cohort import PHYSIOLOGY, draw_volunteer
-from swesbi.discrepancy.evidence import score_pairs
+from swesbi.discrepancy.cohort import PHYSIOLOGY, GeneratedSubject, draw_volunteer, generate_cohort
+from swesbi.discrepancy.evidence import PairScore, score_pairs, score_subject
+from swesbi.discrepancy.settings import DiscrepancyStudySettings
+from swesbi.discrepancy.table import best_pair, discrepancy_table
 from swesbi.exact.student import StudentProposal, effective_draws, fitted_proposal
 from swesbi.figures.discrepancy import draw_discrepancy
-from swesbi.recording import ContextRow
+from swesbi.recording.settings import ContextRow
 from swesbi.speed_model.settings import DiscrepancySettings
 from swesbi.speed_model.synthetic import own_recordings
 from swesbi.stages import discrepancy as stage
 from swesbi.stages.origin import Origin
-from swesbi.virtual_cohort import VOLUNTEERS
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
 FILES = {"table": ".csv", "figure_pdf": ".pdf", "figure_png": ".png"}
 REFERENCE = ROOT / "tests" / "reference" / "study" / "discrepancy.csv"

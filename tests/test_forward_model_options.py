@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
 
-from swesbi.forward_model import ForwardModelSettings, Status, simulate
 from swesbi.forward_model.equations import (
     FRANK_STARLING,
     available_bonds,
@@ -18,6 +17,9 @@ from swesbi.forward_model.equations import (
     resistive_flow,
 )
 from swesbi.forward_model.model import options_of, parameters_of, steps_of
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])
 OPTIONS, PARAMETERS = options_of(SETTINGS), parameters_of(COHORT["A"], SETTINGS)

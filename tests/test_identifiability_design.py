@@ -29,8 +29,8 @@ from swesbi.identifiability.speeds import (
     in_log,
     simulate_stencil,
 )
+from swesbi.prior import from_logit, to_logit
 from swesbi.recording.speed import NoiseComponents
-from swesbi.speed_model.joint_prior import from_logit, to_logit
 from swesbi.speed_model.settings import DiscrepancySettings
 
 DISCREPANCY = DiscrepancySettings(speed_fraction=0.03, timing_cycle=0.015)

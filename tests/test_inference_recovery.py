@@ -13,8 +13,8 @@ from swesbi.inference.recovery import (
     shares,
 )
 from swesbi.inference.settings import RecoverySettings
-from swesbi.simulations.prior import quantile
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import quantile
 
 RECORDINGS, DRAWS = 400, 1500
 LEVELS = (0.5, 0.8, 0.9, 0.95)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from swesbi.evaluation import subject_model
 from swesbi.evaluation.draws import attained_stiffness_kpa
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import JointPriorSettings, quantile
 from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]

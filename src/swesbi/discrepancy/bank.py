@@ -16,14 +16,8 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from swesbi.exact.student import effective_draws, fitted_proposal
-from swesbi.simulations.prior import log_density, quantile
-from swesbi.speed_model.joint_prior import (
-    PHI_NAMES,
-    JointPriorSettings,
-    from_logit,
-    log_jacobian,
-    to_logit,
-)
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobian, quantile, to_logit
 from swesbi.speed_model.likelihood import log_speed_sd
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.settings import DiscrepancySettings

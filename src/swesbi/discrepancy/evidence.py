@@ -13,7 +13,7 @@ from swesbi.discrepancy.bank import Bank, fill_bank
 from swesbi.discrepancy.cohort import GeneratedSubject
 from swesbi.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.exact.student import effective_draws, normalised
-from swesbi.simulations.prior import log_density
+from swesbi.prior import log_density
 from swesbi.speed_model.model import SpeedModelSettings, speed_model
 
 FloatArray = NDArray[np.float64]

@@ -17,8 +17,8 @@ from swesbi.docs.numbers import NONE, fixed, share, table
 from swesbi.evaluation.check_names import ANSWERS
 from swesbi.figures.cohort_counts import counted_reasons
 from swesbi.figures.strata import read_strata, stratum_label
+from swesbi.parameters import THETA_NAMES
 from swesbi.population.cohort import OUTCOMES, REFUSED, read_cohort
-from swesbi.theta import THETA_NAMES
 
 FIGURES: Final = ("strata", "cohort")
 SYMBOLS: Final = dict(zip(THETA_NAMES, ("k_0", "k_ATP", "k_SR"), strict=True))

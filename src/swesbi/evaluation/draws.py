@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from swesbi.evaluation.predictive import Draws, Target
 from swesbi.evaluation.subject_model import SubjectModel
-from swesbi.forward_model import Status
+from swesbi.forward_model.periodic import Status
 from swesbi.inference.observation_model import noise_sd
 from swesbi.inference.settings import ObservationModelSettings
-from swesbi.observation import SummarySettings, summarise, summary_names
+from swesbi.observation.settings import SummarySettings, summary_names
+from swesbi.observation.summary import summarise
 from swesbi.simulations.draw import PriorSimulations
 
 FloatArray = NDArray[np.float64]

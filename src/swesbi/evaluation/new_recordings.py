@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from swesbi.evaluation.draws import attained_stiffness_kpa, feature_columns
 from swesbi.evaluation.predictive import Draws, Target
 from swesbi.evaluation.subject_model import activation_duration_s
-from swesbi.forward_model import Status
-from swesbi.observation import SummarySettings, summarise, to_grid
-from swesbi.recording import Observation, youngs_modulus_kpa
+from swesbi.forward_model.periodic import Status
+from swesbi.observation.interpolation import to_grid
+from swesbi.observation.settings import SummarySettings
+from swesbi.observation.summary import summarise
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import quantile
+from swesbi.recording.elasticity import youngs_modulus_kpa
+from swesbi.recording.observation import Observation
 from swesbi.simulations.draw import PriorSimulations
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES
 from swesbi.speed_model.likelihood import draw_speeds
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.prediction import PredictedSpeeds, active_at_phases, predict_speeds

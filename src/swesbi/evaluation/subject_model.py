@@ -8,9 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.forward_model import Beats, ForwardModelSettings, Status, simulate
-from swesbi.observation import MeasurementSettings, PassiveBaseline, total_at_phases, total_curves
-from swesbi.recording import Observation
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
+from swesbi.observation.operator import total_at_phases, total_curves
+from swesbi.observation.passive import PassiveBaseline
+from swesbi.observation.settings import MeasurementSettings
+from swesbi.recording.observation import Observation
 
 FloatArray = NDArray[np.float64]
 

@@ -22,8 +22,8 @@ from swesbi.exact.settings import ExactSettings
 from swesbi.inference.dataset import POSTERIOR, posterior_to_groups
 from swesbi.inference.posterior import Posterior, interval_levels, summarise_posterior
 from swesbi.inference.settings import PosteriorSettings
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import PHI_NAMES, THETA_NAMES
+from swesbi.prior import JointPriorSettings
 
 FloatArray = NDArray[np.float64]
 SCHEMA = SCHEMAS["exact_posterior"]

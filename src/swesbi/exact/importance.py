@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from swesbi.exact.protocols import LikelihoodModel, Proposal
+from swesbi.prior import JointPriorSettings, bounds, log_density, quantile
 from swesbi.seeds import generator, integer_seed
-from swesbi.simulations.prior import bounds, log_density, quantile
-from swesbi.speed_model.joint_prior import JointPriorSettings
 
 FloatArray = NDArray[np.float64]
 

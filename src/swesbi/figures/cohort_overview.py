@@ -19,10 +19,9 @@ from swesbi.figures.corner import LABELS
 from swesbi.figures.layout import shared_legend
 from swesbi.figures.style import OBSERVED, PRIOR, STATUS_COLORS, new_figure, style
 from swesbi.figures.text import percent, titled
+from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.population.cohort import REFUSED
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
-from swesbi.theta import THETA_NAMES
+from swesbi.prior import JointPriorSettings, quantile
 
 FloatArray = NDArray[np.float64]
 WIDTH_IN: Final = 7.2

@@ -14,8 +14,8 @@ from scipy.stats import gaussian_kde
 from swesbi.figures.density import log_density_of_prior
 from swesbi.figures.style import EXCLUDED_BACKGROUND, PRIOR
 from swesbi.figures.text import digits
-from swesbi.simulations.prior import ParameterPrior
-from swesbi.theta import THETA_LABELS
+from swesbi.parameters import THETA_LABELS
+from swesbi.prior import ParameterPrior
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from scipy.stats import binom
 
 from swesbi.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.figures.text import percent
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 HEIGHT_IN: Final = 4.2
 CHANCE: Final = 0.9  # mass of the band in which coverage lies by chance

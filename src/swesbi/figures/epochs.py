@@ -14,8 +14,8 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, PercentFormatter
 from swesbi.artefacts import ArtefactError
 from swesbi.figures.style import CMAES, POSTERIOR, PRIOR, TEXT_WIDTH_IN, TRUTH, new_figure, style
 from swesbi.figures.text import percent, titled
+from swesbi.parameters import THETA_NAMES
 from swesbi.tables.epochs import COVERAGE_PHASES, FRESH_LOSS, RECOVERY_COVERAGE, RELATIVE_SD
-from swesbi.theta import THETA_NAMES
 
 HEIGHT_IN: Final = 4.2
 MARKER_SIZE: Final = 2.8

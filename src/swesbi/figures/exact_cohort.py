@@ -27,8 +27,7 @@ from swesbi.figures.style import (
     style,
 )
 from swesbi.figures.text import percent, titled
-from swesbi.simulations.prior import ParameterPrior
-from swesbi.speed_model.joint_prior import JointPriorSettings
+from swesbi.prior import JointPriorSettings, ParameterPrior
 
 FloatArray = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from scipy.stats import chi2
 from swesbi.figures.layout import columns, label_outer, panel_grid, rows
 from swesbi.figures.style import CMAES, EXCLUDED_BACKGROUND, OBSERVED, PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.figures.text import percent, titled
-from swesbi.theta import THETA_LABELS
+from swesbi.parameters import THETA_LABELS
 
 FloatArray = NDArray[np.float64]
 

@@ -27,8 +27,8 @@ from swesbi.figures.style import (
     style,
 )
 from swesbi.figures.text import percent, titled
-from swesbi.simulations.prior import ParameterPrior, PriorSettings
-from swesbi.theta import THETA_LABELS, THETA_NAMES
+from swesbi.parameters import THETA_LABELS, THETA_NAMES
+from swesbi.prior import ParameterPrior, PriorSettings
 
 FloatArray = NDArray[np.float64]
 

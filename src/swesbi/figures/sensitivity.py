@@ -12,8 +12,8 @@ from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
 from swesbi.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
-from swesbi.sensitivity.table import BASE
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
+from swesbi.sensitivity.settings import BASE
 
 ROW_HEIGHT_IN: Final = 0.17
 FRAME_HEIGHT_IN: Final = 1.3

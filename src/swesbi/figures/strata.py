@@ -18,7 +18,7 @@ from swesbi.figures.corner import SYMBOLS
 from swesbi.figures.layout import shared_legend
 from swesbi.figures.style import CMAES, POSTERIOR, PRIOR, new_figure, style
 from swesbi.figures.text import percent
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 COLUMNS: Final = (
     "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "median_efficiency",

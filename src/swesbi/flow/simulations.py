@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import quantile
 from swesbi.simulations.draw import PriorSimulations
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES
 from swesbi.speed_model.likelihood import draw_speeds
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.prediction import ActivePhases, active_at_phases, predict_speeds

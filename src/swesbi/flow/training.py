@@ -21,9 +21,9 @@ from swesbi.flow.settings import FlowSettings
 from swesbi.flow.simulations import SubjectSimulations
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.standardisation import Standardisation
+from swesbi.prior import JointPriorSettings
 from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
-from swesbi.speed_model.joint_prior import JointPriorSettings
 
 LOGGER = logging.getLogger("swesbi")
 VALIDATION_COPIES: Final = 2  # noise draws for each held-out theta; fixed over the epochs

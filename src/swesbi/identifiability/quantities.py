@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from swesbi.calibration.quantities import ATTAINED
 from swesbi.evaluation.draws import attained_stiffness_kpa
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.parameters import PHI_NAMES
 
 FloatArray = NDArray[np.float64]
 QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED)

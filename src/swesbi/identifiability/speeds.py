@@ -8,12 +8,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import Beats
+from swesbi.forward_model.beats import Beats
 from swesbi.identifiability.maximise import Maxima, NormalProblem, maximise
 from swesbi.identifiability.normal import MomentFunction, Moments, central_difference, stencil
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import from_logit, quantile, to_logit
 from swesbi.seeds import generator
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES, from_logit, to_logit
 from swesbi.speed_model.likelihood import log_speed_sd
 from swesbi.speed_model.model import SpeedModel
 

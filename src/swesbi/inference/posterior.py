@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.inference.settings import PosteriorSettings
-from swesbi.simulations.prior import PriorSettings, in_bounds
+from swesbi.prior import PriorSettings, in_bounds
 
 FloatArray = NDArray[np.float64]
 

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from swesbi.context import Context
-from swesbi.forward_model import ForwardModelSettings
+from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.inference.posterior import interval_levels
 from swesbi.inference.settings import RecoverySettings
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import PriorSettings, in_bounds, quantile
 from swesbi.seeds import integer_seed
 from swesbi.simulations.draw import PriorSimulations, draw_simulations
-from swesbi.simulations.prior import PriorSettings, in_bounds, quantile
-from swesbi.theta import THETA_NAMES
 
 FloatArray = NDArray[np.float64]
 VARIANCE_POINTS = 100_000

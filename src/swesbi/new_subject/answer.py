@@ -9,8 +9,8 @@ import numpy as np
 from swesbi.evaluation.exact_result import ExactResult
 from swesbi.evaluation.verdict import sampler_in_words, weights_in_words
 from swesbi.inference.support import Support
-from swesbi.simulations.prior import ParameterPrior
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import ParameterPrior
 
 WIDTH = 18
 

@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 from swesbi.flow.epochs import Rows
 from swesbi.flow.phases import PhaseConditioner, PhaseSettings, context_inputs, phase_inputs
 from swesbi.inference.standardisation import Standardisation
-from swesbi.population.conditions import ConditionSettings, draw_conditions
+from swesbi.parameters import PHI_NAMES
+from swesbi.population.conditions import draw_conditions
+from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import PopulationSimulations
-from swesbi.recording import RecordingSettings
+from swesbi.prior import quantile, to_logit
+from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES, to_logit
 from swesbi.speed_model.likelihood import draw_speeds
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.prediction import ActivePhases, combine
-from swesbi.virtual_cohort import AcquisitionSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 FloatArray = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.inference.posterior import interval_levels
+from swesbi.parameters import THETA_NAMES
 from swesbi.sensitivity.posteriors import VariantPosterior
-from swesbi.theta import THETA_NAMES
+from swesbi.sensitivity.settings import BASE
 
 FloatArray = NDArray[np.float64]
-BASE: Final = "base"
 COLUMNS: Final = (
     "variant",
     "label",

@@ -13,9 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.forward_model import Beats, ForwardModelSettings, Status, simulate
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
+from swesbi.prior import PriorSettings, quantile
 from swesbi.seeds import generator
-from swesbi.simulations.prior import FloatArray, PriorSettings, quantile
+from swesbi.simulations.prior import FloatArray
 
 MAXIMUM_ATTEMPTS = 100
 

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import ActiveBeats, Beats, ForwardModelSettings, Status, simulate, simulate_active
-from swesbi.observation import MeasurementSettings, PassiveSettings
+from swesbi.forward_model.beats import ActiveBeats, Beats
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate, simulate_active
+from swesbi.observation.settings import MeasurementSettings, PassiveSettings
+from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings, log_centre, log_density
-from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.speed_model.likelihood import log_likelihood
 from swesbi.speed_model.prediction import (
     PassiveShape,

@@ -9,8 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.forward_model import ForwardModelSettings, Status, simulate
-from swesbi.observation import active_stiffness_map, passive_shape, sample_cycle, slope_cycle
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
+from swesbi.observation.interpolation import sample_cycle, slope_cycle
+from swesbi.observation.passive import passive_shape
+from swesbi.observation.stiffness_map import active_stiffness_map
 
 FloatArray = NDArray[np.float64]
 PA_PER_KPA: Final = 1e3

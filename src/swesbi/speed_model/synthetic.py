@@ -8,20 +8,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import Beats, Status
-from swesbi.observation import MeasurementSettings, active_stiffness_map, sample_cycle, slope_cycle
-from swesbi.recording import Observation, RecordingError, RecordingSettings, ingest
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.periodic import Status
+from swesbi.observation.interpolation import sample_cycle, slope_cycle
+from swesbi.observation.settings import MeasurementSettings
+from swesbi.observation.stiffness_map import active_stiffness_map
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import quantile
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import Samples
+from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES
 from swesbi.speed_model.likelihood import draw_speeds
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.prediction import PredictedSpeeds
 from swesbi.speed_model.recording import SpeedRecording, measured_speeds
 from swesbi.speed_model.settings import DiscrepancySettings
-from swesbi.virtual_cohort import AcquisitionSettings, TruthCurve, acquire
+from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.virtual_cohort.truth import TruthCurve
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,7 @@ from pathlib import Path
 from swesbi.code_hash import stage_hash
 from swesbi.observation.settings import MeasurementSettings
 from swesbi.progress import Progress
-from swesbi.recording import ContextRow, RecordingSettings
+from swesbi.recording.settings import ContextRow, RecordingSettings
 from swesbi.settings import Settings
 from swesbi.stages import ingest
 from swesbi.stages.origin import Origin

@@ -18,11 +18,11 @@ from swesbi.flow.simulations import SubjectSimulations, at_phases
 from swesbi.flow.training import train_flow
 from swesbi.observation.dataset import KIND as PASSIVE
 from swesbi.observation.dataset import read_passive
+from swesbi.prior import ParameterPrior, quantile
 from swesbi.seeds import generator, integer_seed
 from swesbi.sensitivity.posteriors import KIND, VariantPosterior, to_dataset
 from swesbi.settings import Settings
 from swesbi.simulations.draw import draw_simulations
-from swesbi.simulations.prior import ParameterPrior, quantile
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.subjects import read_speed_models
 from swesbi.stages.origin import Origin

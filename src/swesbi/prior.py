@@ -1,7 +1,8 @@
-"""The bounded log-Gaussian prior p(theta), independent over the three active parameters.
+"""The bounded log-Gaussian priors of theta and of phi, and the map of their box onto the whole space.
 
-Inside its bounds, log theta_j is normal around log(centre) with the given standard deviation; outside,
-the density is zero (paper, Sec. 2.4). The density is normalised over the box.
+Parameters are independent. Inside its bounds, the logarithm of each is normal around log(centre) with the
+given standard deviation; outside, the density is zero (paper, Sec. 2.4). The density is normalised over the
+box, which the logit maps onto R^d. Every function takes a prior of theta as it takes one of phi = (theta, a).
 """
 
 from __future__ import annotations
@@ -44,6 +45,18 @@ class PriorSettings(Settings):
     def parameters(self) -> tuple[ParameterPrior, ParameterPrior, ParameterPrior]:
         """The three priors in the order of ``THETA_NAMES``."""
         return self.k0_kpa, self.k_atp_per_s, self.k_sr_per_s
+
+
+class JointPriorSettings(Settings):
+    """Bounded log-Gaussian priors of theta and of the passive scale a, independent."""
+
+    theta: PriorSettings
+    passive_scale_kpa: ParameterPrior = Field(description="prior of the passive scale a, in kPa")
+
+    @property
+    def parameters(self) -> tuple[ParameterPrior, ...]:
+        """The four priors in the order of ``PHI_NAMES``."""
+        return (*self.theta.parameters, self.passive_scale_kpa)
 
 
 class BoxPrior(Protocol):
@@ -98,6 +111,30 @@ def in_bounds(theta: FloatArray, prior: BoxPrior) -> NDArray[np.bool_]:
     low, high = bounds(prior)
     inside: NDArray[np.bool_] = np.all((theta >= low) & (theta <= high), axis=1)
     return inside
+
+
+def to_logit(phi: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Map phi (..., d) inside the prior's box to log((phi - low) / (high - phi)), unbounded."""
+    low, high = bounds(prior)
+    return np.asarray(np.log(phi - low) - np.log(high - phi))
+
+
+def from_logit(eta: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Map any eta (..., d) into the prior's box, the inverse of :func:`to_logit`; never onto its faces."""
+    from scipy.special import expit
+
+    low, high = bounds(prior)
+    phi = low + (high - low) * expit(eta)
+    return np.asarray(np.clip(phi, np.nextafter(low, high), np.nextafter(high, low)))
+
+
+def log_jacobian(eta: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Return log |d phi / d eta| of shape (...) for eta (..., d); p(eta) = p(phi) times it."""
+    from scipy.special import log_expit
+
+    low, high = bounds(prior)
+    terms = log_expit(eta) + log_expit(-eta) + np.log(high - low)
+    return np.asarray(terms.sum(axis=-1))
 
 
 def _log_shape(parameter: ParameterPrior) -> tuple[float, float, float, float]:
