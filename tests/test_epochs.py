@@ -18,9 +18,9 @@ from swesbi.figures.epochs import COLUMNS, draw, read_epochs
 from swesbi.figures.training import read_history
 from swesbi.inference.dataset import read_pool, read_posterior
 from swesbi.inference.estimator import load_estimator
-from swesbi.inference.recovery import prior_variance
 from swesbi.inference.sampling import losses
 from swesbi.parameters import THETA_NAMES
+from swesbi.prior import prior_variance
 from swesbi.stages import epochs
 from swesbi.stages.origin import Origin
 from swesbi.tables.epochs import (

@@ -56,12 +56,17 @@ THETA: Final = (
 PASSIVE_SCALE: Final = Parameter("passive_scale_kpa", "kPa", "$a$", "<i>a</i>", "a", title="passive scale")
 PHI: Final = (*THETA, PASSIVE_SCALE)
 """All that is inferred from speeds: theta, and the passive scale last."""
+OF_THETA: Final = slice(len(THETA))
+SCALE: Final = len(THETA)
+"""Where theta and the passive scale stand in phi."""
 
 THETA_NAMES: Final = tuple(parameter.name for parameter in THETA)
 THETA_UNITS: Final = tuple(parameter.unit for parameter in THETA)
 THETA_LABELS: Final = tuple(parameter.label for parameter in THETA)
 THETA_RANGES: Final = tuple(parameter.declared for parameter in THETA)
 PHI_NAMES: Final = tuple(parameter.name for parameter in PHI)
+K_0, K_ATP = (THETA_NAMES.index(name) for name in ("k0_kpa", "k_atp_per_s"))
+"""Where the two parameters of the attained stiffness stand."""
 PHI_LABELS: Final = tuple(parameter.label for parameter in PHI)
 PHI_SYMBOLS: Final = {parameter.name: parameter.tex for parameter in PHI}
 """Symbols in TeX by name."""

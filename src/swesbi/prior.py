@@ -7,15 +7,18 @@ box, which the logit maps onto R^d. Every function takes a prior of theta as it 
 
 from __future__ import annotations
 
-from typing import Annotated, Protocol, Self
+from functools import lru_cache
+from typing import Annotated, Final, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from swesbi.parameters import SCALE
 from swesbi.settings import Settings
 
 FloatArray = NDArray[np.float64]
+VARIANCE_POINTS: Final = 100_000
 Positive = Annotated[float, Field(gt=0.0)]
 
 
@@ -88,6 +91,36 @@ def quantile(u: FloatArray, prior: BoxPrior) -> FloatArray:
     ]
     theta: FloatArray = np.clip(np.stack(columns, axis=1), *bounds(prior))
     return theta
+
+
+def sample(count: int, prior: BoxPrior, rng: np.random.Generator) -> FloatArray:
+    """Draw parameters of shape (count, d)."""
+    return quantile(rng.random((count, len(prior.parameters))), prior)
+
+
+def draw_prior(prior: BoxPrior, draws: int, rng: np.random.Generator) -> FloatArray:
+    """Draw parameters (draws, d), never onto the faces of the box, where the logit is infinite."""
+    low, high = bounds(prior)
+    return np.asarray(np.clip(sample(draws, prior, rng), np.nextafter(low, high), np.nextafter(high, low)))
+
+
+def draw_passive_scale(count: int, prior: JointPriorSettings, rng: np.random.Generator) -> FloatArray:
+    """Draw the passive scale alone; shape (count,), in kPa."""
+    u = np.full((count, len(prior.parameters)), 0.5)
+    u[:, SCALE] = rng.random(count)
+    return quantile(u, prior)[:, SCALE]
+
+
+@lru_cache(maxsize=4)
+def even_quantiles(prior: BoxPrior) -> FloatArray:
+    """Return the prior's quantiles at ``VARIANCE_POINTS`` even levels, a column each parameter."""
+    u = (np.arange(VARIANCE_POINTS) + 0.5) / VARIANCE_POINTS
+    return quantile(np.repeat(u[:, None], len(prior.parameters), axis=1), prior)
+
+
+def prior_variance(prior: BoxPrior) -> FloatArray:
+    """Return the variance of each parameter under the prior, shape (d,), from its quantile function."""
+    return np.asarray(even_quantiles(prior).var(axis=0))
 
 
 def log_density(theta: FloatArray, prior: BoxPrior) -> FloatArray:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from swesbi.context import Context
 from swesbi.noise.cohort import fit_noise
 from swesbi.noise.levels import RepeatLevels, repeat_levels
-from swesbi.prior import PriorSettings, quantile
+from swesbi.prior import PriorSettings, sample
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
@@ -125,7 +125,7 @@ def draw_volunteer(
         lvesv_ml=body["lvedv_ml"] * float(rng.uniform(*VOLUME_RATIO)),
         **body,
     )
-    k0, k_atp, k_sr = quantile(rng.random((1, 3)), prior)[0].tolist()
+    k0, k_atp, k_sr = sample(1, prior, rng)[0].tolist()
     physiology = {name: float(rng.uniform(*limits)) for name, limits in PHYSIOLOGY.items()}
     return Volunteer(
         context, (k0, k_atp, k_sr), acquisition=acquisition, design="drawn at random", **physiology

@@ -12,7 +12,7 @@ from swesbi.docs.calibration_results import CalibrationResults
 from swesbi.docs.numbers import NONE, fixed, mean_sd, share, table
 from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
 from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
-from swesbi.inference.posterior import interval_levels
+from swesbi.intervals import interval_levels
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
 
 Part = Callable[[CalibrationResults], str]

@@ -20,8 +20,9 @@ from swesbi.exact.importance import WeightedDraws
 from swesbi.exact.posterior import ExactPosterior, Sampler
 from swesbi.exact.settings import ExactSettings
 from swesbi.inference.dataset import POSTERIOR, posterior_to_groups
-from swesbi.inference.posterior import Posterior, interval_levels, summarise_posterior
+from swesbi.inference.posterior import Posterior, summarise_posterior
 from swesbi.inference.settings import PosteriorSettings
+from swesbi.intervals import interval_levels
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.prior import JointPriorSettings
 

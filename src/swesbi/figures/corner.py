@@ -14,6 +14,7 @@ from scipy.stats import gaussian_kde
 from swesbi.figures.density import log_density_of_prior
 from swesbi.figures.style import EXCLUDED_BACKGROUND, PRIOR
 from swesbi.figures.text import digits
+from swesbi.intervals import median_and_interval
 from swesbi.parameters import THETA_LABELS
 from swesbi.prior import ParameterPrior
 
@@ -57,8 +58,7 @@ def draw_marginal(axes: Axes, draws: FloatArray, prior: ParameterPrior, color: s
     density = per_log / theta
     axes.fill_between(theta, density / density.max(), color=PRIOR, alpha=0.3, lw=0)
     draw_density(axes, draws, color=color)
-    tail = (1.0 - interval) / 2.0
-    low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail])
+    low, median, high = median_and_interval(draws, interval)
     axes.axvline(median, color="black", lw=0.8)
     for end in (low, high):
         axes.axvline(end, color="black", lw=0.7, ls=(0, (3, 2)))

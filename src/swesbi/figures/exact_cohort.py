@@ -27,6 +27,7 @@ from swesbi.figures.style import (
     style,
 )
 from swesbi.figures.text import percent, titled
+from swesbi.intervals import median_and_interval
 from swesbi.prior import JointPriorSettings, ParameterPrior
 
 FloatArray = NDArray[np.float64]
@@ -128,8 +129,7 @@ def _outline(axes: Axes, position: int, values: FloatArray, density: FloatArray)
 
 
 def _interval(axes: Axes, position: int, draws: FloatArray, mass: float) -> None:
-    tail = (1.0 - mass) / 2.0
-    low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail])
+    low, median, high = median_and_interval(draws, mass)
     ends = [[median - low], [high - median]]
     axes.errorbar(
         position, median, ends, fmt="o", color="black", mfc="white", ms=2.8, mew=0.7, elinewidth=0.9,

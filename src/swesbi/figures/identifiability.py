@@ -19,6 +19,7 @@ from scipy.stats import chi2
 from swesbi.figures.layout import columns, label_outer, panel_grid, rows
 from swesbi.figures.style import CMAES, EXCLUDED_BACKGROUND, OBSERVED, PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.figures.text import percent, titled
+from swesbi.forward_model.activation import attained_share, attained_stiffness_kpa
 from swesbi.parameters import THETA_LABELS
 
 FloatArray = NDArray[np.float64]
@@ -82,8 +83,8 @@ def _draw_region(axes: Axes, profile: xr.Dataset, levels: FloatArray) -> None:
     axes.contourf(k_atp, k_0, deviance, levels=drops, colors=REGION_COLORS[: len(levels)])
     best, duration_s = profile["maximum_phi"].to_numpy(), float(profile["activation_duration_s"])
     along = np.geomspace(*axes_range(k_atp), 100)
-    attained = -best[0] * np.expm1(-best[1] * duration_s)
-    axes.plot(along, -attained / np.expm1(-along * duration_s), "--", color=CMAES, lw=0.8, zorder=2)
+    attained = attained_stiffness_kpa(best[None], duration_s)
+    axes.plot(along, attained / attained_share(along, duration_s), "--", color=CMAES, lw=0.8, zorder=2)
     axes.plot(best[1], best[0], "+", color=CMAES, ms=5.0, mew=1.0, zorder=4, clip_on=False)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from swesbi.noise.error import relative_se
 from swesbi.population.settings import ConditionSettings
 from swesbi.recording.completeness import BEAT_VARIATION
+from swesbi.recording.phases import nominal_phases
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.virtual_cohort.settings import AcquisitionSettings
@@ -72,7 +73,7 @@ def admitted(measured: BoolArray, phase: FloatArray, recording: RecordingSetting
 def _draw_measured(
     number: int, settings: ConditionSettings, recording: RecordingSettings, rng: np.random.Generator
 ) -> BoolArray:
-    phase = (np.arange(recording.phases) + 0.5) / recording.phases
+    phase = nominal_phases(recording.phases)
     measured = np.zeros((number, len(phase)), dtype=bool)
     pending = np.arange(number)
     while pending.size:

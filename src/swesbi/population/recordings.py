@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.flow.phases import nominal_phases
 from swesbi.noise.error import relative_se
 from swesbi.population.conditions import Conditions, draw_conditions
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import ConditionSettings, PopulationSettings
+from swesbi.recording.phases import nominal_phases
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.flow.phases import nominal_phases
 from swesbi.observation.interpolation import sample_cycle, slope_cycle
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import log_centre
 from swesbi.progress import Progress
+from swesbi.recording.phases import nominal_phases
 from swesbi.simulations.draw import PriorSimulations, draw_simulations
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.prediction import PassiveShape, active_at_phases, reference_shape

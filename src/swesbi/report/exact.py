@@ -14,8 +14,8 @@ from markupsafe import Markup
 from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
 from swesbi.evaluation.exact_result import ExactResult
 from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
-from swesbi.inference.posterior import interval_levels
 from swesbi.inference.support import Support
+from swesbi.intervals import interval_levels
 from swesbi.noise.cohort import CohortNoise
 from swesbi.parameters import PHI_NAMES
 from swesbi.report.names import PARAMETER_UNITS, PARAMETERS, quantity

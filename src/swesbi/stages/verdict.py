@@ -22,6 +22,7 @@ from swesbi.misspecification.settings import RuleSettings
 from swesbi.misspecification.verdict import grade, make_support, null_tests
 from swesbi.misspecification.volumes import volume_tests
 from swesbi.observation.settings import SummarySettings
+from swesbi.parameters import SCALE
 from swesbi.recording.contexts import read_contexts
 from swesbi.seeds import generator
 from swesbi.settings import Settings
@@ -131,7 +132,7 @@ def _check(
     draws = PosteriorDraws(
         phi=exact.phi,
         weight=works / works.sum(),
-        predicted=model.predict_from(exact.phi[:, 3], beats),
+        predicted=model.predict_from(exact.phi[:, SCALE], beats),
         k_hat=exact.k_hat,
         efficiency=exact.efficiency,
     )
