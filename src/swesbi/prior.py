@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from swesbi.parameters import SCALE
+from swesbi.parameters import SCALE, THETA_NAMES
 from swesbi.settings import Settings
 
 FloatArray = NDArray[np.float64]
@@ -45,9 +45,9 @@ class PriorSettings(Settings):
     k_sr_per_s: ParameterPrior
 
     @property
-    def parameters(self) -> tuple[ParameterPrior, ParameterPrior, ParameterPrior]:
-        """The three priors in the order of ``THETA_NAMES``."""
-        return self.k0_kpa, self.k_atp_per_s, self.k_sr_per_s
+    def parameters(self) -> tuple[ParameterPrior, ...]:
+        """The priors in the order of ``THETA_NAMES``."""
+        return tuple(getattr(self, name) for name in THETA_NAMES)
 
 
 class JointPriorSettings(Settings):

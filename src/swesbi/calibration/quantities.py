@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.forward_model.activation import attained_share, attained_stiffness_kpa
-from swesbi.parameters import K_0, K_ATP, PHI_NAMES
+from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES
 from swesbi.prior import even_quantiles
 from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]
-ATTAINED: Final = "attained_stiffness_kpa"
 LOG_LIKELIHOOD: Final = "log_likelihood"
 QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED, LOG_LIKELIHOOD)
 

@@ -11,7 +11,6 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
 from swesbi.evaluation.verdict import UNSUPPORTED, status
-from swesbi.figures.corner import LABELS
 from swesbi.figures.density import log_density_of_draws, log_density_of_prior
 from swesbi.figures.layout import shared_legend
 from swesbi.figures.panels import ExactPanel
@@ -28,6 +27,7 @@ from swesbi.figures.style import (
 )
 from swesbi.figures.text import percent, titled
 from swesbi.intervals import median_and_interval
+from swesbi.parameters import PHI_LABELS
 from swesbi.prior import JointPriorSettings, ParameterPrior
 
 FloatArray = NDArray[np.float64]
@@ -85,7 +85,7 @@ def _draw_parameter(axes: Axes, panels: Sequence[ExactPanel], j: int, prior: Par
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter(ScalarFormatter())
     axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_ylabel(LABELS[j].replace(" (", "\n("))
+    axes.set_ylabel(PHI_LABELS[j].replace(" (", "\n("))
     _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density")
     for bound in (prior.low, prior.high):
         axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")

@@ -20,17 +20,11 @@ from swesbi.figures.layout import columns, label_outer, panel_grid, rows
 from swesbi.figures.style import CMAES, EXCLUDED_BACKGROUND, OBSERVED, PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.figures.text import percent, titled
 from swesbi.forward_model.activation import attained_share, attained_stiffness_kpa
-from swesbi.parameters import THETA_LABELS
+from swesbi.parameters import ATTAINED, ATTAINED_SYMBOL, K_0, K_ATP, PHI_SYMBOLS, THETA_LABELS
 
 FloatArray = NDArray[np.float64]
 
-QUANTITY_LABELS: Final = {
-    "k0_kpa": "$k_0$",
-    "k_atp_per_s": r"$k_\mathrm{ATP}$",
-    "k_sr_per_s": r"$k_\mathrm{SR}$",
-    "passive_scale_kpa": "$a$",
-    "attained_stiffness_kpa": r"$k_0(1-e^{-k_\mathrm{ATP}D_T})$",
-}
+QUANTITY_LABELS: Final = {**PHI_SYMBOLS, ATTAINED: ATTAINED_SYMBOL}
 REGION_COLORS: Final = ("#0072B2", "#5BA3D0", "#B3D4EA", "#DDEBF5")
 PANEL_HEIGHT_IN: Final = 1.35
 FRAME_HEIGHT_IN: Final = 1.5
@@ -70,8 +64,8 @@ def _draw_profiles(figure: SubFigure, groups: dict[str, xr.Dataset], names: list
     for axes in panels:
         _log_axes(axes, x_limits, y_limits)
     for first in panels[:: columns(len(names))]:
-        first.set_ylabel(THETA_LABELS[0])
-    label_outer(panels, THETA_LABELS[1])
+        first.set_ylabel(THETA_LABELS[K_0])
+    label_outer(panels, THETA_LABELS[K_ATP])
     figure.suptitle("Profile likelihood along $k_0$ and $k_\\mathrm{ATP}$", fontsize=7.0)
     _profile_legend(figure, levels)
 
@@ -123,9 +117,7 @@ def _profile_legend(figure: SubFigure, levels: FloatArray) -> None:
     ]
     marks = [
         Line2D([], [], color=CMAES, marker="+", ls="none", label="maximum"),
-        Line2D(
-            [], [], color=CMAES, ls="--", lw=0.8, label="equal " + QUANTITY_LABELS["attained_stiffness_kpa"]
-        ),
+        Line2D([], [], color=CMAES, ls="--", lw=0.8, label="equal " + ATTAINED_SYMBOL),
         Line2D([], [], color=OBSERVED, marker=".", ls="none", ms=3.0, label="posterior draws"),
     ]
     figure.legend(handles=[*regions, *marks], loc="outside lower center", ncols=3, columnspacing=1.2)

@@ -7,9 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.calibration.quantities import ATTAINED
 from swesbi.forward_model.activation import attained_stiffness_kpa
-from swesbi.parameters import K_0, K_ATP, PHI_NAMES
+from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES
 
 FloatArray = NDArray[np.float64]
 QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED)
