@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from swesbi.config.read import parse_config, read_yaml
 from swesbi.context import Context
-from swesbi.forward_model import Beats, ForwardModelSettings, simulate
-from swesbi.recording import read_subjects
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
+from swesbi.prior import PriorSettings, quantile
+from swesbi.recording.subjects import read_subjects
 from swesbi.seeds import generator
-from swesbi.simulations.prior import PriorSettings, quantile
 
 Array = NDArray[np.float64]
 

@@ -22,9 +22,10 @@ from cases import ROOT, Cases, converged_beats, load_cases, stiffness_errors, wi
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.forward_model import Beats, simulate
+from swesbi.forward_model.beats import Beats
 from swesbi.forward_model.model import build_model
 from swesbi.forward_model.references import Comparison, compare_with_physioblocks, compare_with_svzerod
+from swesbi.forward_model.simulate import simulate
 
 REFERENCE = ROOT / "tests" / "reference" / "forward_model"
 CENTRE = np.array([[45.0, 5.0, 30.0]])

@@ -36,8 +36,8 @@ from swesbi.inference.settings import EstimatorSettings
 from swesbi.inference.subjects import read_measured_subjects
 from swesbi.inference.torch_prior import torch_prior
 from swesbi.inference.training import TRAINERS
+from swesbi.prior import PriorSettings
 from swesbi.seeds import integer_seed
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.recovery import RecoveryStageSettings, synthetic_recordings
 from swesbi.stages.train import TrainStageSettings
 

@@ -32,10 +32,10 @@ from swesbi.inference.sampling import draw_candidates, losses
 from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
 from swesbi.inference.support import read_support
 from swesbi.inference.training import TRAINERS, train
-from swesbi.simulations.prior import in_bounds
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import in_bounds
 from swesbi.stages.recovery import RecoveryStageSettings
 from swesbi.stages.train import TrainStageSettings
-from swesbi.theta import THETA_NAMES
 
 DRAWS = 2000
 LEVEL = 0.9

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.calibration.levels import equal_weights
 from swesbi.calibration.quantities import quantities
 from swesbi.calibration.scores import Scores, score, stack_scores
 from swesbi.calibration.tarp import reference_points
-from swesbi.speed_model.joint_prior import JointPriorSettings
+from swesbi.exact.weights import equal_weights
+from swesbi.prior import JointPriorSettings
 
 FloatArray = NDArray[np.float64]
 CENTRE = np.array([45.0, 5.0, 30.0, 2.2])

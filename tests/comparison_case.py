@@ -17,8 +17,10 @@ from swesbi.context import Context
 from swesbi.evaluation.fit import CmaesFit
 from swesbi.inference.posterior import Posterior, summarise_posterior
 from swesbi.inference.settings import PosteriorSettings
-from swesbi.observation import SUMMARY_NAMES
-from swesbi.recording import REASONS, NoiseComponents, Observation
+from swesbi.observation.settings import SUMMARY_NAMES
+from swesbi.recording.observation import Observation
+from swesbi.recording.quality import REASONS
+from swesbi.recording.speed import NoiseComponents
 from swesbi.tables.case import Case
 from swesbi.tables.features import features_table
 from swesbi.tables.posterior import posterior_table

@@ -16,8 +16,8 @@ from swesbi.evaluation.predictive import Draws, PredictiveCheck, Target, predict
 from swesbi.evaluation.settings import CmaesSettings, CurveLossSettings
 from swesbi.figures.panels import PosteriorPanel, PredictivePanel
 from swesbi.inference.support import Support
-from swesbi.simulations.prior import PriorSettings, bounds, quantile
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import PriorSettings, bounds, quantile
 
 FloatArray = NDArray[np.float64]
 GRID = np.linspace(0.0, 1.0, 100)

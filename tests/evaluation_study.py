@@ -17,26 +17,23 @@ from numpy.typing import NDArray
 from swesbi.artefacts import save, write_json
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.evaluation.subject_model import SubjectModel
-from swesbi.forward_model import ForwardModelSettings, simulate
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
 from swesbi.inference.dataset import posterior_to_groups
 from swesbi.inference.posterior import summarise_posterior
 from swesbi.inference.settings import ObservationModelSettings, PosteriorSettings, SupportSettings
 from swesbi.inference.support import diagnose
-from swesbi.observation import (
-    MeasurementSettings,
-    PassiveSettings,
-    SummarySettings,
-    analysis_grid,
-    calibrate_passive,
-    sample_cycle,
-    to_grid,
-)
 from swesbi.observation import dataset as passive_dataset
-from swesbi.recording import REASONS, NoiseComponents, Observation
+from swesbi.observation.interpolation import analysis_grid, sample_cycle, to_grid
+from swesbi.observation.passive import calibrate_passive
+from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.prior import PriorSettings, log_centre
 from swesbi.recording import dataset as observation_dataset
+from swesbi.recording.observation import Observation
+from swesbi.recording.quality import REASONS
+from swesbi.recording.speed import NoiseComponents
 from swesbi.simulations import dataset as simulations_dataset
 from swesbi.simulations.draw import draw_simulations
-from swesbi.simulations.prior import PriorSettings, log_centre
 from swesbi.stages.cmaes import CmaesStageSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.predictive import PredictiveStageSettings

@@ -15,8 +15,8 @@ from scipy.stats import multivariate_normal
 
 from swesbi.exact.importance import weigh
 from swesbi.exact.settings import ExactSettings, McmcSettings
-from swesbi.simulations.prior import bounds, log_centre
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings, from_logit, log_jacobian, to_logit
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import JointPriorSettings, bounds, from_logit, log_centre, log_jacobian, to_logit
 from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]

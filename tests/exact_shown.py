@@ -19,7 +19,7 @@ from swesbi.exact.posterior import ExactPosterior
 from swesbi.exact.settings import ExactSettings
 from swesbi.figures.panels import ExactPanel, PredictivePanel
 from swesbi.inference.support import Support, SupportTest
-from swesbi.speed_model.joint_prior import JointPriorSettings
+from swesbi.prior import JointPriorSettings
 from swesbi.stages.origin import Origin
 
 FloatArray = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 
 from swesbi.context import Context
-from swesbi.forward_model import ForwardModelSettings
+from swesbi.forward_model.settings import ForwardModelSettings
 
 CONFIG = Path(__file__).parents[1] / "config.yaml"
 SETTINGS = ForwardModelSettings.from_plain(yaml.safe_load(CONFIG.read_text())["forward_model"])

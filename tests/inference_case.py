@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from swesbi.context import Context
 from swesbi.inference.pool import Components, SubjectFeatures, components_of
 from swesbi.inference.settings import EstimatorSettings, ObservationModelSettings
+from swesbi.prior import PriorSettings, log_centre, quantile
 from swesbi.seeds import generator
-from swesbi.simulations.prior import PriorSettings, log_centre, quantile
 
 FloatArray = NDArray[np.float64]
 FEATURES = ("one", "two", "three", "four")

@@ -10,7 +10,7 @@ from recordings import PHASES, RECORDING, make_samples, nominal_phase
 
 from swesbi.artefacts import save
 from swesbi.context import Context
-from swesbi.forward_model import simulate
+from swesbi.forward_model.simulate import simulate
 from swesbi.inference.settings import (
     ObservationModelSettings,
     PosteriorSettings,
@@ -18,20 +18,15 @@ from swesbi.inference.settings import (
     SupportSettings,
 )
 from swesbi.inference.subjects import MeasuredSubject
-from swesbi.observation import (
-    MeasurementSettings,
-    PassiveSettings,
-    SummarySettings,
-    calibrate_passive,
-    passive_shape,
-    sample_cycle,
-)
 from swesbi.observation.dataset import to_dataset as passive_to_dataset
-from swesbi.recording import ingest
+from swesbi.observation.interpolation import sample_cycle
+from swesbi.observation.passive import calibrate_passive, passive_shape
+from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.prior import log_centre
 from swesbi.recording.dataset import to_datasets as observation_to_datasets
+from swesbi.recording.ingest import ingest
 from swesbi.simulations.dataset import to_dataset as simulations_to_dataset
 from swesbi.simulations.draw import draw_simulations
-from swesbi.simulations.prior import log_centre
 from swesbi.stages import pool, posterior, recovery, train
 from swesbi.stages.origin import Origin
 

@@ -13,8 +13,8 @@ from swesbi.misspecification.bounds import prior_strip_mass
 from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording, stack_checks
 from swesbi.misspecification.dataset import ACQUIRED, NULL, OWN, VOLUNTEER, SubjectChecks
 from swesbi.misspecification.settings import MisspecificationSettings
-from swesbi.observation import summary_names
-from swesbi.simulations.prior import quantile
+from swesbi.observation.settings import summary_names
+from swesbi.prior import quantile
 from swesbi.speed_model.likelihood import draw_speeds, log_likelihood
 from swesbi.speed_model.prediction import PredictedSpeeds
 

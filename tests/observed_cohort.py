@@ -10,12 +10,13 @@ import speed_case
 from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import Provenance, save
-from swesbi.noise import fit_noise, repeat_levels
+from swesbi.noise.cohort import fit_noise
 from swesbi.noise.dataset import KIND as NOISE
 from swesbi.noise.dataset import to_dataset
-from swesbi.recording import ingest
+from swesbi.noise.levels import repeat_levels
 from swesbi.recording.dataset import KIND as OBSERVATION
 from swesbi.recording.dataset import to_datasets
+from swesbi.recording.ingest import ingest
 from swesbi.recording.quality import ACCEPTED, rejection
 
 

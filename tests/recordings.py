@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.recording import RecordingSettings, Samples
+from swesbi.recording.samples import Samples
+from swesbi.recording.settings import RecordingSettings
 
 CONTEXT = Context("T", "F", 25.0, 1.7, 60.0, 90.0, 34.0, 0.8)
 PHASES = 20

@@ -15,22 +15,22 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from swesbi.calibration.checks import CONTRACTION, COVERAGE, SBC, TARP, Check, check_scores, flagged
-from swesbi.calibration.levels import equal_weights
 from swesbi.calibration.local import LocalRun, variance_given_first
 from swesbi.calibration.quantities import (
     QUANTITY_NAMES,
-    activation_duration_s,
     prior_variance,
     quantities,
 )
 from swesbi.calibration.scores import Score, Scores, score, stack_scores
 from swesbi.calibration.tarp import reference_points
-from swesbi.exact.importance import draw_prior, resample, weigh
+from swesbi.exact.importance import resample, weigh
 from swesbi.exact.proposal import flow_proposal
+from swesbi.exact.weights import equal_weights
 from swesbi.flow.conditioning import ConditioningSettings
 from swesbi.flow.net import TrainedFlow
 from swesbi.flow.simulations import at_phases
 from swesbi.flow.training import train_flow
+from swesbi.prior import draw_prior
 from swesbi.simulations.draw import draw_simulations
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.synthetic import own_recordings
@@ -99,7 +99,7 @@ class Case:
         return found
 
     def _score(self, phi: FloatArray, weight: FloatArray, log_likelihood: FloatArray) -> Score:
-        duration_s = activation_duration_s(self.model)
+        duration_s = self.model.activation_duration_s
         truth = self.truth[None]
         known = quantities(truth, self.model.log_likelihood(truth), duration_s)[0]
         values = quantities(phi, log_likelihood, duration_s)

@@ -14,11 +14,12 @@ from calibration_case import (
 )
 
 from swesbi.calibration.checks import CONTRACTION, COVERAGE, SBC, TARP, Check, check_scores, flagged
-from swesbi.calibration.levels import equal_weights, level_of_truth, moments
+from swesbi.calibration.levels import level_of_truth, moments
 from swesbi.calibration.quantities import QUANTITY_NAMES
 from swesbi.calibration.scores import Scores, score, stack_scores
 from swesbi.calibration.tarp import reference_points, tarp_level
 from swesbi.calibration.uniformity import uniformity
+from swesbi.exact.weights import equal_weights
 
 RECORDINGS = 1000
 PARAMETERS = QUANTITY_NAMES[:4]

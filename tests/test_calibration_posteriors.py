@@ -9,19 +9,18 @@ import numpy as np
 import pytest
 import speed_case
 
-from swesbi.calibration.levels import effective_draws
 from swesbi.calibration.local import TwoRecordings, variance_given_first
 from swesbi.calibration.misfit import misfit
-from swesbi.calibration.posteriors import equally_weighted, exact_draws
+from swesbi.calibration.posteriors import exact_draws
 from swesbi.calibration.quantities import (
     QUANTITY_NAMES,
-    activation_duration_s,
     prior_variance,
     quantities,
 )
 from swesbi.calibration.two_samples import classifier_accuracy
-from swesbi.exact.importance import draw_prior
-from swesbi.forward_model import THETA_RANGES
+from swesbi.exact.weights import effective_draws, resampled_rows
+from swesbi.parameters import THETA_RANGES
+from swesbi.prior import draw_prior
 from swesbi.speed_model.likelihood import log_speed_sd
 from swesbi.speed_model.remembering import RememberingModel
 
@@ -53,7 +52,7 @@ def test_where_weights_fail_altogether_mcmc_takes_over() -> None:
 
 def test_resampling_keeps_the_weighted_mean() -> None:
     drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.5), 4000, exact_case.SETTINGS, 4)
-    phi = drawn.phi[equally_weighted(drawn, 2000, np.random.default_rng(5))]
+    phi = drawn.phi[resampled_rows(drawn.weight, 2000, np.random.default_rng(5))]
     spread = np.sqrt(drawn.weight @ (drawn.phi - drawn.weight @ drawn.phi) ** 2)
     np.testing.assert_allclose((phi.mean(axis=0) - drawn.weight @ drawn.phi) / spread, 0.0, atol=0.07)
 
@@ -92,7 +91,7 @@ def test_what_was_simulated_last_is_not_simulated_again() -> None:
 def test_variances_of_the_quantities_are_those_of_prior_draws() -> None:
     model = speed_case.model()
     phi = draw_prior(model.settings.prior, 200_000, np.random.default_rng(6))
-    drawn = quantities(phi, np.zeros(len(phi)), activation_duration_s(model))
+    drawn = quantities(phi, np.zeros(len(phi)), model.activation_duration_s)
     variance = prior_variance(model)
     np.testing.assert_allclose(variance[:-1], drawn[:, :-1].var(axis=0), rtol=0.03)
     assert np.isnan(variance[-1])

@@ -1,6 +1,9 @@
 from __future__ import annotations
 
 import copy
+import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +14,20 @@ from swesbi.config.slices import POPULATION_STAGES, SPEED_STAGES, STAGES, stage_
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+COMMON = ROOT / "workflow" / "rules" / "common.smk"
+HEAVY = {
+    "torch",
+    "zuko",
+    "sbi",
+    "sklearn",
+    "arviz",
+    "emcee",
+    "matplotlib",
+    "numba",
+    "scipy",
+    "pandas",
+    "xarray",
+}
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base"}
 WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
 
@@ -288,3 +305,14 @@ def test_an_unknown_subject_or_a_missing_wildcard_is_refused() -> None:
         stage_settings(study, "ingest", subject="Z")
     with pytest.raises(ConfigError, match="--experiment NAME"):
         stage_settings(study, "pool")
+
+
+def test_reading_the_configuration_and_the_workflow_loads_no_heavy_library() -> None:
+    """Every job, every command and every parse of the Snakefile imports these modules first."""
+    modules = re.findall(r"^from (swesbi[\w.]*) import", COMMON.read_text(encoding="utf-8"), re.MULTILINE)
+    assert {"swesbi.config", "swesbi.config.slices", "swesbi.code_hash", "swesbi.running.workflow"} <= set(
+        modules
+    )
+    script = f"import sys, {', '.join(modules)}; print(sorted({HEAVY} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

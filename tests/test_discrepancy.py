@@ -12,26 +12,20 @@ from speed_case import PHI, ROOT, model, settings, shipped
 
 from swesbi.config import load_study, read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.discrepancy import (
-    DiscrepancyStudySettings,
-    GeneratedSubject,
-    PairScore,
-    best_pair,
-    discrepancy_table,
-    generate_cohort,
-    score_subject,
-)
 from swesbi.discrepancy.bank import PriorProposal, fill_bank
-from swesbi.discrepancy.cohort import PHYSIOLOGY, draw_volunteer
-from swesbi.discrepancy.evidence import score_pairs
-from swesbi.exact.student import StudentProposal, effective_draws, fitted_proposal
+from swesbi.discrepancy.cohort import PHYSIOLOGY, GeneratedSubject, draw_volunteer, generate_cohort
+from swesbi.discrepancy.evidence import PairScore, score_pairs, score_subject
+from swesbi.discrepancy.settings import DiscrepancyStudySettings
+from swesbi.discrepancy.table import best_pair, discrepancy_table
+from swesbi.exact.student import StudentProposal, fitted_proposal
+from swesbi.exact.weights import effective_draws, normalised
 from swesbi.figures.discrepancy import draw_discrepancy
-from swesbi.recording import ContextRow
+from swesbi.recording.settings import ContextRow
 from swesbi.speed_model.settings import DiscrepancySettings
 from swesbi.speed_model.synthetic import own_recordings
 from swesbi.stages import discrepancy as stage
 from swesbi.stages.origin import Origin
-from swesbi.virtual_cohort import VOLUNTEERS
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
 FILES = {"table": ".csv", "figure_pdf": ".pdf", "figure_png": ".png"}
 REFERENCE = ROOT / "tests" / "reference" / "study" / "discrepancy.csv"
@@ -68,7 +62,7 @@ def test_the_evidence_is_the_mean_likelihood_over_the_prior() -> None:
     for index, score in enumerate(scores):
         log_likelihood = prior.log_likelihood[index]
         expected = logsumexp(log_likelihood) - np.log(len(log_likelihood))
-        error = np.hypot(1.0 / np.sqrt(effective_draws(log_likelihood)), score.log_evidence_se)
+        error = np.hypot(1.0 / np.sqrt(effective_draws(normalised(log_likelihood))), score.log_evidence_se)
         assert error < 0.2
         assert abs(score.log_evidence - expected) < 3.0 * error
 
@@ -77,7 +71,7 @@ def test_the_bank_covers_every_pair_and_repeats() -> None:
     first, second = (
         fill_bank(model(), STUDY.pairs, 800, 20, 150, np.random.default_rng(3)) for _ in range(2)
     )
-    assert min(effective_draws(row) for row in first.log_weights()) >= 150
+    assert min(effective_draws(normalised(row)) for row in first.log_weights()) >= 150
     np.testing.assert_array_equal(first.log_weights(), second.log_weights())
     assert np.isfinite(first.log_likelihood).any(axis=1).all()
 
@@ -95,7 +89,7 @@ def test_proposals_have_the_density_that_they_are_drawn_from() -> None:
 def test_a_proposal_from_one_dominant_draw_is_still_wide() -> None:
     eta = np.random.default_rng(5).standard_normal((500, 4))
     log_weight = -200.0 * (eta**2).sum(axis=1)
-    assert effective_draws(log_weight) < 5
+    assert effective_draws(normalised(log_weight)) < 5
     scale = fitted_proposal(eta, log_weight).scale
     assert np.all(np.linalg.eigvalsh(scale) > 0.02)
 

@@ -18,8 +18,9 @@ from swesbi.figures.epochs import COLUMNS, draw, read_epochs
 from swesbi.figures.training import read_history
 from swesbi.inference.dataset import read_pool, read_posterior
 from swesbi.inference.estimator import load_estimator
-from swesbi.inference.recovery import prior_variance
 from swesbi.inference.sampling import losses
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import prior_variance
 from swesbi.stages import epochs
 from swesbi.stages.origin import Origin
 from swesbi.tables.epochs import (
@@ -32,7 +33,6 @@ from swesbi.tables.epochs import (
     RMSE,
     VALIDATION_LOSS,
 )
-from swesbi.theta import THETA_NAMES
 
 CHECKPOINTS = {1, 3, 6}
 SUBJECTS = ("A", "B", "F")

@@ -11,7 +11,7 @@ from evaluation_cases import LOSS, PRIOR, cmaes_settings, curves
 from swesbi.evaluation.cmaes import search, to_theta
 from swesbi.evaluation.cmaes_run import CmaesRun, best_run
 from swesbi.evaluation.loss import FAILED_LOSS, curve_loss
-from swesbi.simulations.prior import bounds
+from swesbi.prior import bounds
 
 FloatArray = np.ndarray
 LOW, HIGH = bounds(PRIOR)

@@ -23,7 +23,7 @@ from swesbi.exact.importance import (
     smooth,
     weigh,
 )
-from swesbi.simulations.prior import log_density
+from swesbi.prior import log_density
 
 DRAWS = 20_000
 

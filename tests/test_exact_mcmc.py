@@ -21,7 +21,7 @@ from swesbi.exact.mcmc import (
 from swesbi.exact.moves import SideBySide
 from swesbi.exact.settings import McmcSettings
 from swesbi.exact.starts import overdispersed, starting_points
-from swesbi.speed_model.joint_prior import to_logit
+from swesbi.prior import to_logit
 
 SHORT = MCMC.model_copy(update={"steps": 60, "max_steps": 60, "min_effective_draws": 1})
 

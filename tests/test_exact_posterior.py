@@ -17,7 +17,7 @@ from swesbi.exact.dataset import exact_to_groups, read_exact_posterior
 from swesbi.exact.posterior import ExactPosterior, exact_posterior
 from swesbi.exact.settings import ExactSettings
 from swesbi.inference.dataset import POSTERIOR, read_posterior
-from swesbi.speed_model.joint_prior import to_logit
+from swesbi.prior import to_logit
 
 Z, COMPONENTS = np.array([0.5, -1.0, 2.0]), ("one", "two", "three")
 PROVENANCE = Provenance(POSTERIOR, "T", 1, {"a": 1}, "0" * 16)

@@ -20,14 +20,15 @@ from swesbi.flow.files import KIND, load_flow, save_flow
 from swesbi.flow.simulations import SubjectSimulations
 from swesbi.flow.training import train_flow
 from swesbi.inference.dataset import POSTERIOR, read_posterior
-from swesbi.noise import fit_noise, repeat_levels
+from swesbi.noise.cohort import fit_noise
 from swesbi.noise.dataset import KIND as NOISE
 from swesbi.noise.dataset import to_dataset
-from swesbi.recording import ingest
+from swesbi.noise.levels import repeat_levels
+from swesbi.prior import in_bounds, quantile
 from swesbi.recording.dataset import KIND as OBSERVATION
 from swesbi.recording.dataset import to_datasets
+from swesbi.recording.ingest import ingest
 from swesbi.recording.quality import ACCEPTED, rejection
-from swesbi.simulations.prior import in_bounds, quantile
 from swesbi.speed_model.prediction import active_at_phases
 from swesbi.speed_model.subjects import read_speed_model
 from swesbi.stages import exact_posterior as stage

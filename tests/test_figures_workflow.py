@@ -21,10 +21,10 @@ from swesbi.figures import experiments, workflow
 from swesbi.figures.experiments import ExperimentScore
 from swesbi.figures.style import EXCLUDED_BACKGROUND, save_figure
 from swesbi.figures.workflow_panels import WorkflowPicture, groups
-from swesbi.observation import SCALAR_NAMES, SUMMARY_NAMES
+from swesbi.observation.settings import SCALAR_NAMES, SUMMARY_NAMES
+from swesbi.parameters import THETA_NAMES
 from swesbi.stages.places import Place
 from swesbi.stages.workflow_figure import shown_place
-from swesbi.theta import THETA_NAMES
 
 K_ATP = THETA_NAMES.index("k_atp_per_s")
 GREY = tuple(int(EXCLUDED_BACKGROUND[i : i + 2], 16) / 255 for i in (1, 3, 5))

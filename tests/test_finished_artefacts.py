@@ -13,7 +13,7 @@ from study_copy import StudyCopy
 
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 from swesbi.artefacts.schema import SCHEMAS
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 PHONY = "This is a netCDF dimension but not a netCDF variable"
 

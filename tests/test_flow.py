@@ -18,7 +18,7 @@ from swesbi.flow.files import KIND, load_flow, save_flow
 from swesbi.flow.net import draw_phi, log_q
 from swesbi.flow.simulations import SubjectSimulations
 from swesbi.flow.training import FlowTraining, TrainingDivergedError, _Course, train_flow
-from swesbi.simulations.prior import in_bounds, quantile
+from swesbi.prior import in_bounds, quantile
 from swesbi.speed_model.prediction import active_at_phases
 
 EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]

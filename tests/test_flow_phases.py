@@ -14,10 +14,10 @@ from swesbi.flow.phases import (
     context_inputs,
     fill_missing,
     fit_phase_conditioner,
-    nominal_phases,
     phase_inputs,
     recording_inputs,
 )
+from swesbi.recording.phases import nominal_phases
 
 RECORDING = speed_case.model().recording
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
 
-from swesbi.forward_model import ForwardModelSettings, Status, simulate
 from swesbi.forward_model.equations import (
     FRANK_STARLING,
     available_bonds,
@@ -17,7 +16,10 @@ from swesbi.forward_model.equations import (
     passive_stress,
     resistive_flow,
 )
-from swesbi.forward_model.model import options_of, parameters_of, steps_of
+from swesbi.forward_model.model import Model, cavity_volume, options_of, parameters_of, steps_of
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])
 OPTIONS, PARAMETERS = options_of(SETTINGS), parameters_of(COHORT["A"], SETTINGS)
@@ -73,6 +75,16 @@ def test_cavity_derivatives(thin: bool) -> None:
     _, v_y, v_yy = cavity(1.1, p, options)
     assert v_y == pytest.approx((high[0] - low[0]) / (2.0 * step), rel=1e-7)
     assert v_yy == pytest.approx((high[1] - low[1]) / (2.0 * step), rel=1e-7)
+
+
+@pytest.mark.parametrize("thin", [False, True])
+def test_the_volume_of_states_is_the_loop_s(thin: bool) -> None:
+    """Both compute V(lambda), in orders of operations of their own."""
+    options = OPTIONS._replace(thin_wall=thin)
+    model = Model(options, PARAMETERS, drives=np.zeros((3, 5)), step_s=1.0, stride=1, start=np.zeros(8))
+    stretch = np.linspace(0.8, 1.6, 9)
+    expected = [cavity(one, PARAMETERS, options)[0] for one in stretch]
+    np.testing.assert_allclose(cavity_volume(stretch, model), expected, rtol=1e-13)
 
 
 @pytest.mark.parametrize("p0", [-2e3, 800.0, 5e3, 1.2e4, 4e4])

@@ -7,7 +7,8 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS
 
 from swesbi.context import Context
-from swesbi.forward_model import Beats, simulate
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.simulate import simulate
 from swesbi.forward_model.timing import systolic_intervals
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])

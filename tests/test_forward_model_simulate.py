@@ -9,7 +9,9 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS, prior_draws
 from pydantic import ValidationError
 
-from swesbi.forward_model import ForwardModelSettings, Status, simulate
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])
 

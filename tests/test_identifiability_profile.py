@@ -15,7 +15,7 @@ from swesbi.identifiability.maximise import NormalProblem, maximise
 from swesbi.identifiability.profile import drop, interval, pair_profile, profile
 from swesbi.identifiability.profiles import Profiles, profiles_of
 from swesbi.identifiability.speeds import in_logit
-from swesbi.speed_model.joint_prior import from_logit
+from swesbi.prior import from_logit
 
 COVARIANCE = np.linalg.inv(precision())
 

@@ -6,7 +6,7 @@ from sbi.utils.sbiutils import mcmc_transform, within_support
 from scipy.stats import ks_1samp
 
 from swesbi.inference.torch_prior import torch_prior
-from swesbi.simulations.prior import PriorSettings, bounds, log_density, quantile
+from swesbi.prior import PriorSettings, bounds, log_density, quantile
 
 PRIORS = pytest.mark.parametrize("prior", [PAPER_PRIOR, WIDE_PRIOR], ids=["paper", "wide"])
 

@@ -21,13 +21,15 @@ from inference_study import (
 )
 from recordings import RECORDING
 
-from swesbi.forward_model import simulate
+from swesbi.forward_model.simulate import simulate
 from swesbi.inference.reacquisition import Reacquisition
-from swesbi.observation import late_diastolic, sample_cycle, summary_names
-from swesbi.simulations.prior import log_centre
+from swesbi.observation.interpolation import sample_cycle
+from swesbi.observation.passive import late_diastolic
+from swesbi.observation.settings import summary_names
+from swesbi.prior import log_centre
 from swesbi.stages import pool, recovery_acquisition, train
 from swesbi.stages.origin import Origin
-from swesbi.virtual_cohort import ACQUISITION, AcquisitionSettings
+from swesbi.virtual_cohort.settings import ACQUISITION, AcquisitionSettings
 
 SILENT = ACQUISITION.model_copy(
     update={

@@ -5,16 +5,10 @@ import pytest
 from inference_case import PAPER_PRIOR
 from scipy.stats import beta
 
-from swesbi.inference.recovery import (
-    RecoveryRow,
-    prior_variance,
-    recover,
-    score_recovery,
-    shares,
-)
+from swesbi.inference.recovery import RecoveryRow, recover, score_recovery, shares
 from swesbi.inference.settings import RecoverySettings
-from swesbi.simulations.prior import quantile
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import prior_variance, quantile
 
 RECORDINGS, DRAWS = 400, 1500
 LEVELS = (0.5, 0.8, 0.9, 0.95)

@@ -20,8 +20,8 @@ from swesbi.inference.recovery import fresh_simulations
 from swesbi.inference.sampling import draw_candidates
 from swesbi.inference.subjects import read_measured_subjects
 from swesbi.inference.support import read_support
-from swesbi.observation import summary_names
 from swesbi.observation.dataset import read_passive
+from swesbi.observation.settings import summary_names
 from swesbi.seeds import integer_seed
 from swesbi.simulations.draw import draw_simulations
 from swesbi.stages import pool, posterior, recovery, train

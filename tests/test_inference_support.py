@@ -15,7 +15,7 @@ from swesbi.inference.dataset import posterior_to_groups, read_posterior
 from swesbi.inference.posterior import Posterior, summarise_posterior
 from swesbi.inference.settings import PosteriorSettings, SupportSettings
 from swesbi.inference.support import Support, diagnose, read_support
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 NAMES = ("maximum_kpa", "max_up_slope_kpa_per_cycle", "age_years")
 Z_OBS = np.array([0.5, -1.2, 2.16])

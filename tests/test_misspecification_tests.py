@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from scipy.stats import kstest, norm
 
 from swesbi.context import Context
-from swesbi.forward_model import simulate
+from swesbi.forward_model.simulate import simulate
 from swesbi.misspecification.bounds import boundary_statistic, prior_strip_mass, strip_edges, strip_mass
 from swesbi.misspecification.cohort_context import context_tests, leave_one_out
 from swesbi.misspecification.feature_space import fit_feature_space
 from swesbi.misspecification.predictive import chi2_p_value, tail_probabilities, tail_scores
 from swesbi.misspecification.settings import ContextCheckSettings, VolumeSettings
 from swesbi.misspecification.volumes import volume_tests, volume_z
-from swesbi.simulations.prior import quantile
+from swesbi.prior import quantile
 from swesbi.speed_model.likelihood import draw_speeds
 
 FloatArray = NDArray[np.float64]

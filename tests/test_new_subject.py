@@ -19,7 +19,7 @@ from recordings import make_samples
 from study_copy import StudyCopy, duplicate
 
 from swesbi.context import Context
-from swesbi.exact.importance import draw_prior, weigh
+from swesbi.exact.importance import weigh
 from swesbi.exact.refinement import FittedProposal, refine
 from swesbi.exact.settings import RefinementSettings
 from swesbi.exact.student import StudentProposal
@@ -28,11 +28,10 @@ from swesbi.misspecification.dataset import NULL, OWN, SubjectChecks
 from swesbi.misspecification.pooled import PriorPredictive, pool_subjects, pooled_reference
 from swesbi.new_subject.context_range import ContextRefusedError, check_context, nearest_known, outside
 from swesbi.new_subject.files import OUTPUTS
-from swesbi.noise import repeat_levels
+from swesbi.noise.levels import repeat_levels
 from swesbi.noise.single import compare_noise
+from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.speed import NoiseComponents
-from swesbi.simulations.prior import log_density
-from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]

@@ -13,20 +13,26 @@ from statsmodels.regression.mixed_linear_model import MixedLM
 from swesbi.artefacts import ArtefactError, save
 from swesbi.docs.noise import write_noise_figure
 from swesbi.figures.noise import draw_noise
-from swesbi.noise import RepeatLevels, fit_noise, relative_se, repeat_levels
+from swesbi.noise.cohort import fit_noise
 from swesbi.noise.components import fit_components, log_restricted_likelihood
 from swesbi.noise.dataset import KIND, read_noise, to_dataset
-from swesbi.noise.levels import joined
+from swesbi.noise.error import relative_se
+from swesbi.noise.levels import RepeatLevels, joined, repeat_levels
 from swesbi.noise.settings import NoiseSettings
-from swesbi.recording import NoiseComponents, Samples, ingest
 from swesbi.recording.contexts import read_contexts
 from swesbi.recording.dataset import to_datasets
+from swesbi.recording.ingest import ingest
 from swesbi.recording.quality import ACCEPTED, rejection
+from swesbi.recording.samples import Samples
+from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.speed_model.recording import measured_speeds
 from swesbi.stages import noise as stage
 from swesbi.stages.origin import Origin
-from swesbi.virtual_cohort import ACQUISITION, VOLUNTEERS, acquire, true_curve
+from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.settings import ACQUISITION
+from swesbi.virtual_cohort.truth import true_curve
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
 TRUE = NoiseComponents(ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction)
 SETTINGS = stage.NoiseStageSettings(recording=RECORDING, noise=NoiseSettings(interval=0.9))

@@ -10,25 +10,22 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING, clean_speed, make_samples, nominal_phase
 from scipy.interpolate import PchipInterpolator
 
-from swesbi.observation import (
-    MeasurementSettings,
+from swesbi.observation.dataset import read_passive
+from swesbi.observation.dataset import to_dataset as passive_dataset
+from swesbi.observation.interpolation import analysis_grid, sample_cycle, to_grid
+from swesbi.observation.operator import total_at_phases, total_curves
+from swesbi.observation.passive import (
     PassiveBaseline,
     PassiveCalibrationError,
-    PassiveSettings,
-    active_stiffness_map,
-    analysis_grid,
     calibrate_passive,
     late_diastolic,
     passive_scale,
     passive_shape,
-    sample_cycle,
-    to_grid,
-    total_at_phases,
-    total_curves,
 )
-from swesbi.observation.dataset import read_passive
-from swesbi.observation.dataset import to_dataset as passive_dataset
-from swesbi.recording import Observation, ingest
+from swesbi.observation.settings import MeasurementSettings, PassiveSettings
+from swesbi.observation.stiffness_map import active_stiffness_map
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
 
 CYCLE = np.arange(200) / 200
 MEASUREMENT = MeasurementSettings(grid_points=100, active_stiffness_map="identity")
@@ -209,8 +206,8 @@ def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
     from forward_model_cases import SETTINGS as FORWARD_MODEL
 
     from swesbi.artefacts import save
+    from swesbi.prior import ParameterPrior, PriorSettings
     from swesbi.recording.dataset import to_datasets
-    from swesbi.simulations.prior import ParameterPrior, PriorSettings
     from swesbi.stages import passive as stage
     from swesbi.stages.origin import Origin
 

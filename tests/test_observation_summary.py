@@ -5,16 +5,16 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from swesbi.observation import (
+from swesbi.observation.interpolation import analysis_grid
+from swesbi.observation.settings import (
     SCALAR_NAMES,
     SUMMARY_NAMES,
     SUMMARY_UNITS,
     SummarySettings,
-    analysis_grid,
-    summarise,
     summary_names,
     summary_units,
 )
+from swesbi.observation.summary import summarise
 
 SETTINGS = SummarySettings(baseline_window=(0.8, 0.97), trajectory_points=30, use_trajectory=True)
 TIMES = [name for name in SCALAR_NAMES if name.endswith("_cycle") and "per_cycle" not in name]

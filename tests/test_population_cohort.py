@@ -21,9 +21,9 @@ from swesbi.figures.cohort_counts import OUTSIDE, counted_reasons
 from swesbi.figures.cohort_overview import Overview, draw
 from swesbi.figures.strata import draw as draw_strata
 from swesbi.figures.strata import read_strata, stratum_label
+from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.population.cohort import REFUSED, Answer, answer_columns, cohort_table, read_cohort
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
-from swesbi.theta import THETA_NAMES
+from swesbi.prior import JointPriorSettings
 
 TITLE = "virtual volunteers"
 REASON = "ivsd_cm = 1.5 is outside [0.4, 1.4]"

@@ -12,8 +12,7 @@ from swesbi.artefacts import Provenance, save
 from swesbi.population.dataset import KIND, read_population, to_dataset
 from swesbi.population.rows import split_by_context
 from swesbi.population.simulations import simulate_population
-from swesbi.simulations.prior import log_density
-from swesbi.speed_model.joint_prior import from_logit
+from swesbi.prior import from_logit, log_density
 
 PROVENANCE = Provenance(KIND, "", 1, {}, "0" * 16)
 

@@ -26,7 +26,7 @@ from swesbi.noise.cohort import CohortNoise, NoiseEstimate
 from swesbi.noise.components import ComponentEstimate
 from swesbi.noise.dataset import to_dataset as noise_dataset
 from swesbi.recording import dataset as observation_dataset
-from swesbi.recording import youngs_modulus_kpa
+from swesbi.recording.elasticity import youngs_modulus_kpa
 from swesbi.simulations import dataset as simulations_dataset
 from swesbi.simulations.draw import PriorSimulations, draw_simulations
 from swesbi.speed_model.model import speed_model

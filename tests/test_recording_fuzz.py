@@ -17,8 +17,11 @@ from hypothesis import strategies as st
 from recordings import CONTEXT, DENSITY, RECORDING
 from scipy.io import savemat
 
-from swesbi.recording import FAILED_STATUSES, RecordingError, Samples, ingest, read_samples, read_subjects
-from swesbi.recording.samples import COLUMNS, MODULUS
+from swesbi.recording.ingest import ingest
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
+from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, Samples
+from swesbi.recording.subjects import read_subjects
 from swesbi.validation.protocol import read_protocol
 
 PHASES = 8

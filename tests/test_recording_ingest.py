@@ -10,14 +10,19 @@ from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, no
 
 from swesbi.artefacts import load
 from swesbi.observation.settings import MeasurementSettings
-from swesbi.recording import REASONS, ContextRow, RecordingError, Samples, ingest
 from swesbi.recording.dataset import read_observation
-from swesbi.recording.quality import rejection
+from swesbi.recording.ingest import ingest
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.quality import REASONS, rejection
+from swesbi.recording.samples import Samples
+from swesbi.recording.settings import ContextRow
 from swesbi.recording.speed import estimate_noise, repeat_means
 from swesbi.seeds import generator
 from swesbi.stages import ingest as stage
 from swesbi.stages.origin import Origin
-from swesbi.virtual_cohort import ACQUISITION, TruthCurve, acquire
+from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.settings import ACQUISITION
+from swesbi.virtual_cohort.truth import TruthCurve
 
 
 def without_phases(samples: Samples, *indices: int) -> Samples:

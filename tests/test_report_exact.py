@@ -23,14 +23,13 @@ from swesbi.docs.marks import PART, fill
 from swesbi.figures.style import save_figure
 from swesbi.noise.cohort import CohortNoise, NoiseEstimate
 from swesbi.noise.components import ComponentEstimate
+from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.report.exact import Exact, outcomes_table, truth_table, verdicts_table
 from swesbi.report.exact_section import make_section, section_figures
 from swesbi.report.experiments import comparison_table, differences_table, median_table
 from swesbi.report.recovery import recovery_table
 from swesbi.report.results import Experiment
 from swesbi.report.training import training_table
-from swesbi.speed_model.joint_prior import PHI_NAMES
-from swesbi.theta import THETA_NAMES
 
 SUBJECTS = "ADF"
 

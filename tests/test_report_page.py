@@ -12,6 +12,7 @@ from matplotlib.figure import Figure as Drawing
 from swesbi.artefacts import ArtefactError
 from swesbi.figures.style import save_figure
 from swesbi.inference.support import Support
+from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.report.experiments import comparison_table, differences_table, median_table
 from swesbi.report.figures import figure
 from swesbi.report.files import file_groups
@@ -27,7 +28,6 @@ from swesbi.report.training import training_table
 from swesbi.tables.features import COLUMNS as FEATURE_COLUMNS
 from swesbi.tables.posterior import COLUMNS as POSTERIOR_COLUMNS
 from swesbi.tables.ppc import COLUMNS as PPC_COLUMNS
-from swesbi.theta import THETA_NAMES, THETA_UNITS
 
 TITLE = "virtual volunteers"
 SETTINGS = {

@@ -5,11 +5,11 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS
 
 from swesbi.artefacts import ArtefactError, Provenance, load, save
-from swesbi.forward_model import Status
+from swesbi.forward_model.periodic import Status
+from swesbi.prior import ParameterPrior, PriorSettings, in_bounds
 from swesbi.simulations import draw
 from swesbi.simulations.dataset import KIND, group_by_subject, read_simulations, to_dataset
 from swesbi.simulations.draw import PriorSimulations, SimulationFailure, draw_simulations
-from swesbi.simulations.prior import ParameterPrior, PriorSettings, in_bounds
 from swesbi.simulations.shards import shard_draws
 
 PRIOR = PriorSettings(

@@ -10,8 +10,7 @@ import speed_case
 from scipy.integrate import quad
 from scipy.stats import kstest, norm
 
-from swesbi.simulations.prior import bounds, log_density, quantile
-from swesbi.speed_model.joint_prior import from_logit, log_jacobian, to_logit
+from swesbi.prior import bounds, from_logit, log_density, log_jacobian, quantile, to_logit
 from swesbi.speed_model.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
 from swesbi.speed_model.prediction import PredictedSpeeds
 from swesbi.speed_model.settings import DiscrepancySettings

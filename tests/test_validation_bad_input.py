@@ -11,7 +11,9 @@ from bad_input import CASES, Case, cell, context
 from cohorts import snapshot, write_cohort, write_overlay
 
 from swesbi.__main__ import main
-from swesbi.recording import RecordingError, csv_table, read_samples
+from swesbi.recording import csv_table
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
 
 ROOT = Path(__file__).parents[1]
 

@@ -11,24 +11,16 @@ import yaml
 from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING
 
-from swesbi.recording import RecordingError, Samples, ingest, read_samples, read_subjects
-from swesbi.recording.samples import FAILED_STATUSES
+from swesbi.recording.ingest import ingest
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
+from swesbi.recording.samples import FAILED_STATUSES, Samples
+from swesbi.recording.subjects import read_subjects
 from swesbi.seeds import generator
-from swesbi.virtual_cohort import (
-    ACQUISITION,
-    ACQUISITION_SEED,
-    VOLUNTEERS,
-    AcquisitionSettings,
-    EctopicBeat,
-    Truth,
-    TruthCurve,
-    Volunteer,
-    acquire,
-    read_true_theta,
-    record,
-    simulate_truth,
-)
+from swesbi.virtual_cohort.acquisition import acquire
 from swesbi.virtual_cohort.files import write_cohort
+from swesbi.virtual_cohort.record import read_true_theta, record
+from swesbi.virtual_cohort.settings import ACQUISITION, ACQUISITION_SEED, AcquisitionSettings, EctopicBeat
 from swesbi.virtual_cohort.tables import (
     CLOSURE_SPEED_M_S,
     LATE_DIASTOLIC_SPEED_M_S,
@@ -37,6 +29,8 @@ from swesbi.virtual_cohort.tables import (
     haemodynamics,
     summarise_speeds,
 )
+from swesbi.virtual_cohort.truth import Truth, TruthCurve, simulate_truth
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer
 
 SHIPPED = Path(__file__).parents[1] / "data" / "virtual_volunteers"
 DESIGNED_PEAK_KPA = {"A": 40, "B": 60, "C": 60, "D": 58, "E": 60, "F": 64}

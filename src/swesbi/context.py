@@ -8,20 +8,42 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-CONTEXT_NAMES: Final = (
-    "sex_male",
-    "age_years",
-    "bsa_m2",
-    "hr_bpm",
-    "lvedv_ml",
-    "lvesv_ml",
-    "ivsd_cm",
-)
+
+@dataclass(frozen=True)
+class ContextVariable:
+    """One component of the context vector.
+
+    Attributes:
+        name: Name in artefacts and tables; it ends in the unit.
+        unit: Its unit.
+        words: What the page calls it.
+        label: What an axis calls it, its unit included.
+        declared: Range in which the forward model is declared, if it takes this value.
+    """
+
+    name: str
+    unit: str
+    words: str
+    label: str
+    declared: tuple[float, float] | None = None
+
+
 # From a newborn to the most dilated heart, from sinus bradycardia to the fastest exercise (Lang et al. 2015).
-CONTEXT_RANGES: Final = {"hr_bpm": (30.0, 220.0), "lvedv_ml": (10.0, 500.0), "ivsd_cm": (0.2, 3.0)}
+CONTEXT: Final = (
+    ContextVariable("sex_male", "1", "sex (male = 1)", "male"),
+    ContextVariable("age_years", "year", "age", "age (years)"),
+    ContextVariable("bsa_m2", "m2", "body surface area", "BSA (m²)"),
+    ContextVariable("hr_bpm", "1/min", "heart rate", "heart rate (1/min)", (30.0, 220.0)),
+    ContextVariable("lvedv_ml", "mL", "LVEDV", "LVEDV (mL)", (10.0, 500.0)),
+    ContextVariable("lvesv_ml", "mL", "LVESV", "LVESV (mL)"),
+    ContextVariable("ivsd_cm", "cm", "septal thickness", "IVSd (cm)", (0.2, 3.0)),
+)
+"""The components of c_d in their order."""
+CONTEXT_NAMES: Final = tuple(variable.name for variable in CONTEXT)
+CONTEXT_UNITS: Final = tuple(variable.unit for variable in CONTEXT)
+CONTEXT_RANGES: Final = {variable.name: variable.declared for variable in CONTEXT if variable.declared}
 # d_0 / R_0: 0.3 in health, 0.7 in the most severe hypertrophy; at 2 the mid-wall sphere has no cavity left.
 RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
-CONTEXT_UNITS: Final = ("1", "year", "m2", "1/min", "mL", "mL", "cm")
 
 
 @dataclass(frozen=True)
@@ -56,9 +78,8 @@ class Context:
         return float(np.cbrt(3e-6 * self.lvedv_ml / (4.0 * np.pi)))
 
     def as_array(self) -> NDArray[np.float64]:
-        """Return the seven context values in the order of ``CONTEXT_NAMES``; sex is 1 for male."""
-        values = [self.age_years, self.bsa_m2, self.hr_bpm, self.lvedv_ml, self.lvesv_ml]
-        return np.array([float(self.sex == "M"), *values, self.ivsd_cm])
+        """Return the context values in the order of ``CONTEXT_NAMES``; sex, the first, is 1 for male."""
+        return np.array([float(self.sex == "M"), *(getattr(self, name) for name in CONTEXT_NAMES[1:])])
 
 
 def check_ranges(context: Context) -> None:

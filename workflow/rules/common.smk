@@ -8,8 +8,8 @@ from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, load_study
 from swesbi.config.slices import stage_settings
 from swesbi.population.settings import MOST_SHOWN
+from swesbi.running.parent import RUN
 from swesbi.running.workflow import current_run, guard_execution
-from swesbi.stages.job import RUN
 
 try:
     STUDY = load_study(

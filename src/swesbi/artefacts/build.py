@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from swesbi.artefacts.variable import Variable
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def build_dataset(
@@ -23,6 +24,8 @@ def build_dataset(
     Raises:
         KeyError: A dataset of the schema has no values.
     """
+    import xarray as xr  # half a second, which whoever only names an artefact need not wait
+
     variables = {
         name: (variable.dims, values[name], {"units": variable.units, "long_name": variable.meaning})
         for name, variable in schema.items()

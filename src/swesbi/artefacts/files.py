@@ -7,9 +7,7 @@ import json
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from swesbi.artefacts.atomic import atomic_path
 from swesbi.artefacts.checksum import append_checksum, check_bytes, has_checksum
@@ -17,6 +15,9 @@ from swesbi.artefacts.errors import ArtefactError, DamagedArtefactError, repair_
 from swesbi.artefacts.provenance import OLDEST_READ, SCHEMA_VERSION, Provenance, read_provenance
 from swesbi.artefacts.schema import check_group, check_groups
 from swesbi.artefacts.self_contained import check_self_contained
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ROOT = "/"
 UNREADABLE = (OSError, KeyError, TypeError, ValueError, RuntimeError)
@@ -33,6 +34,8 @@ def save(path: Path, groups: xr.Dataset | Mapping[str, xr.Dataset], provenance: 
     Raises:
         ArtefactError: A dataset of the schema is missing or differs from it, or the file cannot be written.
     """
+    import xarray as xr
+
     named = {ROOT: groups} if isinstance(groups, xr.Dataset) else dict(groups)
     try:
         check_groups(provenance.kind, named)
@@ -55,6 +58,8 @@ def hdf5_provenance(path: Path) -> Provenance:
     Raises:
         Exception: One of ``UNREADABLE``: the file is no HDF5 file, or lacks an attribute.
     """
+    import xarray as xr
+
     with xr.open_dataset(path, engine="h5netcdf") as root:
         return read_provenance(root.attrs)
 
@@ -70,6 +75,8 @@ def load(path: Path, kind: str, group: str = ROOT) -> tuple[xr.Dataset, Provenan
             schema version; the message gives the command that makes it again.
         ArtefactError: The file is missing, or is of another kind.
     """
+    import xarray as xr
+
     provenance = _examined(path, _stamp(path))
     check_identity(path, kind, provenance)
     try:

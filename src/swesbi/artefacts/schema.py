@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
-
-import xarray as xr
+from typing import TYPE_CHECKING, Final
 
 from swesbi.artefacts.kinds import LABELS
 from swesbi.artefacts.kinds import SCHEMAS as KINDS
 from swesbi.artefacts.variable import Schema, Variable
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SCHEMAS: Final[Mapping[str, Schema]] = KINDS
 NUMERIC: Final = "biuf"

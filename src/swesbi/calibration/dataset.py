@@ -15,7 +15,7 @@ from swesbi.artefacts.kinds.calibration import DIAGNOSTICS, LOCAL, RANKED, RECOR
 from swesbi.calibration.quantities import QUANTITY_NAMES
 from swesbi.calibration.ranked import SAMPLERS, Diagnostics, Inferred, Ranked
 from swesbi.calibration.scores import Scores
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.parameters import PHI_NAMES
 
 RECORDINGS_KIND: Final = "calibration_recordings"
 LOCAL_KIND: Final = "calibration_local"

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.exact.weights import effective_draws
+
 FloatArray = NDArray[np.float64]
 
 
@@ -16,16 +18,6 @@ class Moments:
 
     mean: FloatArray
     sd: FloatArray
-
-
-def equal_weights(draws: int) -> FloatArray:
-    """Return weights 1/n of shape (n,)."""
-    return np.full(draws, 1.0 / draws)
-
-
-def effective_draws(weight: FloatArray) -> float:
-    """Return Kish's effective number of draws, 1 / sum w^2, of normalised weights (n,)."""
-    return float(1.0 / np.sum(weight**2))
 
 
 def level_of_truth(truth: FloatArray, draws: FloatArray, weight: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.calibration.posteriors import exact_draws
-from swesbi.calibration.quantities import activation_duration_s, quantities
+from swesbi.calibration.quantities import quantities
 from swesbi.calibration.ranked import NETWORK, WEIGHTED, Ranked
 from swesbi.calibration.scores import Score, Scores, score, stack_scores
 from swesbi.calibration.settings import LocalSettings
@@ -110,7 +110,7 @@ class LocalRun:
     def _one(
         self, both: TwoRecordings, phi: FloatArray, reference: FloatArray, seed: int
     ) -> tuple[FloatArray, Score]:
-        duration_s = activation_duration_s(self.model)
+        duration_s = self.model.activation_duration_s
         drawn = exact_draws(both, self.propose(both.averaged()), self.weighted_draws, self.exact, seed)
         truth = quantities(phi[None], both.log_likelihood(phi[None]), duration_s)[0]
         values = quantities(drawn.phi, drawn.log_likelihood, duration_s)
@@ -158,7 +158,7 @@ def variance_given_first(model: SpeedModel, phi: FloatArray) -> FloatArray:
 
     It takes the place of the prior's variance beside local calibration; the log-likelihood has none (NaN).
     """
-    values = quantities(phi, np.zeros(len(phi)), activation_duration_s(model))
+    values = quantities(phi, np.zeros(len(phi)), model.activation_duration_s)
     variance: FloatArray = values.var(axis=0)
     variance[-1] = np.nan
     return variance

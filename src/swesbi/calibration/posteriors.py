@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.calibration.levels import equal_weights
 from swesbi.exact.importance import k_hat_limit, weigh
 from swesbi.exact.posterior import exact_posterior, weight_failures
 from swesbi.exact.protocols import LikelihoodModel, Proposal
 from swesbi.exact.refinement import refine
 from swesbi.exact.settings import ExactSettings, RefinementSettings
+from swesbi.exact.weights import equal_weights
 
 FloatArray = NDArray[np.float64]
 
@@ -82,10 +82,3 @@ def exact_draws(
     log_likelihood = model.log_likelihood(posterior.phi)
     weight = equal_weights(len(posterior.phi))
     return replace(drawn, phi=posterior.phi, weight=weight, log_likelihood=log_likelihood)
-
-
-def equally_weighted(drawn: Drawn, draws: int, rng: np.random.Generator) -> NDArray[np.int_]:
-    """Return the rows of equally weighted draws, (draws,), by systematic resampling (Kitagawa 1996)."""
-    edges = np.cumsum(drawn.weight)
-    levels = (np.arange(draws) + rng.random()) / draws
-    return np.searchsorted(edges / edges[-1], levels, side="right")

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.evaluation import subject_model
-from swesbi.evaluation.draws import attained_stiffness_kpa
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
+from swesbi.forward_model.activation import attained_share, attained_stiffness_kpa
+from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES
+from swesbi.prior import even_quantiles
 from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]
-ATTAINED: Final = "attained_stiffness_kpa"
 LOG_LIKELIHOOD: Final = "log_likelihood"
 QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED, LOG_LIKELIHOOD)
-VARIANCE_POINTS: Final = 100_000
 
 
 def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: float) -> FloatArray:
@@ -34,12 +30,7 @@ def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: float) -
         log_likelihood: Their log-likelihood; shape (n,).
         duration_s: Duration D_T of the activation.
     """
-    return np.column_stack([phi, attained_stiffness_kpa(phi[:, :3], duration_s), log_likelihood])
-
-
-def activation_duration_s(model: SpeedModel) -> float:
-    """Return the duration D_T of the activation at the heart rate of the model's recording."""
-    return subject_model.activation_duration_s(model.recording.context, model.settings.forward_model)
+    return np.column_stack([phi, attained_stiffness_kpa(phi, duration_s), log_likelihood])
 
 
 def prior_variance(model: SpeedModel) -> FloatArray:
@@ -47,14 +38,7 @@ def prior_variance(model: SpeedModel) -> FloatArray:
 
     From the prior's quantile functions; k_0 and k_ATP are independent. The log-likelihood has none (NaN).
     """
-    phi = _quantiles(model.settings.prior)
-    share = -np.expm1(-phi[:, 1] * activation_duration_s(model))
-    second, first = (np.mean(phi[:, 0] ** p) * np.mean(share**p) for p in (2, 1))
+    phi = even_quantiles(model.settings.prior)
+    share = attained_share(phi[:, K_ATP], model.activation_duration_s)
+    second, first = (np.mean(phi[:, K_0] ** p) * np.mean(share**p) for p in (2, 1))
     return np.array([*phi.var(axis=0), second - first**2, np.nan])
-
-
-@lru_cache(maxsize=4)
-def _quantiles(prior: JointPriorSettings) -> FloatArray:
-    """Return the quantiles of the prior at even levels; the same for every subject."""
-    u = (np.arange(VARIANCE_POINTS) + 0.5) / VARIANCE_POINTS
-    return quantile(np.repeat(u[:, None], len(PHI_NAMES), axis=1), prior)

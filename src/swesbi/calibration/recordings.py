@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.calibration.levels import equal_weights
 from swesbi.calibration.misfit import misfit
-from swesbi.calibration.posteriors import Drawn, equally_weighted, exact_draws
-from swesbi.calibration.quantities import activation_duration_s, prior_variance, quantities
+from swesbi.calibration.posteriors import Drawn, exact_draws
+from swesbi.calibration.quantities import prior_variance, quantities
 from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
 from swesbi.calibration.scores import Score, score, stack_scores
 from swesbi.calibration.settings import RecordingsSettings
 from swesbi.calibration.tarp import reference_points
 from swesbi.exact.proposal import FlowProposal
 from swesbi.exact.settings import ExactSettings, RefinementSettings
+from swesbi.exact.weights import equal_weights, resampled_rows
 from swesbi.flow.net import TrainedFlow, draw_phi
 from swesbi.misspecification.bounds import strip_mass
 from swesbi.progress import Progress
@@ -102,7 +102,7 @@ def _infer(
     exact: ExactSettings,
     refinement: RefinementSettings | None,
 ) -> _Result:
-    model, duration_s = case.model, activation_duration_s(case.model)
+    model, duration_s = case.model, case.model.activation_duration_s
     phi = np.concatenate([case.phi[None], network_phi])
     truth, *draws = quantities(phi, model.log_likelihood(phi), duration_s)
     remembering = RememberingModel(model)
@@ -119,7 +119,7 @@ def _infer(
 def _diagnose(
     case: _Case, drawn: Drawn, predicted: PredictedSpeeds, settings: RecordingsSettings
 ) -> Diagnostics:
-    rows = equally_weighted(drawn, settings.misfit_draws, generator(case.seed, "misfit"))
+    rows = resampled_rows(drawn.weight, settings.misfit_draws, generator(case.seed, "misfit"))
     found = misfit(case.model, predicted.rows(rows))
     prior = case.model.settings.prior
     return Diagnostics(

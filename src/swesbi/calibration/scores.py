@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from swesbi.calibration.levels import FloatArray, level_of_truth, moments
 from swesbi.calibration.tarp import tarp_level
-from swesbi.simulations.prior import BoxPrior
+from swesbi.prior import BoxPrior
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.calibration.levels import level_of_truth
-from swesbi.simulations.prior import BoxPrior, quantile
+from swesbi.prior import BoxPrior, quantile
 
 FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sbi.utils.metrics import c2st
 
 from swesbi.inference.determinism import reproducible
-from swesbi.speed_model.joint_prior import JointPriorSettings, to_logit
+from swesbi.prior import JointPriorSettings, to_logit
 
 FloatArray = NDArray[np.float64]
 

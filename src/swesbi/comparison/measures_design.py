@@ -11,8 +11,8 @@ import numpy as np
 from swesbi.comparison.measured import Asked, Measure, Measured, absent, number
 from swesbi.comparison.results import StudyResults
 from swesbi.context import Context
-from swesbi.observation import SCALAR_NAMES
-from swesbi.theta import THETA_NAMES
+from swesbi.observation.settings import SCALAR_NAMES
+from swesbi.parameters import THETA_NAMES
 
 
 def configured(study: StudyResults, asked: Asked) -> Measured:

@@ -11,7 +11,7 @@ import pandas as pd
 from swesbi.comparison.binomial import differ
 from swesbi.comparison.measured import Asked, Measure, Measured, absent, shown
 from swesbi.comparison.results import StudyResults
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 
 def scalar_only_degrades(study: StudyResults, asked: Asked) -> Measured:

@@ -12,7 +12,7 @@ import pandas as pd
 from swesbi.evaluation.fit import CmaesFit
 from swesbi.inference.pool import Pool
 from swesbi.inference.support import Support
-from swesbi.recording import Observation
+from swesbi.recording.observation import Observation
 
 
 @dataclass(frozen=True)

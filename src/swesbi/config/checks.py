@@ -8,10 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Final
 
-from swesbi.forward_model import THETA_RANGES
-from swesbi.observation import summary_names
-from swesbi.sensitivity.table import BASE
-from swesbi.theta import THETA_NAMES
+from swesbi.observation.settings import summary_names
+from swesbi.parameters import THETA_NAMES, THETA_RANGES
+from swesbi.sensitivity.settings import BASE
 
 if TYPE_CHECKING:
     from swesbi.config.models import Config

@@ -13,7 +13,7 @@ from swesbi.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.exact.settings import ExactSettings, RefinementSettings
 from swesbi.flow.settings import FlowSettings
-from swesbi.forward_model import ForwardModelSettings
+from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.identifiability.settings import IdentifiabilitySettings
 from swesbi.inference.settings import (
     AcquisitionSeedsSettings,
@@ -27,15 +27,17 @@ from swesbi.inference.settings import (
 from swesbi.misspecification.settings import MisspecificationSettings
 from swesbi.noise.settings import NoiseSettings
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
-from swesbi.population.calibration import StrataSettings
-from swesbi.population.conditions import ConditionSettings
-from swesbi.population.null import NullSettings
-from swesbi.population.settings import PopulationSettings
-from swesbi.population.simulations import PopulationSizes
+from swesbi.population.settings import (
+    ConditionSettings,
+    NullSettings,
+    PopulationSettings,
+    PopulationSizes,
+    StrataSettings,
+)
+from swesbi.prior import ParameterPrior, PriorSettings
 from swesbi.recording.settings import RecordingSettings
 from swesbi.sensitivity.settings import Variant
 from swesbi.settings import Settings
-from swesbi.simulations.prior import ParameterPrior, PriorSettings
 from swesbi.speed_model.settings import SpeedObservationSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 

@@ -11,10 +11,11 @@ from typing import Any, Final
 from swesbi.config.errors import ConfigError
 from swesbi.config.models import Config
 from swesbi.config.read import overlay, parse_config
-from swesbi.population.contexts import in_declared_range
-from swesbi.recording import ContextRow, Problem, RecordingError, read_context_rows
+from swesbi.population.settings import in_declared_range
 from swesbi.recording.files import PROTOCOL, SUBJECTS, check_file, find_recording
-from swesbi.recording.problems import listed
+from swesbi.recording.problems import Problem, RecordingError, listed
+from swesbi.recording.settings import ContextRow
+from swesbi.recording.subjects import read_context_rows
 
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""

@@ -15,15 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from swesbi.exact.student import effective_draws, fitted_proposal
-from swesbi.simulations.prior import log_density, quantile
-from swesbi.speed_model.joint_prior import (
-    PHI_NAMES,
-    JointPriorSettings,
-    from_logit,
-    log_jacobian,
-    to_logit,
-)
+from swesbi.exact.student import fitted_proposal
+from swesbi.exact.weights import effective_draws, normalised
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobian, sample, to_logit
 from swesbi.speed_model.likelihood import log_speed_sd
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.settings import DiscrepancySettings
@@ -49,7 +44,7 @@ class PriorProposal:
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
         """Return eta of shape (count, 4)."""
-        return to_logit(quantile(rng.random((count, len(PHI_NAMES))), self.prior), self.prior)
+        return to_logit(sample(count, self.prior, rng), self.prior)
 
     def log_density(self, eta: FloatArray) -> FloatArray:
         """Return log p(eta) = log p(phi) + log |d phi / d eta|; shape (n,)."""
@@ -134,7 +129,7 @@ def fill_bank(
     bank.extend(PriorProposal(bank.prior), per_round, rng)
     for _ in range(max_rounds - 1):
         log_weights = bank.log_weights()
-        effective = np.array([effective_draws(row) for row in log_weights])
+        effective = np.array([effective_draws(normalised(row)) for row in log_weights])
         worst = int(effective.argmin())
         if effective[worst] >= min_effective_draws:
             break

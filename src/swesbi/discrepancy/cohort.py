@@ -14,14 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.noise import RepeatLevels, fit_noise, repeat_levels
-from swesbi.recording import Observation, RecordingError, RecordingSettings, ingest
+from swesbi.noise.cohort import fit_noise
+from swesbi.noise.levels import RepeatLevels, repeat_levels
+from swesbi.prior import PriorSettings, sample
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.recording.samples import Samples
+from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
-from swesbi.simulations.prior import PriorSettings, quantile
 from swesbi.speed_model.recording import SpeedRecording, measured_speeds
-from swesbi.virtual_cohort import AcquisitionSettings, Volunteer, acquire, simulate_truth
+from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.virtual_cohort.truth import simulate_truth
+from swesbi.virtual_cohort.volunteers import Volunteer
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
@@ -118,7 +125,7 @@ def draw_volunteer(
         lvesv_ml=body["lvedv_ml"] * float(rng.uniform(*VOLUME_RATIO)),
         **body,
     )
-    k0, k_atp, k_sr = quantile(rng.random((1, 3)), prior)[0].tolist()
+    k0, k_atp, k_sr = sample(1, prior, rng)[0].tolist()
     physiology = {name: float(rng.uniform(*limits)) for name, limits in PHYSIOLOGY.items()}
     return Volunteer(
         context, (k0, k_atp, k_sr), acquisition=acquisition, design="drawn at random", **physiology

@@ -12,8 +12,8 @@ from scipy.special import logsumexp
 from swesbi.discrepancy.bank import Bank, fill_bank
 from swesbi.discrepancy.cohort import GeneratedSubject
 from swesbi.discrepancy.settings import DiscrepancyStudySettings
-from swesbi.exact.student import effective_draws, normalised
-from swesbi.simulations.prior import log_density
+from swesbi.exact.weights import effective_draws, normalised
+from swesbi.prior import log_density
 from swesbi.speed_model.model import SpeedModelSettings, speed_model
 
 FloatArray = NDArray[np.float64]
@@ -70,14 +70,15 @@ def score_pairs(bank: Bank, theta: FloatArray) -> tuple[PairScore, ...]:
     below = (phi[:, : len(theta)] < theta).astype(np.float64)
     scores: Sequence[PairScore] = []
     for index, log_weight in enumerate(bank.log_weights()):
-        effective = effective_draws(log_weight)
+        weight = normalised(log_weight)
+        effective = effective_draws(weight)
         highest = int(np.argmax(density + bank.log_likelihood[index]))
         scores = [
             *scores,
             PairScore(
                 log_evidence=float(logsumexp(log_weight) - np.log(len(log_weight))),
                 log_evidence_se=float(np.sqrt(max(1.0 / effective - 1.0 / len(log_weight), 0.0))),
-                truth_level=normalised(log_weight) @ below,
+                truth_level=weight @ below,
                 chi2=float(bank.chi2[index, highest]),
                 effective_draws=effective,
             ),

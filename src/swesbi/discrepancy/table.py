@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from swesbi.discrepancy.evidence import PairScore
+from swesbi.parameters import THETA_NAMES
 from swesbi.speed_model.settings import DiscrepancySettings
-from swesbi.theta import THETA_NAMES
 
 
 def discrepancy_table(

@@ -12,9 +12,8 @@ from swesbi.docs.calibration_results import CalibrationResults
 from swesbi.docs.numbers import NONE, fixed, mean_sd, share, table
 from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
 from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
-from swesbi.inference.posterior import interval_levels
-from swesbi.speed_model.joint_prior import PHI_NAMES
-from swesbi.theta import THETA_NAMES
+from swesbi.intervals import interval_levels
+from swesbi.parameters import PHI_NAMES, THETA_NAMES
 
 Part = Callable[[CalibrationResults], str]
 LEVEL: Final = 0.9

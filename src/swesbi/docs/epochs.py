@@ -6,6 +6,7 @@ import pandas as pd
 
 from swesbi.docs.numbers import fixed, share, table
 from swesbi.docs.results import Results
+from swesbi.parameters import THETA_NAMES
 from swesbi.tables.epochs import (
     COVERAGE_PHASES,
     FRESH_LOSS,
@@ -14,7 +15,6 @@ from swesbi.tables.epochs import (
     RMSE,
     VALIDATION_LOSS,
 )
-from swesbi.theta import THETA_NAMES
 
 
 def epochs_part(results: Results) -> str:

@@ -10,7 +10,7 @@ import pandas as pd
 
 from swesbi.docs.numbers import fixed, mean_sd, share, table
 from swesbi.docs.results import Results
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 LEVEL: Final = 0.9
 PAPER_RECOVERY: Final = dict(zip(THETA_NAMES, ("92.5 %", "90.5 %", "26.5 %"), strict=True))

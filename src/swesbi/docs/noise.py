@@ -7,8 +7,9 @@ from pathlib import Path
 from swesbi.figures.noise import draw_noise
 from swesbi.figures.style import save_figure
 from swesbi.noise.dataset import read_noise
-from swesbi.recording import NoiseComponents
-from swesbi.virtual_cohort import ACQUISITION, VOLUNTEERS
+from swesbi.recording.speed import NoiseComponents
+from swesbi.virtual_cohort.settings import ACQUISITION
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
 
 def write_noise_figure(noise: Path, docs: Path, cohort_title: str) -> None:

@@ -11,7 +11,7 @@ from swesbi.docs.epochs import epochs_part, width_part
 from swesbi.docs.experiments import experiments_part, recovery_part
 from swesbi.docs.numbers import fixed, mean_sd, share, table
 from swesbi.docs.results import Results
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 from swesbi.virtual_cohort.readme import markdown
 
 Part = Callable[[Results], str]

@@ -17,11 +17,11 @@ from swesbi.docs.numbers import NONE, fixed, share, table
 from swesbi.evaluation.check_names import ANSWERS
 from swesbi.figures.cohort_counts import counted_reasons
 from swesbi.figures.strata import read_strata, stratum_label
+from swesbi.parameters import THETA
 from swesbi.population.cohort import OUTCOMES, REFUSED, read_cohort
-from swesbi.theta import THETA_NAMES
 
 FIGURES: Final = ("strata", "cohort")
-SYMBOLS: Final = dict(zip(THETA_NAMES, ("k_0", "k_ATP", "k_SR"), strict=True))
+SYMBOLS: Final = {parameter.name: parameter.text for parameter in THETA}
 COSTS: Final = {
     "dag_cpu_s": ("planning (s of processor time)", 0),
     "cpu_s": ("all jobs (s of processor time)", 0),

@@ -15,7 +15,7 @@ from swesbi.config import Study
 from swesbi.figures.epochs import read_epochs
 from swesbi.figures.training import read_history
 from swesbi.inference.support import Support, read_support
-from swesbi.virtual_cohort import read_true_theta
+from swesbi.virtual_cohort.record import read_true_theta
 
 
 @dataclass(frozen=True)

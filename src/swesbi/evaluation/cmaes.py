@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from swesbi.evaluation.cmaes_run import CmaesRun
 from swesbi.evaluation.settings import CmaesSettings
+from swesbi.parameters import THETA
 from swesbi.progress import Progress
 from swesbi.seeds import generator
 
@@ -46,7 +47,7 @@ def search(
 
 def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings, seed: int) -> CmaesRun:
     rng = generator(seed, "cmaes")
-    evolution = cma.CMAEvolutionStrategy(rng.random(3), settings.sigma0, _options(settings, rng))
+    evolution = cma.CMAEvolutionStrategy(rng.random(len(THETA)), settings.sigma0, _options(settings, rng))
     losses, thetas = [], []
     best_loss, best_theta = np.inf, np.full(3, np.nan)
     while not evolution.stop():

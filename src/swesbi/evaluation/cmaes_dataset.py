@@ -10,7 +10,7 @@ import xarray as xr
 from swesbi.artefacts import Provenance, build_dataset, load
 from swesbi.artefacts.kinds.evaluation import SCHEMAS
 from swesbi.evaluation.fit import CmaesFit
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 KIND = "cmaes"
 SCHEMA = SCHEMAS[KIND]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from swesbi.evaluation.scores import Scores, band, score
 from swesbi.evaluation.subject_model import SubjectModel
-from swesbi.forward_model import Status
+from swesbi.forward_model.periodic import Status
 
 FloatArray = NDArray[np.float64]
 

@@ -7,10 +7,13 @@ from numpy.typing import NDArray
 
 from swesbi.evaluation.predictive import Draws, Target
 from swesbi.evaluation.subject_model import SubjectModel
-from swesbi.forward_model import Status
+from swesbi.forward_model.activation import attained_stiffness_kpa
+from swesbi.forward_model.periodic import Status
 from swesbi.inference.observation_model import noise_sd
 from swesbi.inference.settings import ObservationModelSettings
-from swesbi.observation import SummarySettings, summarise, summary_names
+from swesbi.observation.settings import SummarySettings, summary_names
+from swesbi.observation.summary import summarise
+from swesbi.parameters import THETA
 from swesbi.simulations.draw import PriorSimulations
 
 FloatArray = NDArray[np.float64]
@@ -100,18 +103,9 @@ def _measure(
     )
 
 
-def attained_stiffness_kpa(theta: FloatArray, duration_s: float) -> FloatArray:
-    """Return k_0 (1 - exp(-k_ATP D_T)): active stiffness after the activation D_T at constant length.
-
-    The solution of the bond kinetics k_c' = k_ATP (k_0 - k_c) from rest (Chapelle et al. 2012), theta (n, 3).
-    """
-    attained: FloatArray = theta[:, 0] * -np.expm1(-theta[:, 1] * duration_s)
-    return attained
-
-
 def _no_draws(model: SubjectModel, features: int, failed: int = 0) -> Draws:
     return Draws(
-        theta=np.empty((0, 3)),
+        theta=np.empty((0, len(THETA))),
         curve_kpa=np.empty((0, model.measurement.grid_points)),
         phase_kpa=np.empty((0, len(model.observation.phase))),
         features=np.empty((0, features)),

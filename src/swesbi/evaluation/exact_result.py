@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi.artefacts import load
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.parameters import PHI_NAMES
 
 FloatArray = NDArray[np.float64]
 KIND: Final = "posterior"

@@ -7,15 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.evaluation.draws import attained_stiffness_kpa, feature_columns
+from swesbi.evaluation.draws import feature_columns
 from swesbi.evaluation.predictive import Draws, Target
-from swesbi.evaluation.subject_model import activation_duration_s
-from swesbi.forward_model import Status
-from swesbi.observation import SummarySettings, summarise, to_grid
-from swesbi.recording import Observation, youngs_modulus_kpa
+from swesbi.forward_model.activation import attained_stiffness_kpa
+from swesbi.forward_model.periodic import Status
+from swesbi.observation.interpolation import to_grid
+from swesbi.observation.settings import SummarySettings
+from swesbi.observation.summary import summarise
+from swesbi.parameters import OF_THETA, SCALE
+from swesbi.prior import sample
+from swesbi.recording.elasticity import youngs_modulus_kpa
+from swesbi.recording.observation import Observation
 from swesbi.simulations.draw import PriorSimulations
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES
 from swesbi.speed_model.likelihood import draw_speeds
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.prediction import PredictedSpeeds, active_at_phases, predict_speeds
@@ -79,11 +82,11 @@ def posterior_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Gen
     """Simulate phi (n, 4) and make a new recording of each successful simulation."""
     model = recorder.model
     beats = model.simulate(phi)
-    predicted = model.predict_from(phi[:, 3], beats)
+    predicted = model.predict_from(phi[:, SCALE], beats)
     good = beats.status == Status.PERIODIC
     volumes = (beats.end_diastolic_volume_ml[good], beats.end_systolic_volume_ml[good])
     kept = PredictedSpeeds(predicted.log_speed[good], predicted.slope[good])
-    return _record(phi[good, :3], kept, volumes, int((~good).sum()), recorder, rng)
+    return _record(phi[good, OF_THETA], kept, volumes, int((~good).sum()), recorder, rng)
 
 
 def prior_recordings(
@@ -93,7 +96,7 @@ def prior_recordings(
     model, phase = recorder.model, recorder.model.recording.phase
     stored = (simulations.cycle_phase, simulations.active_stiffness_kpa[:number])
     active = active_at_phases(*stored, phase, model.settings.measurement.active_stiffness_map)
-    scale = quantile(rng.random((len(active.stiffness_kpa), len(PHI_NAMES))), model.settings.prior)[:, -1]
+    scale = sample(len(active.stiffness_kpa), model.settings.prior, rng)[:, SCALE]
     predicted = predict_speeds(scale, active, model.shape, phase, model.settings.density_kg_m3)
     volumes = (simulations.end_diastolic_volume_ml[:number], simulations.end_systolic_volume_ml[:number])
     return _record(simulations.theta[:number], predicted, volumes, 0, recorder, rng)
@@ -144,7 +147,6 @@ def _record(
     model = recorder.model
     clean = recorder.curves(predicted.speed_m_s)
     se, discrepancy = model.recording.relative_se, model.settings.discrepancy
-    duration = activation_duration_s(model.recording.context, model.settings.forward_model)
     draws = Draws(
         theta=theta,
         curve_kpa=clean.curve_kpa,
@@ -152,7 +154,7 @@ def _record(
         features=clean.features,
         end_diastolic_volume_ml=volumes_ml[0],
         end_systolic_volume_ml=volumes_ml[1],
-        attained_stiffness_kpa=attained_stiffness_kpa(theta, duration),
+        attained_stiffness_kpa=attained_stiffness_kpa(theta, model.activation_duration_s),
         failed=failed,
     )
     return NewRecordings(

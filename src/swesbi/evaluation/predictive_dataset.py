@@ -14,7 +14,7 @@ from swesbi.artefacts.kinds.evaluation import SCHEMAS
 from swesbi.evaluation.features import FeatureCheck
 from swesbi.evaluation.predictive import Draws, Prediction, PredictiveCheck, Target
 from swesbi.evaluation.scores import Band, Scores
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 KIND = "predictive"
 SCHEMA = SCHEMAS[KIND]

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.intervals import median_and_interval
+
 FloatArray = NDArray[np.float64]
 
 
@@ -41,8 +43,7 @@ def band(values: FloatArray, interval: float) -> Band:
     if len(values) == 0:
         empty = np.full(values.shape[1], np.nan)
         return Band(empty, empty, empty)
-    tail = (1.0 - interval) / 2.0
-    low, median, high = np.quantile(values, [tail, 0.5, 1.0 - tail], axis=0)
+    low, median, high = median_and_interval(values, interval)
     return Band(median, low, high)
 
 

@@ -7,18 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.context import Context
-from swesbi.forward_model import Beats, ForwardModelSettings, Status, simulate
-from swesbi.observation import MeasurementSettings, PassiveBaseline, total_at_phases, total_curves
-from swesbi.recording import Observation
+from swesbi.forward_model.activation import activation_duration_s
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
+from swesbi.observation.operator import total_at_phases, total_curves
+from swesbi.observation.passive import PassiveBaseline
+from swesbi.observation.settings import MeasurementSettings
+from swesbi.recording.observation import Observation
 
 FloatArray = NDArray[np.float64]
-
-
-def activation_duration_s(context: Context, settings: ForwardModelSettings) -> float:
-    """Return the duration D_T of activation at a heart rate, scaled as the square root of the period."""
-    ratio = context.period_s / settings.activation_reference_period_s
-    return float(settings.activation_duration_s * np.sqrt(ratio))
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class SubjectModel:
     @property
     def activation_duration_s(self) -> float:
         """Duration D_T of activation at the subject's heart rate."""
-        return activation_duration_s(self.observation.context, self.forward_model)
+        return activation_duration_s(self.observation.context.period_s, self.forward_model)
 
     def simulate(self, theta: FloatArray) -> Beats:
         """Simulate theta of shape (n, 3) in the subject's context; failed rows hold NaN."""

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 FloatArray = NDArray[np.float64]
 

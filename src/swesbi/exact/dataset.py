@@ -20,10 +20,11 @@ from swesbi.exact.importance import WeightedDraws
 from swesbi.exact.posterior import ExactPosterior, Sampler
 from swesbi.exact.settings import ExactSettings
 from swesbi.inference.dataset import POSTERIOR, posterior_to_groups
-from swesbi.inference.posterior import Posterior, interval_levels, summarise_posterior
+from swesbi.inference.posterior import Posterior, summarise_posterior
 from swesbi.inference.settings import PosteriorSettings
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
-from swesbi.theta import THETA_NAMES
+from swesbi.intervals import interval_levels
+from swesbi.parameters import OF_THETA, PHI_NAMES, SCALE
+from swesbi.prior import JointPriorSettings
 
 FloatArray = NDArray[np.float64]
 SCHEMA = SCHEMAS["exact_posterior"]
@@ -107,14 +108,13 @@ def _summary(
     kept = PosteriorSettings(
         draws=settings.draws, unfiltered_draws=settings.draws, interval=settings.interval
     )
-    dimensions = len(THETA_NAMES)
-    summary = summarise_posterior(exact.phi[:, :dimensions], z_obs, component_names, prior.theta, kept)
-    npe = exact.npe_phi[:, :dimensions]
+    summary = summarise_posterior(exact.phi[:, OF_THETA], z_obs, component_names, prior.theta, kept)
+    npe = exact.npe_phi[:, OF_THETA]
     return replace(summary, unfiltered=npe, unfiltered_in_prior=np.ones(len(npe), dtype=bool))
 
 
 def _root(exact: ExactPosterior, interval: float) -> xr.Dataset:
-    scale = exact.phi[:, -1]
+    scale = exact.phi[:, SCALE]
     values = {
         **{name: getattr(exact, name) for name in SCALARS},
         "converged": np.int8(exact.converged),

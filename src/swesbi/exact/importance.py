@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from swesbi.exact.protocols import LikelihoodModel, Proposal
+from swesbi.exact.weights import resampled_rows
+from swesbi.prior import draw_prior, log_density
 from swesbi.seeds import generator, integer_seed
-from swesbi.simulations.prior import bounds, log_density, quantile
-from swesbi.speed_model.joint_prior import JointPriorSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -100,13 +100,6 @@ def weigh(
     )
 
 
-def draw_prior(prior: JointPriorSettings, draws: int, rng: np.random.Generator) -> FloatArray:
-    """Draw phi (draws, 4) from the prior, never onto the faces of its box, where the logit is infinite."""
-    low, high = bounds(prior)
-    phi = quantile(rng.random((draws, len(low))), prior)
-    return np.asarray(np.clip(phi, np.nextafter(low, high), np.nextafter(high, low)))
-
-
 def smooth(log_ratio: FloatArray) -> tuple[FloatArray, float]:
     """Smooth the largest importance ratios by a generalised Pareto distribution.
 
@@ -129,13 +122,8 @@ def k_hat_limit(draws: int, largest: float = 0.7) -> float:
 
 
 def resample(weighted: WeightedDraws, draws: int, rng: np.random.Generator) -> FloatArray:
-    """Return equally weighted draws (draws, 4) by systematic resampling, in random order.
-
-    Each row is taken as often as its weight says, rounded up or down (Kitagawa 1996).
-    """
-    levels = (np.arange(draws) + rng.random()) / draws
-    edges = np.cumsum(weighted.weight)
-    rows = np.searchsorted(edges / edges[-1], levels, side="right")
+    """Return equally weighted draws (draws, 4) by systematic resampling, in random order."""
+    rows = resampled_rows(weighted.weight, draws, rng)
     return np.asarray(weighted.phi[rng.permutation(rows)])
 
 

@@ -14,8 +14,7 @@ from scipy.stats import chi2
 from swesbi.exact.moves import SideBySide
 from swesbi.exact.protocols import LikelihoodModel
 from swesbi.exact.settings import McmcSettings, warm_up_steps
-from swesbi.simulations.prior import log_density
-from swesbi.speed_model.joint_prior import from_logit, log_jacobian, to_logit
+from swesbi.prior import from_logit, log_density, log_jacobian, to_logit
 
 FloatArray = NDArray[np.float64]
 GAMMA_SD: Final = 0.1  # relative spread of the step's factor: keeps proposals off a lattice

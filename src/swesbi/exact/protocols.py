@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.speed_model.joint_prior import JointPriorSettings
+from swesbi.prior import JointPriorSettings
 
 FloatArray = NDArray[np.float64]
 

@@ -18,9 +18,8 @@ from swesbi.exact.posterior import ExactPosterior, exact_posterior
 from swesbi.exact.protocols import LikelihoodModel, Proposal
 from swesbi.exact.settings import ExactSettings, RefinementSettings
 from swesbi.exact.student import StudentProposal, fitted_proposal
+from swesbi.prior import JointPriorSettings, bounds, from_logit, log_jacobian, to_logit
 from swesbi.seeds import integer_seed
-from swesbi.simulations.prior import bounds
-from swesbi.speed_model.joint_prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 
 FloatArray = NDArray[np.float64]
 KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one

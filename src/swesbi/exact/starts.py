@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from swesbi.exact.importance import WeightedDraws
 from swesbi.exact.protocols import LikelihoodModel
-from swesbi.speed_model.joint_prior import from_logit, to_logit
+from swesbi.prior import from_logit, to_logit
 
 FloatArray = NDArray[np.float64]
 INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their spread

@@ -8,8 +8,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.special import logsumexp
 from scipy.stats import multivariate_t
+
+from swesbi.exact.weights import effective_draws, normalised
 
 FloatArray = NDArray[np.float64]
 DEGREES_OF_FREEDOM: Final = 4  # heavy tails, so that weights stay bounded
@@ -50,19 +51,11 @@ def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentProposal:
     return StudentProposal(mean, WIDENING * covariance + RIDGE * np.eye(len(mean)))
 
 
-def normalised(log_weight: FloatArray) -> FloatArray:
-    """Return weights that add up to one; shape (n,)."""
-    return np.asarray(np.exp(log_weight - logsumexp(log_weight)))
-
-
-def effective_draws(log_weight: FloatArray) -> float:
-    """Return (sum w)^2 / sum w^2 (Kong 1992)."""
-    return float(1.0 / (normalised(log_weight) ** 2).sum())
-
-
 def _tempering(log_weight: FloatArray) -> float:
     finite = log_weight[np.isfinite(log_weight)]
     wanted = min(TEMPERED_DRAWS, 0.5 * len(finite))
-    if effective_draws(finite) >= wanted:
+    if effective_draws(normalised(finite)) >= wanted:
         return 1.0
-    return float(brentq(lambda power: effective_draws(power * finite) - wanted, 0.0, 1.0, xtol=1e-6))
+    return float(
+        brentq(lambda power: effective_draws(normalised(power * finite)) - wanted, 0.0, 1.0, xtol=1e-6)
+    )

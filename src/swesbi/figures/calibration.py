@@ -23,19 +23,17 @@ from swesbi.calibration.uniformity import band, points, uniformity
 from swesbi.figures.layout import shared_legend
 from swesbi.figures.style import CMAES, OBSERVED, POSTERIOR, PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.figures.text import titled
+from swesbi.parameters import ATTAINED, ATTAINED_SYMBOL, PHI_NAMES, PHI_SYMBOLS
 
 FloatArray = NDArray[np.float64]
 HEIGHT_IN: Final = 6.9
 BAND: Final = "#DCDCDC"
 LABELS: Final = {
-    "k0_kpa": r"$k_0$",
-    "k_atp_per_s": r"$k_\mathrm{ATP}$",
-    "k_sr_per_s": r"$k_\mathrm{SR}$",
-    "passive_scale_kpa": r"$a$",
-    "attained_stiffness_kpa": r"$k_0(1-e^{-k_\mathrm{ATP}D_T})$",
+    **PHI_SYMBOLS,
+    ATTAINED: ATTAINED_SYMBOL,
     "log_likelihood": "log-likelihood",
 }
-PARAMETERS: Final = QUANTITY_NAMES[:4]
+PARAMETERS: Final = PHI_NAMES
 COLORS: Final = dict(zip(PARAMETERS, ("#009E73", "#CC79A7", "#000000", "#E69F00"), strict=True))
 SAMPLER_COLORS: Final = {NETWORK: CMAES, WEIGHTED: POSTERIOR}
 SAMPLER_NAMES: Final = {NETWORK: "network", WEIGHTED: "weighted (reported)"}

@@ -15,14 +15,12 @@ from numpy.typing import NDArray
 
 from swesbi.evaluation.verdict import STATUSES
 from swesbi.figures import cohort_counts
-from swesbi.figures.corner import LABELS
 from swesbi.figures.layout import shared_legend
 from swesbi.figures.style import OBSERVED, PRIOR, STATUS_COLORS, new_figure, style
 from swesbi.figures.text import percent, titled
+from swesbi.parameters import PHI_LABELS, PHI_NAMES, THETA_NAMES
 from swesbi.population.cohort import REFUSED
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
-from swesbi.theta import THETA_NAMES
+from swesbi.prior import JointPriorSettings, quantile
 
 FloatArray = NDArray[np.float64]
 WIDTH_IN: Final = 7.2
@@ -109,7 +107,7 @@ def _draw_row(panels: Sequence[Axes], overview: Overview, j: int) -> None:
     for axes in panels:
         if axes.axison:
             _scale(axes, overview.prior_band[:, j], limits, labelled=axes is panels[0])
-    panels[0].set_ylabel(LABELS[j].replace(" (", "\n("))
+    panels[0].set_ylabel(PHI_LABELS[j].replace(" (", "\n("))
 
 
 def _in_order(axes: Axes, shown: pd.DataFrame, name: str) -> None:

@@ -14,13 +14,13 @@ from scipy.stats import gaussian_kde
 from swesbi.figures.density import log_density_of_prior
 from swesbi.figures.style import EXCLUDED_BACKGROUND, PRIOR
 from swesbi.figures.text import digits
-from swesbi.simulations.prior import ParameterPrior
-from swesbi.theta import THETA_LABELS
+from swesbi.intervals import median_and_interval
+from swesbi.parameters import PHI_LABELS, PHI_SYMBOLS
+from swesbi.prior import ParameterPrior
 
 FloatArray = NDArray[np.float64]
 
-LABELS: Final = (*THETA_LABELS, "passive scale $a$ (kPa)")
-SYMBOLS: Final = ("$k_0$", r"$k_\mathrm{ATP}$", r"$k_\mathrm{SR}$", "$a$")
+SYMBOLS: Final = tuple(PHI_SYMBOLS.values())
 SHOWN_DRAWS: Final = 2000
 RANGE_QUANTILES: Final = (0.002, 0.998)
 DENSITY_QUANTILES: Final = (0.0005, 0.9995)
@@ -57,8 +57,7 @@ def draw_marginal(axes: Axes, draws: FloatArray, prior: ParameterPrior, color: s
     density = per_log / theta
     axes.fill_between(theta, density / density.max(), color=PRIOR, alpha=0.3, lw=0)
     draw_density(axes, draws, color=color)
-    tail = (1.0 - interval) / 2.0
-    low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail])
+    low, median, high = median_and_interval(draws, interval)
     axes.axvline(median, color="black", lw=0.8)
     for end in (low, high):
         axes.axvline(end, color="black", lw=0.7, ls=(0, (3, 2)))
@@ -120,7 +119,7 @@ def finish(axes: Axes, row: int, column: int, limits: tuple[float, float], last_
     axes.set_xlim(limits)
     axes.xaxis.set_major_locator(MaxNLocator(4))
     if row == last_row:
-        axes.set_xlabel(LABELS[column])
+        axes.set_xlabel(PHI_LABELS[column])
     else:
         axes.tick_params(labelbottom=False)
     if column == row:
@@ -129,7 +128,7 @@ def finish(axes: Axes, row: int, column: int, limits: tuple[float, float], last_
         return
     axes.yaxis.set_major_locator(MaxNLocator(4))
     if column == 0:
-        axes.set_ylabel(LABELS[row])
+        axes.set_ylabel(PHI_LABELS[row])
     else:
         axes.tick_params(labelleft=False)
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import gaussian_kde, norm
 
-from swesbi.simulations.prior import ParameterPrior
+from swesbi.prior import ParameterPrior
 
 FloatArray = NDArray[np.float64]
 POINTS = 256

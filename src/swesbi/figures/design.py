@@ -19,10 +19,11 @@ from swesbi.figures.layout import shared_legend
 from swesbi.figures.style import OBSERVED, PRIOR, TRUTH, new_figure, style
 from swesbi.figures.text import percent, titled
 from swesbi.identifiability.laplace import interval_fold
+from swesbi.parameters import ATTAINED, THETA_NAMES
 
 FloatArray = NDArray[np.float64]
 
-SHOWN: Final = ("k0_kpa", "k_atp_per_s", "k_sr_per_s", "attained_stiffness_kpa")
+SHOWN: Final = (*THETA_NAMES, ATTAINED)
 WIDTH_IN: Final = 6.9
 ROW_HEIGHT_IN: Final = 1.45
 FRAME_HEIGHT_IN: Final = 1.35

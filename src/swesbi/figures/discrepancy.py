@@ -15,11 +15,10 @@ from scipy.stats import binom
 
 from swesbi.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.figures.text import percent
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 
 HEIGHT_IN: Final = 4.2
 CHANCE: Final = 0.9  # mass of the band in which coverage lies by chance
-LABELS: Final = (r"$k_0$", r"$k_\mathrm{ATP}$", r"$k_\mathrm{SR}$")
 EXPLANATION: Final = r"$\delta$: relative error of the speed; $\tau$: error in phase, of the cycle"
 MARKERS: Final = "osD^vPX*"
 
@@ -38,7 +37,7 @@ def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
         covered = [figure.add_subplot(grid[1, 2 * column : 2 * column + 2]) for column in range(3)]
         _evidence(evidence, table)
         _misfit(misfit, table)
-        for panel, axes, name, label in zip("cde", covered, THETA_NAMES, LABELS, strict=True):
+        for panel, axes, name, label in zip("cde", covered, THETA_NAMES, THETA_SYMBOLS, strict=True):
             _coverage(axes, table, f"coverage_{name}", interval)
             axes.set_title(f"({panel}) {label}")
         for axes in (evidence, misfit, *covered):

@@ -14,17 +14,13 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, PercentFormatter
 from swesbi.artefacts import ArtefactError
 from swesbi.figures.style import CMAES, POSTERIOR, PRIOR, TEXT_WIDTH_IN, TRUTH, new_figure, style
 from swesbi.figures.text import percent, titled
+from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.tables.epochs import COVERAGE_PHASES, FRESH_LOSS, RECOVERY_COVERAGE, RELATIVE_SD
-from swesbi.theta import THETA_NAMES
 
 HEIGHT_IN: Final = 4.2
 MARKER_SIZE: Final = 2.8
 COLUMNS: Final = ("epoch", "best", "quantity", "subject", "parameter", "value", "ci_low", "ci_high", "n")
-PARAMETER_LOOKS: Final = (
-    (r"$k_0$", POSTERIOR, "o"),
-    (r"$k_\mathrm{ATP}$", CMAES, "s"),
-    (r"$k_\mathrm{SR}$", TRUTH, "^"),
-)
+PARAMETER_LOOKS: Final = tuple(zip(THETA_SYMBOLS, (POSTERIOR, CMAES, TRUTH), "os^", strict=True))
 SUBJECT_MARKERS: Final = "osD^vPX*"
 NAMED_SUBJECTS: Final = len(SUBJECT_MARKERS)
 

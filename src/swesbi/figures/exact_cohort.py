@@ -11,7 +11,6 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
 from swesbi.evaluation.verdict import UNSUPPORTED, status
-from swesbi.figures.corner import LABELS
 from swesbi.figures.density import log_density_of_draws, log_density_of_prior
 from swesbi.figures.layout import shared_legend
 from swesbi.figures.panels import ExactPanel
@@ -27,8 +26,9 @@ from swesbi.figures.style import (
     style,
 )
 from swesbi.figures.text import percent, titled
-from swesbi.simulations.prior import ParameterPrior
-from swesbi.speed_model.joint_prior import JointPriorSettings
+from swesbi.intervals import median_and_interval
+from swesbi.parameters import PHI_LABELS
+from swesbi.prior import JointPriorSettings, ParameterPrior
 
 FloatArray = NDArray[np.float64]
 
@@ -85,7 +85,7 @@ def _draw_parameter(axes: Axes, panels: Sequence[ExactPanel], j: int, prior: Par
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter(ScalarFormatter())
     axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_ylabel(LABELS[j].replace(" (", "\n("))
+    axes.set_ylabel(PHI_LABELS[j].replace(" (", "\n("))
     _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density")
     for bound in (prior.low, prior.high):
         axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")
@@ -129,8 +129,7 @@ def _outline(axes: Axes, position: int, values: FloatArray, density: FloatArray)
 
 
 def _interval(axes: Axes, position: int, draws: FloatArray, mass: float) -> None:
-    tail = (1.0 - mass) / 2.0
-    low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail])
+    low, median, high = median_and_interval(draws, mass)
     ends = [[median - low], [high - median]]
     axes.errorbar(
         position, median, ends, fmt="o", color="black", mfc="white", ms=2.8, mew=0.7, elinewidth=0.9,

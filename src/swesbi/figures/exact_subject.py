@@ -13,7 +13,7 @@ from swesbi.figures import corner
 from swesbi.figures.panels import ExactPanel
 from swesbi.figures.style import CMAES, NETWORK, PRIOR, STATUS_COLORS, TRUTH, new_figure, style
 from swesbi.figures.text import percent, titled
-from swesbi.speed_model.joint_prior import JointPriorSettings
+from swesbi.prior import JointPriorSettings
 
 FloatArray = NDArray[np.float64]
 

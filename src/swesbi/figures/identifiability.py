@@ -19,17 +19,12 @@ from scipy.stats import chi2
 from swesbi.figures.layout import columns, label_outer, panel_grid, rows
 from swesbi.figures.style import CMAES, EXCLUDED_BACKGROUND, OBSERVED, PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.figures.text import percent, titled
-from swesbi.theta import THETA_LABELS
+from swesbi.forward_model.activation import attained_share, attained_stiffness_kpa
+from swesbi.parameters import ATTAINED, ATTAINED_SYMBOL, K_0, K_ATP, PHI_SYMBOLS, THETA_LABELS
 
 FloatArray = NDArray[np.float64]
 
-QUANTITY_LABELS: Final = {
-    "k0_kpa": "$k_0$",
-    "k_atp_per_s": r"$k_\mathrm{ATP}$",
-    "k_sr_per_s": r"$k_\mathrm{SR}$",
-    "passive_scale_kpa": "$a$",
-    "attained_stiffness_kpa": r"$k_0(1-e^{-k_\mathrm{ATP}D_T})$",
-}
+QUANTITY_LABELS: Final = {**PHI_SYMBOLS, ATTAINED: ATTAINED_SYMBOL}
 REGION_COLORS: Final = ("#0072B2", "#5BA3D0", "#B3D4EA", "#DDEBF5")
 PANEL_HEIGHT_IN: Final = 1.35
 FRAME_HEIGHT_IN: Final = 1.5
@@ -69,8 +64,8 @@ def _draw_profiles(figure: SubFigure, groups: dict[str, xr.Dataset], names: list
     for axes in panels:
         _log_axes(axes, x_limits, y_limits)
     for first in panels[:: columns(len(names))]:
-        first.set_ylabel(THETA_LABELS[0])
-    label_outer(panels, THETA_LABELS[1])
+        first.set_ylabel(THETA_LABELS[K_0])
+    label_outer(panels, THETA_LABELS[K_ATP])
     figure.suptitle("Profile likelihood along $k_0$ and $k_\\mathrm{ATP}$", fontsize=7.0)
     _profile_legend(figure, levels)
 
@@ -82,8 +77,8 @@ def _draw_region(axes: Axes, profile: xr.Dataset, levels: FloatArray) -> None:
     axes.contourf(k_atp, k_0, deviance, levels=drops, colors=REGION_COLORS[: len(levels)])
     best, duration_s = profile["maximum_phi"].to_numpy(), float(profile["activation_duration_s"])
     along = np.geomspace(*axes_range(k_atp), 100)
-    attained = -best[0] * np.expm1(-best[1] * duration_s)
-    axes.plot(along, -attained / np.expm1(-along * duration_s), "--", color=CMAES, lw=0.8, zorder=2)
+    attained = attained_stiffness_kpa(best[None], duration_s)
+    axes.plot(along, attained / attained_share(along, duration_s), "--", color=CMAES, lw=0.8, zorder=2)
     axes.plot(best[1], best[0], "+", color=CMAES, ms=5.0, mew=1.0, zorder=4, clip_on=False)
 
 
@@ -122,9 +117,7 @@ def _profile_legend(figure: SubFigure, levels: FloatArray) -> None:
     ]
     marks = [
         Line2D([], [], color=CMAES, marker="+", ls="none", label="maximum"),
-        Line2D(
-            [], [], color=CMAES, ls="--", lw=0.8, label="equal " + QUANTITY_LABELS["attained_stiffness_kpa"]
-        ),
+        Line2D([], [], color=CMAES, ls="--", lw=0.8, label="equal " + ATTAINED_SYMBOL),
         Line2D([], [], color=OBSERVED, marker=".", ls="none", ms=3.0, label="posterior draws"),
     ]
     figure.legend(handles=[*regions, *marks], loc="outside lower center", ncols=3, columnspacing=1.2)

@@ -13,7 +13,7 @@ from swesbi.figures.style import OBSERVED, POSTERIOR, TEXT_WIDTH_IN, TRUTH, new_
 from swesbi.figures.text import percent, titled
 from swesbi.noise.cohort import CohortNoise
 from swesbi.noise.components import ComponentEstimate
-from swesbi.recording import NoiseComponents
+from swesbi.recording.speed import NoiseComponents
 
 HEIGHT_IN: Final = 2.3
 NAMED_SUBJECTS: Final = 30

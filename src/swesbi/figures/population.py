@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from swesbi.context import Context
+from swesbi.context import CONTEXT, Context
 from swesbi.figures.style import EXCLUDED_BACKGROUND, OBSERVED, TEXT_WIDTH_IN, new_figure, style
 from swesbi.population.contexts import Drawn
 from swesbi.population.settings import DECLARED_NAMES, DeclaredRange
@@ -22,14 +22,7 @@ from swesbi.population.settings import DECLARED_NAMES, DeclaredRange
 FloatArray = NDArray[np.float64]
 Colour = tuple[float, float, float]
 
-LABELS: Final = {
-    "age_years": "age (years)",
-    "bsa_m2": "BSA (m²)",
-    "hr_bpm": "heart rate (1/min)",
-    "lvedv_ml": "LVEDV (mL)",
-    "lvesv_ml": "LVESV (mL)",
-    "ivsd_cm": "IVSd (cm)",
-}
+LABELS: Final = {variable.name: variable.label for variable in CONTEXT if variable.name != "sex_male"}
 PAIRS: Final = (
     ("age_years", "hr_bpm"),
     ("age_years", "lvedv_ml"),

@@ -27,8 +27,9 @@ from swesbi.figures.style import (
     style,
 )
 from swesbi.figures.text import percent, titled
-from swesbi.simulations.prior import ParameterPrior, PriorSettings
-from swesbi.theta import THETA_LABELS, THETA_NAMES
+from swesbi.intervals import median_and_interval
+from swesbi.parameters import THETA_LABELS, THETA_NAMES
+from swesbi.prior import ParameterPrior, PriorSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -136,8 +137,7 @@ def _draw_posterior(axes: Axes, position: int, draws: FloatArray, interval: floa
 
 
 def _interval(axes: Axes, position: int, draws: FloatArray, interval: float) -> None:
-    tail = (1.0 - interval) / 2.0
-    low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail])
+    low, median, high = median_and_interval(draws, interval)
     axes.errorbar(
         position,
         median,

@@ -12,7 +12,7 @@ from swesbi.figures import corner
 from swesbi.figures.panels import PosteriorPanel
 from swesbi.figures.style import CMAES, POSTERIOR, PRIOR, new_figure, style
 from swesbi.figures.text import percent, titled
-from swesbi.simulations.prior import PriorSettings
+from swesbi.prior import PriorSettings
 
 FloatArray = NDArray[np.float64]
 

@@ -12,12 +12,11 @@ from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
 from swesbi.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
-from swesbi.sensitivity.table import BASE
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
+from swesbi.sensitivity.settings import BASE
 
 ROW_HEIGHT_IN: Final = 0.17
 FRAME_HEIGHT_IN: Final = 1.3
-SYMBOLS: Final = (r"$k_0$", r"$k_\mathrm{ATP}$", r"$k_\mathrm{SR}$")
 COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C8C8C", "#000000")
 MARKERS: Final = "osD^vPX*"
 
@@ -34,7 +33,7 @@ def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
     with style():
         figure = new_figure(TEXT_WIDTH_IN * 1.35, 2 * (ROW_HEIGHT_IN * len(names)) + FRAME_HEIGHT_IN)
         axes = figure.subplots(2, len(THETA_NAMES), sharey=True)
-        for column, (parameter, symbol) in enumerate(zip(THETA_NAMES, SYMBOLS, strict=True)):
+        for column, (parameter, symbol) in enumerate(zip(THETA_NAMES, THETA_SYMBOLS, strict=True)):
             rows = shown[shown["parameter"] == parameter]
             _points(axes[0, column], rows, names, "shift_in_widths")
             axes[0, column].axvspan(-0.5, 0.5, color="#EDEDED", zorder=0)

@@ -14,11 +14,10 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from swesbi.artefacts import ArtefactError
 from swesbi.calibration.ranked import NETWORK, SAMPLERS, WEIGHTED
-from swesbi.figures.corner import SYMBOLS
 from swesbi.figures.layout import shared_legend
 from swesbi.figures.style import CMAES, POSTERIOR, PRIOR, new_figure, style
 from swesbi.figures.text import percent
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 
 COLUMNS: Final = (
     "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "median_efficiency",
@@ -82,7 +81,7 @@ def draw(table: pd.DataFrame, interval: float, experiment: str) -> Figure:
     with style():
         figure = new_figure(WIDTH_IN, FRAME_HEIGHT_IN + ROW_HEIGHT_IN * len(names))
         panels = figure.subplots(1, len(THETA_NAMES) + 1, sharey=True)
-        for axes, name, symbol in zip(panels, THETA_NAMES, SYMBOLS, strict=False):
+        for axes, name, symbol in zip(panels, THETA_NAMES, THETA_SYMBOLS, strict=False):
             _coverage(axes, shown[shown["parameter"] == name], names, interval)
             axes.set_xlim(lowest, 1.01)
             axes.set_title(symbol)

@@ -18,9 +18,9 @@ from swesbi.evaluation.support_numbers import support_numbers
 from swesbi.figures.density import log_density_of_prior
 from swesbi.figures.style import CMAES, OBSERVED, POSTERIOR, PRIOR
 from swesbi.inference.support import Support
-from swesbi.observation import SCALAR_NAMES
-from swesbi.simulations.prior import PriorSettings
-from swesbi.theta import THETA_LABELS
+from swesbi.observation.settings import SCALAR_NAMES
+from swesbi.parameters import THETA_LABELS
+from swesbi.prior import PriorSettings
 
 FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from swesbi.context import CONTEXT_NAMES, Context
 from swesbi.inference.standardisation import Standardisation, fit_standardisation
-from swesbi.observation import SummarySettings, summarise, summary_names, summary_units, to_grid
+from swesbi.observation.interpolation import to_grid
+from swesbi.observation.settings import SummarySettings, summary_names, summary_units
+from swesbi.observation.summary import summarise
 from swesbi.recording.ingest import youngs_modulus_kpa
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModelSettings

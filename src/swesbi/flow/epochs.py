@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from swesbi.flow.conditioning import Conditioner, ConditioningSettings, fit_conditioner, raw_features
 from swesbi.flow.simulations import SubjectSimulations, noisy_speeds
 from swesbi.inference.standardisation import Standardisation, fit_standardisation
+from swesbi.prior import to_logit
 from swesbi.seeds import generator
-from swesbi.speed_model.joint_prior import to_logit
 
 FloatArray = NDArray[np.float64]
 

@@ -16,7 +16,8 @@ from swesbi.flow.settings import FlowSettings
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.standardisation import Standardisation
 from swesbi.inference.torch_files import read_plain, write_plain
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import JointPriorSettings
 
 KIND: Final = "flow"
 FEATURES: Final = "features"

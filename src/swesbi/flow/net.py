@@ -17,13 +17,8 @@ from swesbi.flow.inverse import InverseTransform, inverse_transforms
 from swesbi.flow.settings import FlowSettings
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.standardisation import Standardisation
-from swesbi.speed_model.joint_prior import (
-    PHI_NAMES,
-    JointPriorSettings,
-    from_logit,
-    log_jacobian,
-    to_logit,
-)
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 
 FloatArray = NDArray[np.float64]
 DRAWS_PER_BATCH = 50_000

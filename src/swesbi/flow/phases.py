@@ -16,6 +16,7 @@ from pydantic import Field
 
 from swesbi.context import CONTEXT_RANGES, Context
 from swesbi.inference.standardisation import Standardisation, fit_standardisation
+from swesbi.recording.phases import nominal_phases
 from swesbi.settings import Settings
 from swesbi.speed_model.recording import SpeedRecording
 
@@ -72,11 +73,6 @@ class PhaseConditioner:
 def fit_phase_conditioner(inputs: FloatArray, settings: PhaseSettings) -> PhaseConditioner:
     """Take the statistics of training inputs (n, C)."""
     return PhaseConditioner(settings, fit_standardisation(inputs))
-
-
-def nominal_phases(phases: int) -> FloatArray:
-    """Return the centres of equal parts of the cycle; shape (phases,)."""
-    return np.asarray((np.arange(phases) + 0.5) / phases)
 
 
 def context_inputs(context: Context) -> FloatArray:

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError, build_dataset, load
 from swesbi.artefacts.kinds.flow import SCHEMAS
-from swesbi.observation import MeasurementSettings
-from swesbi.recording import Observation
+from swesbi.observation.settings import MeasurementSettings
+from swesbi.parameters import THETA_NAMES
+from swesbi.recording.observation import Observation
 from swesbi.simulations.draw import PriorSimulations
 from swesbi.speed_model.prediction import ActivePhases, active_at_phases
-from swesbi.theta import THETA_NAMES
 
 FloatArray = NDArray[np.float64]
 KIND: Final = "speed_pool"

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.prior import draw_passive_scale
 from swesbi.simulations.draw import PriorSimulations
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES
 from swesbi.speed_model.likelihood import draw_speeds
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.prediction import ActivePhases, active_at_phases, predict_speeds
@@ -56,9 +55,7 @@ def noisy_speeds(simulations: SubjectSimulations, rng: np.random.Generator) -> t
         phi of shape (n, 4), and the speeds in m/s of shape (n, p).
     """
     model, settings = simulations.model, simulations.model.settings
-    u = np.full((len(simulations.theta), len(PHI_NAMES)), 0.5)
-    u[:, -1] = rng.random(len(u))
-    scale = quantile(u, settings.prior)[:, -1]
+    scale = draw_passive_scale(len(simulations.theta), settings.prior, rng)
     predicted = predict_speeds(
         scale, simulations.active, model.shape, model.recording.phase, settings.density_kg_m3
     )

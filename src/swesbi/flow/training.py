@@ -7,7 +7,7 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 import torch
@@ -21,12 +21,14 @@ from swesbi.flow.settings import FlowSettings
 from swesbi.flow.simulations import SubjectSimulations
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.standardisation import Standardisation
+from swesbi.prior import JointPriorSettings
 from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
-from swesbi.speed_model.joint_prior import JointPriorSettings
 
 LOGGER = logging.getLogger("swesbi")
-VALIDATION_COPIES: Final = 2  # noise draws for each held-out theta; fixed over the epochs
+Part = TypeVar("Part")
+"""Simulations on one side of a split."""
+VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs
 MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
 
 
@@ -79,14 +81,11 @@ def train_flow(
     training, held_out = split_by_theta(subjects, settings.validation_fraction)
     conditioner, eta = fit_statistics(training, conditioning, seed)
 
-    def rows_of(number: int) -> Rows:
-        return make_rows(training, conditioner, eta, seed, "epoch", number)
+    def rows_of(part: Sequence[SubjectSimulations], name: str, number: int) -> Rows:
+        return make_rows(part, conditioner, eta, seed, name, number)
 
-    validation = [
-        make_rows(held_out, conditioner, eta, seed, "validation", k) for k in range(VALIDATION_COPIES)
-    ]
-    prior = subjects[0].model.settings.prior
-    return fit_flow(rows_of, validation, FlowParts(conditioner, eta, prior), settings, seed, label)
+    parts = FlowParts(conditioner, eta, subjects[0].model.settings.prior)
+    return fit_flow(training, held_out, rows_of, parts, settings, seed, label)
 
 
 @dataclass(frozen=True)
@@ -105,8 +104,9 @@ class FlowParts:
 
 
 def fit_flow(
-    rows_of: Callable[[int], Rows],
-    validation: Sequence[Rows],
+    training: Part,
+    held_out: Part,
+    rows_of: Callable[[Part, str, int], Rows],
     parts: FlowParts,
     settings: FlowSettings,
     seed: int,
@@ -115,8 +115,9 @@ def fit_flow(
     """Fit a flow to fresh rows every epoch and keep the weights of the best epoch on the held-out rows.
 
     Args:
-        rows_of: Makes the rows of an epoch by its number, from 1; as many each time.
-        validation: Held-out rows, the same for every epoch.
+        training: Simulations whose rows are drawn anew every epoch.
+        held_out: Simulations whose rows are the same for every epoch.
+        rows_of: Makes rows of a part, by what they are for and a number: as many each time.
         parts: What the trained flow has beside its net.
         settings: Architecture and schedule.
         seed: Seed of initial weights and batches.
@@ -125,12 +126,13 @@ def fit_flow(
     Raises:
         TrainingDivergedError: The loss was not finite too often.
     """
+    validation = [rows_of(held_out, "validation", k) for k in range(VALIDATION_COPIES)]
     with reproducible(integer_seed(seed, "flow", "torch")):
-        rows = rows_of(1)
+        rows = rows_of(training, "epoch", 1)
         course = _Course(settings, len(rows.eta), rows.z.shape[1], label)
         course.run(rows, validation)
         for number in range(2, settings.epochs + 1):
-            rows = rows_of(number)
+            rows = rows_of(training, "epoch", number)
             course.run(rows, validation)
     best = min(course.epochs, key=lambda epoch: epoch.validation_loss)
     LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, course.best_loss)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
+from swesbi.forward_model.activation import activation
 from swesbi.forward_model.equations import Options, Parameters
 from swesbi.forward_model.settings import ForwardModelSettings
 
@@ -43,20 +44,6 @@ class Model:
     def period_s(self) -> float:
         """Length of a beat."""
         return self.step_s * self.steps
-
-
-def activation(time_s: Array, period_s: float, settings: ForwardModelSettings) -> Array:
-    """Return the activation s(t) in [0, 1] at times after the R peak, repeated with the period.
-
-    s = 1/2 [tanh(2 (t - t_on) / w) - tanh(2 (t - t_on - D_T) / w)], D_T = D sqrt(T / T_ref).
-    """
-    duration_s = settings.activation_duration_s * np.sqrt(period_s / settings.activation_reference_period_s)
-    total = np.zeros_like(time_s)
-    for shift_s in (-period_s, 0.0, period_s):
-        t = time_s - shift_s - settings.activation_onset_s
-        ramp_s = 0.5 * settings.activation_ramp_s
-        total += 0.5 * (np.tanh(t / ramp_s) - np.tanh((t - duration_s) / ramp_s))
-    return total
 
 
 def options_of(settings: ForwardModelSettings) -> Options:
@@ -127,7 +114,11 @@ def build_model(context: Context, settings: ForwardModelSettings, refinement: in
 
 
 def cavity_volume(stretch: Array, model: Model) -> Array:
-    """Return the cavity volume (m3) at these stretches; negative where the wall has closed the cavity."""
+    """Return the cavity volume (m3) at these stretches; negative where the wall has closed the cavity.
+
+    The formula of :func:`~swesbi.forward_model.equations.cavity`, which the compiled loop takes in an order
+    that vectorises; the two round differently.
+    """
     p = model.parameters
     delta = 0.0 if model.options.thin_wall else p.thickness / p.radius
     inner = p.radius * (stretch - 0.5 * delta / stretch**2)

@@ -22,13 +22,9 @@ from swesbi.forward_model.beats import (
 from swesbi.forward_model.model import Model, build_model
 from swesbi.forward_model.periodic import ALL_RECORDS, Records, Status, run_to_periodic
 from swesbi.forward_model.settings import ForwardModelSettings
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES, THETA_RANGES
 
 Array = NDArray[np.float64]
-
-# Declared ranges of the inputs: an order of magnitude beyond published myocardial parameters (Marchesseau et
-# al. 2013; Banus et al. 2021), so that any prior of a study fits inside, yet a wrong unit does not.
-THETA_RANGES: Final = ((1.0, 500.0), (0.1, 500.0), (0.1, 300.0))
 
 # How many times more steps a simulation gets that fails at the shipped step.
 REFINEMENT: Final = 4

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from swesbi.identifiability.quantities import quantities
-from swesbi.simulations.prior import BoxPrior, quantile
+from swesbi.prior import BoxPrior, quantile
 
 FloatArray = NDArray[np.float64]
 SOBOL_POWER: Final = 16

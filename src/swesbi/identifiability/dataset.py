@@ -15,7 +15,7 @@ from swesbi.identifiability.cohort import CohortIdentifiability
 from swesbi.identifiability.quantities import QUANTITY_NAMES
 from swesbi.identifiability.settings import IdentifiabilitySettings
 from swesbi.identifiability.subject import RecordedSubject, SubjectIdentifiability
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.parameters import PHI_NAMES
 
 FloatArray = NDArray[np.float64]
 KIND: Final = "identifiability"

@@ -14,8 +14,8 @@ from swesbi.identifiability.laplace import expected_variance, prior_precision
 from swesbi.identifiability.quantities import log_gradient
 from swesbi.identifiability.settings import DesignSettings
 from swesbi.identifiability.speeds import SimulatedStencil, derivatives_at
+from swesbi.parameters import THETA_NAMES
 from swesbi.speed_model.model import SpeedModel
-from swesbi.theta import THETA_NAMES
 
 FloatArray = NDArray[np.float64]
 NO_NOISE: Final = 1e-10

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from swesbi.simulations.prior import BoxPrior
+from swesbi.prior import BoxPrior
 
 FloatArray = NDArray[np.float64]
 

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.speed_model.likelihood import normal_log_density
+
 FloatArray = NDArray[np.float64]
 
 
@@ -82,7 +84,7 @@ def central_difference(values: FloatArray, step: float) -> FloatArray:
 def log_likelihood_terms(moments: Moments, observed: FloatArray) -> FloatArray:
     """Return log p(y_i | x) of every datum, (n, p)."""
     z = (observed - moments.mean) * np.exp(-moments.log_sd)
-    return np.asarray(-0.5 * z**2 - moments.log_sd - 0.5 * np.log(2.0 * np.pi))
+    return normal_log_density(z, moments.log_sd)
 
 
 def score(at: Differentiated, observed: FloatArray) -> FloatArray:

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from swesbi.identifiability.profile import Profile, interval, pair_profile, profile
 from swesbi.identifiability.settings import IdentifiabilitySettings
 from swesbi.identifiability.speeds import in_logit, maximum_likelihood
-from swesbi.simulations.prior import bounds
-from swesbi.speed_model.joint_prior import PHI_NAMES, JointPriorSettings, from_logit
+from swesbi.parameters import K_0, K_ATP, PHI_NAMES
+from swesbi.prior import JointPriorSettings, bounds, from_logit
 from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]
-PAIR = (PHI_NAMES.index("k0_kpa"), PHI_NAMES.index("k_atp_per_s"))
+PAIR = (K_0, K_ATP)
 
 
 @dataclass(frozen=True)

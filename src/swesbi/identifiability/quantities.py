@@ -7,9 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.calibration.quantities import ATTAINED
-from swesbi.evaluation.draws import attained_stiffness_kpa
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.forward_model.activation import attained_stiffness_kpa
+from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES
 
 FloatArray = NDArray[np.float64]
 QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED)
@@ -18,7 +17,7 @@ QUANTITY_UNITS: Final = "kPa, s-1, s-1, kPa, kPa"
 
 def quantities(phi: FloatArray, duration_s: float) -> FloatArray:
     """Append k_0 (1 - exp(-k_ATP D_T)) to phi (n, 4), giving (n, 5) in the order of ``QUANTITY_NAMES``."""
-    return np.column_stack([phi, attained_stiffness_kpa(phi[:, :3], duration_s)])
+    return np.column_stack([phi, attained_stiffness_kpa(phi, duration_s)])
 
 
 def log_gradient(phi: FloatArray, duration_s: float) -> FloatArray:
@@ -28,7 +27,7 @@ def log_gradient(phi: FloatArray, duration_s: float) -> FloatArray:
     """
     gradient = np.zeros((len(phi), len(QUANTITY_NAMES), len(PHI_NAMES)))
     gradient[:, : len(PHI_NAMES)] = np.eye(len(PHI_NAMES))
-    exponent = phi[:, PHI_NAMES.index("k_atp_per_s")] * duration_s
-    gradient[:, -1, PHI_NAMES.index("k0_kpa")] = 1.0
-    gradient[:, -1, PHI_NAMES.index("k_atp_per_s")] = exponent / np.expm1(exponent)
+    exponent = phi[:, K_ATP] * duration_s
+    gradient[:, -1, K_0] = 1.0
+    gradient[:, -1, K_ATP] = exponent / np.expm1(exponent)
     return gradient

@@ -8,12 +8,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import Beats
+from swesbi.forward_model.beats import Beats
 from swesbi.identifiability.maximise import Maxima, NormalProblem, maximise
 from swesbi.identifiability.normal import MomentFunction, Moments, central_difference, stencil
+from swesbi.parameters import PHI_NAMES, SCALE
+from swesbi.prior import from_logit, sample, to_logit
 from swesbi.seeds import generator
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES, from_logit, to_logit
 from swesbi.speed_model.likelihood import log_speed_sd
 from swesbi.speed_model.model import SpeedModel
 
@@ -50,7 +50,7 @@ def maximum_likelihood(
 ) -> Maxima:
     """Search the maximum in logit from the likeliest of ``prior_starts`` draws from the prior."""
     rng = generator(seed, "identifiability", "starts", model.recording.subject)
-    phi = quantile(rng.random((prior_starts, len(PHI_NAMES))), model.settings.prior)
+    phi = sample(prior_starts, model.settings.prior, rng)
     eta = np.clip(to_logit(phi, model.settings.prior), problem.low, problem.high)
     likeliest = np.argsort(-problem.log_likelihood(eta), kind="stable")[:searches]
     return maximise(problem, eta[likeliest], range(len(PHI_NAMES)))
@@ -106,7 +106,7 @@ def simulate_stencil(model: SpeedModel, phi: FloatArray, step: float) -> Simulat
 def derivatives_at(model: SpeedModel, simulated: SimulatedStencil, phase: FloatArray) -> SpeedDerivatives:
     """Return the derivatives at phases (p,) that the subject's recording need not have."""
     elsewhere = replace(model, recording=replace(model.recording, phase=phase))
-    predicted = elsewhere.predict_from(np.exp(simulated.log_phi[..., 3]).ravel(), simulated.beats)
+    predicted = elsewhere.predict_from(np.exp(simulated.log_phi[..., SCALE]).ravel(), simulated.beats)
     shape = (*simulated.log_phi.shape[:2], len(phase))
     log_speed, slope = predicted.log_speed.reshape(shape), predicted.slope.reshape(shape)
     return SpeedDerivatives(

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.calibration.quantities import activation_duration_s
 from swesbi.identifiability.contraction import Contraction, contraction, prior_quantities
 from swesbi.identifiability.designs import Designs, expected_of_designs
 from swesbi.identifiability.laplace import expected_sd, prior_precision
@@ -49,7 +48,7 @@ class RecordedSubject:
     @property
     def duration_s(self) -> float:
         """Duration of the activation."""
-        return activation_duration_s(self.model)
+        return self.model.activation_duration_s
 
     @property
     def equivalent_repeats(self) -> float:

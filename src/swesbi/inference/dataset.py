@@ -12,7 +12,7 @@ from swesbi.artefacts.kinds.inference import SCHEMAS
 from swesbi.inference.pool import Components, Pool
 from swesbi.inference.posterior import Posterior
 from swesbi.inference.standardisation import Standardisation
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 POOL = "pool"
 POSTERIOR = "posterior"

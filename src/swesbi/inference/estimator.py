@@ -18,7 +18,7 @@ from swesbi.inference.maf import MaskedFlow
 from swesbi.inference.net_metadata import EstimatorMetadata, NetMetadata, check_size
 from swesbi.inference.settings import EstimatorSettings
 from swesbi.inference.torch_files import read_plain, write_plain
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 KIND: Final = "estimator"
 

@@ -10,8 +10,8 @@ from torch import Tensor
 
 from swesbi.inference.plain_content import count_numbers
 from swesbi.inference.settings import EstimatorSettings
+from swesbi.parameters import THETA_NAMES
 from swesbi.settings import Settings
-from swesbi.theta import THETA_NAMES
 
 Epoch = Annotated[int, Field(ge=1)]
 Loss = Annotated[float, Field(allow_inf_nan=True)]

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.inference.settings import PosteriorSettings
-from swesbi.simulations.prior import PriorSettings, in_bounds
+from swesbi.intervals import interval_levels
+from swesbi.prior import PriorSettings, in_bounds
 
 FloatArray = NDArray[np.float64]
 
@@ -73,11 +74,6 @@ def summarise_posterior(
         component_names=component_names,
         z_obs=z_obs,
     )
-
-
-def interval_levels(mass: float) -> FloatArray:
-    """Return the two quantile levels that enclose the equal-tailed interval of this mass."""
-    return np.array([0.5 - 0.5 * mass, 0.5 + 0.5 * mass])
 
 
 def _quantiles(theta: FloatArray, levels: FloatArray) -> FloatArray:

@@ -7,21 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import Beats
+from swesbi.forward_model.beats import Beats
 from swesbi.inference.subjects import MeasuredSubject
-from swesbi.observation import (
-    MeasurementSettings,
-    PassiveBaseline,
-    PassiveSettings,
-    SummarySettings,
-    calibrate_passive,
-    sample_cycle,
-    summarise,
-    to_grid,
-    total_cycle,
-)
-from swesbi.recording import Observation, RecordingSettings, ingest
-from swesbi.virtual_cohort import AcquisitionSettings, TruthCurve, acquire
+from swesbi.observation.interpolation import sample_cycle, to_grid
+from swesbi.observation.operator import total_cycle
+from swesbi.observation.passive import PassiveBaseline, calibrate_passive
+from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.observation.summary import summarise
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.settings import RecordingSettings
+from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.virtual_cohort.truth import TruthCurve
 
 FloatArray = NDArray[np.float64]
 

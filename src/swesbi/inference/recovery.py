@@ -10,16 +10,15 @@ from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from swesbi.context import Context
-from swesbi.forward_model import ForwardModelSettings
-from swesbi.inference.posterior import interval_levels
+from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.inference.settings import RecoverySettings
+from swesbi.intervals import interval_levels
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import PriorSettings, in_bounds, prior_variance
 from swesbi.seeds import integer_seed
 from swesbi.simulations.draw import PriorSimulations, draw_simulations
-from swesbi.simulations.prior import PriorSettings, in_bounds, quantile
-from swesbi.theta import THETA_NAMES
 
 FloatArray = NDArray[np.float64]
-VARIANCE_POINTS = 100_000
 
 
 class NothingRecoveredError(ValueError):
@@ -136,13 +135,6 @@ def score_recovery(
 def shares(total: int, parts: int) -> list[int]:
     """Share ``total`` recordings out over ``parts`` subjects as evenly as can be, the first getting more."""
     return [len(part) for part in np.array_split(np.arange(total), parts)]
-
-
-def prior_variance(prior: PriorSettings) -> FloatArray:
-    """Return the variance of each parameter under the prior, shape (3,), from its quantile function."""
-    u = (np.arange(VARIANCE_POINTS) + 0.5) / VARIANCE_POINTS
-    variance: FloatArray = quantile(np.repeat(u[:, None], len(THETA_NAMES), axis=1), prior).var(axis=0)
-    return variance
 
 
 def _row(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from swesbi.inference.determinism import reproducible
 from swesbi.inference.maf import MaskedFlow
 from swesbi.inference.sequential import for_drawing
-from swesbi.simulations.prior import PriorSettings, in_bounds
+from swesbi.prior import PriorSettings, in_bounds
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from torch.utils.data import DataLoader, Dataset
 
 from swesbi.inference.settings import EstimatorSettings
 from swesbi.inference.torch_prior import torch_prior
-from swesbi.simulations.prior import PriorSettings
+from swesbi.prior import PriorSettings
 
 
 class Record(Protocol):

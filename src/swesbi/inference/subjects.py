@@ -10,17 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError, load
-from swesbi.observation import (
-    MeasurementSettings,
-    PassiveBaseline,
-    SummarySettings,
-    summarise,
-    total_curves,
-)
 from swesbi.observation.dataset import KIND as PASSIVE
 from swesbi.observation.dataset import read_passive
-from swesbi.recording import Observation
+from swesbi.observation.operator import total_curves
+from swesbi.observation.passive import PassiveBaseline
+from swesbi.observation.settings import MeasurementSettings, SummarySettings
+from swesbi.observation.summary import summarise
 from swesbi.recording.dataset import read_observation
+from swesbi.recording.observation import Observation
 
 FloatArray = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError
 from swesbi.inference.settings import SupportSettings
-from swesbi.simulations.prior import PriorSettings, bounds, in_bounds
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import PriorSettings, bounds, in_bounds
 
 FloatArray = NDArray[np.float64]
 NAMED_COMPONENTS = 3

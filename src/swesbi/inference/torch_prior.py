@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 from torch.distributions import Distribution, constraints
 
-from swesbi.simulations.prior import PriorSettings, bounds, log_centre
+from swesbi.prior import PriorSettings, bounds, log_centre
 
 LOG_ROOT_TWO_PI = 0.5 * float(np.log(2.0 * np.pi))
 

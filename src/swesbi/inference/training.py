@@ -23,8 +23,8 @@ from swesbi.inference.fast_trainer import FastTrainer
 from swesbi.inference.maf import MaskedFlow
 from swesbi.inference.sbi_trainer import SbiTrainer, on_cpu
 from swesbi.inference.settings import EstimatorSettings
+from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
-from swesbi.simulations.prior import PriorSettings
 
 TRAINERS: Final = {"sbi": SbiTrainer, "fast": FastTrainer}
 LOGGER = logging.getLogger("swesbi")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from swesbi.simulations.prior import BoxPrior, ParameterPrior, bounds
+from swesbi.prior import BoxPrior, ParameterPrior, bounds
 
 FloatArray = NDArray[np.float64]
 BOUNDS: Final = ("lower", "upper")

@@ -17,7 +17,7 @@ from swesbi.misspecification.bounds import BOUNDS
 from swesbi.misspecification.checks import Checks
 from swesbi.misspecification.reference import Reference, fit_reference
 from swesbi.misspecification.settings import RuleSettings
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.parameters import PHI_NAMES
 
 FloatArray = NDArray[np.float64]
 KIND: Final = "misspecification"

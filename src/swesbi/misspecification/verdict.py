@@ -16,8 +16,7 @@ from swesbi.inference.support import Support, SupportTest
 from swesbi.misspecification.bounds import BOUNDS, strip_ratios
 from swesbi.misspecification.checks import FEATURE_TESTS, TESTS, Checks
 from swesbi.misspecification.reference import Judgement, Reference, Status
-from swesbi.speed_model.joint_prior import PHI_NAMES
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import PHI_NAMES, THETA_NAMES
 
 FloatArray = NDArray[np.float64]
 NAMED_FEATURES: Final = 3

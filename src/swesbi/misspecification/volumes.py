@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.forward_model import Beats, Status
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.periodic import Status
 from swesbi.inference.support import SupportTest
 from swesbi.misspecification.settings import VolumeSettings
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 
 from swesbi.context import Context
-from swesbi.recording import RecordingError, RecordingSettings, ingest
+from swesbi.recording.ingest import ingest
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import integer_seed
 from swesbi.speed_model.recording import SpeedRecording, measured_speeds

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from swesbi.evaluation.exact_result import ExactResult
 from swesbi.evaluation.verdict import sampler_in_words, weights_in_words
 from swesbi.inference.support import Support
-from swesbi.simulations.prior import ParameterPrior
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.intervals import median_and_interval
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import ParameterPrior
 
 WIDTH = 18
 
@@ -39,7 +38,6 @@ def answer_text(subject: str, result: ExactResult, support: Support, prior: Sequ
 
 
 def _line(result: ExactResult, j: int, prior: ParameterPrior) -> str:
-    tail = 0.5 * (1.0 - result.interval_mass)
-    low, median, high = np.quantile(result.phi[:, j], [tail, 0.5, 1.0 - tail])
+    low, median, high = median_and_interval(result.phi[:, j], result.interval_mass)
     interval = f"[{low:.4g}, {high:.4g}]"
     return f"{PHI_NAMES[j]:{WIDTH}}{median:8.4g}  {interval:<18}  {prior.low:g} to {prior.high:g}"

@@ -14,8 +14,7 @@ from typing import Final
 import numpy as np
 
 from swesbi.context import CONTEXT_NAMES, CONTEXT_RANGES, Context
-from swesbi.population.contexts import in_declared_range
-from swesbi.population.settings import PopulationSettings
+from swesbi.population.settings import PopulationSettings, in_declared_range
 
 SIMULATED: Final = tuple(CONTEXT_RANGES)
 

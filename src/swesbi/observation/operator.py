@@ -17,7 +17,7 @@ from swesbi.observation.settings import MeasurementSettings
 from swesbi.observation.stiffness_map import active_stiffness_map
 
 if TYPE_CHECKING:
-    from swesbi.forward_model import Beats
+    from swesbi.forward_model.beats import Beats
     from swesbi.recording.observation import Observation
 
 FloatArray = NDArray[np.float64]

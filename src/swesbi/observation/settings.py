@@ -1,13 +1,36 @@
-"""Settings of the measurement operator, the passive baseline and the summary S(.)."""
+"""Settings of the measurement operator, the passive baseline and the summary S(.) with its features."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Final, Literal
 
 from pydantic import Field
 
 from swesbi.settings import Settings
 from swesbi.settings_types import CycleWindow
+
+SCALARS: Final = (
+    ("baseline_kpa", "kPa"),
+    ("minimum_kpa", "kPa"),
+    ("maximum_kpa", "kPa"),
+    ("amplitude_kpa", "kPa"),
+    ("auc_kpa", "kPa"),
+    ("post_peak_auc_kpa", "kPa"),
+    ("max_up_slope_kpa_per_cycle", "kPa"),
+    ("mean_up_slope_kpa_per_cycle", "kPa"),
+    ("time_to_peak_cycle", "1"),
+    ("rise_time_10_90_cycle", "1"),
+    ("time_to_half_rise_cycle", "1"),
+    ("max_down_slope_kpa_per_cycle", "kPa"),
+    ("decay_slope_kpa_per_cycle", "kPa"),
+    ("half_relaxation_time_cycle", "1"),
+    ("relaxation_time_to_10_cycle", "1"),
+    ("full_width_half_maximum_cycle", "1"),
+)
+SCALAR_NAMES: Final = tuple(name for name, _ in SCALARS)
+SCALAR_UNITS: Final = tuple(unit for _, unit in SCALARS)
+SUMMARY_NAMES: Final = SCALAR_NAMES + tuple(f"trajectory_{index:02d}_kpa" for index in range(30))
+SUMMARY_UNITS: Final = SCALAR_UNITS + ("kPa",) * 30
 
 
 class MeasurementSettings(Settings):
@@ -32,3 +55,18 @@ class SummarySettings(Settings):
     baseline_window: CycleWindow
     trajectory_points: int = Field(ge=2, le=500, description="Uniformly resampled values of the curve.")
     use_trajectory: bool = Field(description="Whether S(.) holds the trajectory beside the scalars.")
+
+
+def summary_names(settings: SummarySettings) -> tuple[str, ...]:
+    """Return the names of the features under these settings, units included."""
+    return SCALAR_NAMES + _trajectory_names(settings)
+
+
+def summary_units(settings: SummarySettings) -> tuple[str, ...]:
+    """Return the units of the features under these settings; slopes are kPa per (unitless) cycle."""
+    return SCALAR_UNITS + ("kPa",) * len(_trajectory_names(settings))
+
+
+def _trajectory_names(settings: SummarySettings) -> tuple[str, ...]:
+    points = settings.trajectory_points if settings.use_trajectory else 0
+    return tuple(f"trajectory_{index:02d}_kpa" for index in range(points))

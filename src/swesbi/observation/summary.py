@@ -14,41 +14,11 @@ from numpy.typing import NDArray
 
 from swesbi.observation.crossings import Peak, find_peak, first_crossing_after, last_crossing_before
 from swesbi.observation.interpolation import analysis_grid
-from swesbi.observation.settings import SummarySettings
+from swesbi.observation.settings import SCALARS, SummarySettings, summary_names
 
 FloatArray = NDArray[np.float64]
 
-SCALARS: Final = (
-    ("baseline_kpa", "kPa"),
-    ("minimum_kpa", "kPa"),
-    ("maximum_kpa", "kPa"),
-    ("amplitude_kpa", "kPa"),
-    ("auc_kpa", "kPa"),
-    ("post_peak_auc_kpa", "kPa"),
-    ("max_up_slope_kpa_per_cycle", "kPa"),
-    ("mean_up_slope_kpa_per_cycle", "kPa"),
-    ("time_to_peak_cycle", "1"),
-    ("rise_time_10_90_cycle", "1"),
-    ("time_to_half_rise_cycle", "1"),
-    ("max_down_slope_kpa_per_cycle", "kPa"),
-    ("decay_slope_kpa_per_cycle", "kPa"),
-    ("half_relaxation_time_cycle", "1"),
-    ("relaxation_time_to_10_cycle", "1"),
-    ("full_width_half_maximum_cycle", "1"),
-)
-SCALAR_NAMES: Final = tuple(name for name, _ in SCALARS)
-SCALAR_UNITS: Final = tuple(unit for _, unit in SCALARS)
 CHUNK: Final = 2048  # rows; keeps the work arrays within the processor's cache
-
-
-def summary_names(settings: SummarySettings) -> tuple[str, ...]:
-    """Return the names of the features under these settings, units included."""
-    return SCALAR_NAMES + _trajectory_names(settings)
-
-
-def summary_units(settings: SummarySettings) -> tuple[str, ...]:
-    """Return the units of the features under these settings; slopes are kPa per (unitless) cycle."""
-    return SCALAR_UNITS + ("kPa",) * len(_trajectory_names(settings))
 
 
 def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
@@ -129,12 +99,3 @@ def _within(grid: FloatArray, window: tuple[float, float]) -> NDArray[np.bool_]:
     if not inside.any():
         raise ValueError(f"baseline_window {list(window)} holds no point of a grid of {len(grid)}; widen it")
     return inside
-
-
-def _trajectory_names(settings: SummarySettings) -> tuple[str, ...]:
-    points = settings.trajectory_points if settings.use_trajectory else 0
-    return tuple(f"trajectory_{index:02d}_kpa" for index in range(points))
-
-
-SUMMARY_NAMES: Final = SCALAR_NAMES + tuple(f"trajectory_{index:02d}_kpa" for index in range(30))
-SUMMARY_UNITS: Final = SCALAR_UNITS + ("kPa",) * 30

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
 from swesbi.calibration.recordings import infer_recordings
@@ -18,21 +17,11 @@ from swesbi.context import Context
 from swesbi.exact.settings import ExactSettings, RefinementSettings
 from swesbi.flow.net import TrainedFlow
 from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
+from swesbi.population.settings import StrataSettings
 from swesbi.progress import Progress
-from swesbi.settings import Settings
 
 FloatArray = NDArray[np.float64]
 STREAM = "population calibration"
-
-
-class StrataSettings(Settings):
-    """Where continuous values are cut into strata; sex makes two of its own."""
-
-    age_years: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
-    hr_bpm: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
-    relative_se: tuple[float, ...] = Field(
-        min_length=1, description="ascending cuts of the standard error of a phase without failed samples"
-    )
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from swesbi.artefacts import ArtefactError, load
 from swesbi.context import Context
 from swesbi.evaluation.verdict import STATUSES, label_of_test, status
 from swesbi.inference.support import read_support
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.parameters import PHI_NAMES
 
 FloatArray = NDArray[np.float64]
 POSTERIOR: Final = "posterior"

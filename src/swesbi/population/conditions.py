@@ -3,39 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
 
-from swesbi.noise import relative_se
-from swesbi.recording import NoiseComponents, RecordingSettings
+from swesbi.noise.error import relative_se
+from swesbi.population.settings import ConditionSettings
 from swesbi.recording.completeness import BEAT_VARIATION
-from swesbi.settings import Settings
-from swesbi.virtual_cohort import AcquisitionSettings
+from swesbi.recording.phases import nominal_phases
+from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.speed import NoiseComponents
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 ROUNDING: Final = 1e-9
-
-
-class ConditionSettings(Settings):
-    """Noise levels and missing phases of the recordings that the network learns from."""
-
-    relative_se: tuple[float, float] = Field(
-        description="standard error of the mean speed of a phase without failed samples; uniform in its log"
-    )
-    missing_fraction: float = Field(
-        ge=0.0, lt=1.0, description="phases are missed at random, at a rate uniform up to this"
-    )
-
-    @model_validator(mode="after")
-    def _check_range(self) -> Self:
-        low, high = self.relative_se
-        if not 0.0 < low < high < 1.0:
-            raise ValueError(f"relative_se = [{low:g}, {high:g}]: need 0 < low < high < 1")
-        return self
 
 
 @dataclass(frozen=True)
@@ -90,7 +73,7 @@ def admitted(measured: BoolArray, phase: FloatArray, recording: RecordingSetting
 def _draw_measured(
     number: int, settings: ConditionSettings, recording: RecordingSettings, rng: np.random.Generator
 ) -> BoolArray:
-    phase = (np.arange(recording.phases) + 0.5) / recording.phases
+    phase = nominal_phases(recording.phases)
     measured = np.zeros((number, len(phase)), dtype=bool)
     pending = np.arange(number)
     while pending.size:

@@ -24,6 +24,7 @@ from swesbi.population.settings import (
     GroupSettings,
     PopulationSettings,
     SizedQuantity,
+    in_declared_range,
 )
 from swesbi.recording.settings import ContextRow
 from swesbi.seeds import generator
@@ -83,17 +84,6 @@ def draw_population(
     return tuple(
         _draw(number, population, generator(seed, "population", *name, number), broad) for number in index
     )
-
-
-def in_declared_range(context: Context, population: PopulationSettings) -> tuple[str, ...]:
-    """Say what of a context is outside the declared range, with its limits; empty if nothing is."""
-    problems = []
-    for name in DECLARED_NAMES:
-        value = float(getattr(context, name))
-        low, high = population.declared_range.limits(name)
-        if not low <= value <= high:
-            problems.append(f"{name} = {value:g} is outside [{low:g}, {high:g}]")
-    return tuple(problems)
 
 
 def _draw(number: int, population: PopulationSettings, rng: np.random.Generator, broad: bool) -> Drawn:

@@ -11,10 +11,10 @@ import xarray as xr
 
 from swesbi.artefacts import build_dataset, load
 from swesbi.artefacts.kinds.population import SCHEMAS
-from swesbi.forward_model import Status
+from swesbi.forward_model.periodic import Status
+from swesbi.parameters import THETA_NAMES
 from swesbi.population.context_dataset import context_values, contexts_of
 from swesbi.population.simulations import PopulationSimulations
-from swesbi.theta import THETA_NAMES
 
 KIND: Final = "population_simulations"
 SCHEMA: Final = SCHEMAS[KIND]["/"]

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from swesbi.context import Context
 from swesbi.flow.conditioning import ConditioningSettings
@@ -19,7 +18,7 @@ from swesbi.misspecification.pooled import PooledNull, prior_predictive
 from swesbi.misspecification.posteriors import weighted_posterior
 from swesbi.misspecification.reference import space_distances
 from swesbi.misspecification.settings import RuleSettings
-from swesbi.observation import summary_names
+from swesbi.observation.settings import summary_names
 from swesbi.population.recordings import (
     OWN,
     FreshSettings,
@@ -28,25 +27,13 @@ from swesbi.population.recordings import (
     record_fresh,
     recorded,
 )
+from swesbi.population.settings import NullSettings
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
-from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]
 STREAM = "population null"
-
-
-class NullSettings(Settings):
-    """Sizes of the null distributions."""
-
-    recordings: int = Field(ge=50, description="fresh recordings, each of a context of its own")
-    predictive_recordings: int = Field(
-        ge=100, description="prior predictive recordings of a subject: for the space, and again for distances"
-    )
-    draws: int = Field(ge=100, description="weighted posterior draws of each")
-    prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
-    strip_fraction: float = Field(gt=0.0, lt=0.5, description="width of the strip at a bound, over the box's")
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from swesbi.artefacts.kinds.population import SCHEMAS
 from swesbi.misspecification.bounds import BOUNDS
 from swesbi.misspecification.checks import DISTANCES, Checks
 from swesbi.misspecification.pooled import PooledNull
+from swesbi.parameters import PHI_NAMES
 from swesbi.population.context_dataset import context_values, contexts_of
 from swesbi.population.null import PopulationNull
-from swesbi.speed_model.joint_prior import PHI_NAMES
 
 KIND: Final = "population_null"
 CHECKS: Final = tuple(Checks.__dataclass_fields__)

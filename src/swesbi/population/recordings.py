@@ -9,18 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.flow.phases import nominal_phases
-from swesbi.noise import relative_se
-from swesbi.population.conditions import Conditions, ConditionSettings, draw_conditions
+from swesbi.noise.error import relative_se
+from swesbi.population.conditions import Conditions, draw_conditions
 from swesbi.population.contexts import draw_contexts
-from swesbi.population.settings import PopulationSettings
-from swesbi.recording import NoiseComponents, RecordingSettings
+from swesbi.population.settings import ConditionSettings, PopulationSettings
+from swesbi.recording.phases import nominal_phases
+from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.speed_model.recording import SpeedRecording
 from swesbi.speed_model.synthetic import Acquisition, Synthetic, acquired_recordings, own_recordings
-from swesbi.virtual_cohort import AcquisitionSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 FloatArray = NDArray[np.float64]
 OWN: Final = "own"

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from swesbi.flow.epochs import Rows
 from swesbi.flow.phases import PhaseConditioner, PhaseSettings, context_inputs, phase_inputs
 from swesbi.inference.standardisation import Standardisation
-from swesbi.population.conditions import ConditionSettings, draw_conditions
+from swesbi.population.conditions import draw_conditions
+from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import PopulationSimulations
-from swesbi.recording import RecordingSettings
+from swesbi.prior import draw_passive_scale, to_logit
+from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES, to_logit
 from swesbi.speed_model.likelihood import draw_speeds
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.prediction import ActivePhases, combine
-from swesbi.virtual_cohort import AcquisitionSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -49,9 +49,7 @@ class RowMaker:
         rng = generator(self.seed, "population rows", *name)
         contexts, draws, _ = made.theta.shape
         theta, g, g_slope = _flat(made.theta), *(_each(x, draws) for x in _passive(made))
-        u = np.full((len(theta), len(PHI_NAMES)), 0.5)
-        u[:, -1] = rng.random(len(theta))
-        scale = quantile(u, self.model.prior)[:, -1]
+        scale = draw_passive_scale(len(theta), self.model.prior, rng)
         active = ActivePhases(_flat(made.active_stiffness_kpa), _flat(made.active_slope_kpa))
         predicted = combine(scale, active, g, g_slope, self.model.density_kg_m3)
         drawn = draw_conditions(len(theta), self.conditions, self.protocol, self.recording, rng)

@@ -14,9 +14,10 @@ from swesbi.calibration.quantities import QUANTITY_NAMES
 from swesbi.calibration.ranked import SAMPLERS, WEIGHTED, Ranked
 from swesbi.calibration.settings import JudgementSettings
 from swesbi.inference.recovery import Recovered, RecoveryRow, score_recovery
-from swesbi.population.calibration import FreshInferred, StrataSettings, strata
-from swesbi.simulations.prior import PriorSettings
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
+from swesbi.population.calibration import FreshInferred, strata
+from swesbi.population.settings import StrataSettings
+from swesbi.prior import PriorSettings
 
 ALL: Final = "all"
 

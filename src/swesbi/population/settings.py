@@ -1,7 +1,8 @@
-"""The population prior of contexts: groups of ages, and by sex the distributions of body and heart.
+"""Settings of a population: who its contexts are, how they are recorded, and what is done with them.
 
-Within a group and a sex, log BSA, log HR, log LVEDV, log IVSd and logit EF are jointly normal. Their medians
-follow age; those of LVEDV and IVSd follow BSA besides.
+The prior of contexts has groups of ages, and by sex the distributions of body and heart. Within a group and
+a sex, log BSA, log HR, log LVEDV, log IVSd and logit EF are jointly normal. Their medians follow age; those
+of LVEDV and IVSd follow BSA besides.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import Annotated, Final, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from swesbi.context import CONTEXT_RANGES
+from swesbi.context import CONTEXT_RANGES, Context
 from swesbi.settings import Settings
 
 QUANTITIES: Final = ("bsa_m2", "hr_bpm", "lvedv_ml", "ivsd_cm", "ejection_fraction")
@@ -154,3 +155,61 @@ class PopulationSettings(Settings):
         if abs(total - 1.0) > 1e-9:
             raise ValueError(f"the shares of the groups sum to {total:g}, they must sum to 1")
         return self
+
+
+class PopulationSizes(Settings):
+    """How many simulations the network learns from."""
+
+    contexts: int = Field(ge=10, description="contexts drawn from the population")
+    draws_per_context: int = Field(ge=1, description="draws of the prior of theta in each")
+
+
+class ConditionSettings(Settings):
+    """Noise levels and missing phases of the recordings that the network learns from."""
+
+    relative_se: tuple[float, float] = Field(
+        description="standard error of the mean speed of a phase without failed samples; uniform in its log"
+    )
+    missing_fraction: float = Field(
+        ge=0.0, lt=1.0, description="phases are missed at random, at a rate uniform up to this"
+    )
+
+    @model_validator(mode="after")
+    def _check_range(self) -> Self:
+        low, high = self.relative_se
+        if not 0.0 < low < high < 1.0:
+            raise ValueError(f"relative_se = [{low:g}, {high:g}]: need 0 < low < high < 1")
+        return self
+
+
+class StrataSettings(Settings):
+    """Where continuous values are cut into strata; sex makes two of its own."""
+
+    age_years: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
+    hr_bpm: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
+    relative_se: tuple[float, ...] = Field(
+        min_length=1, description="ascending cuts of the standard error of a phase without failed samples"
+    )
+
+
+class NullSettings(Settings):
+    """Sizes of the null distributions."""
+
+    recordings: int = Field(ge=50, description="fresh recordings, each of a context of its own")
+    predictive_recordings: int = Field(
+        ge=100, description="prior predictive recordings of a subject: for the space, and again for distances"
+    )
+    draws: int = Field(ge=100, description="weighted posterior draws of each")
+    prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
+    strip_fraction: float = Field(gt=0.0, lt=0.5, description="width of the strip at a bound, over the box's")
+
+
+def in_declared_range(context: Context, population: PopulationSettings) -> tuple[str, ...]:
+    """Say what of a context is outside the declared range, with its limits; empty if nothing is."""
+    problems = []
+    for name in DECLARED_NAMES:
+        value = float(getattr(context, name))
+        low, high = population.declared_range.limits(name)
+        if not low <= value <= high:
+            problems.append(f"{name} = {value:g} is outside [{low:g}, {high:g}]")
+    return tuple(problems)

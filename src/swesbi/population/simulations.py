@@ -7,28 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from swesbi.context import Context
-from swesbi.flow.phases import nominal_phases
-from swesbi.observation import sample_cycle, slope_cycle
+from swesbi.observation.interpolation import sample_cycle, slope_cycle
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import PopulationSettings
+from swesbi.prior import log_centre
 from swesbi.progress import Progress
-from swesbi.settings import Settings
+from swesbi.recording.phases import nominal_phases
 from swesbi.simulations.draw import PriorSimulations, draw_simulations
-from swesbi.simulations.prior import log_centre
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.prediction import PassiveShape, active_at_phases, reference_shape
 
 FloatArray = NDArray[np.float64]
-
-
-class PopulationSizes(Settings):
-    """How many simulations the network learns from."""
-
-    contexts: int = Field(ge=10, description="contexts drawn from the population")
-    draws_per_context: int = Field(ge=1, description="draws of the prior of theta in each")
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 from swesbi.flow.epochs import Rows
 from swesbi.flow.phases import fit_phase_conditioner
 from swesbi.flow.settings import FlowSettings
@@ -11,8 +9,6 @@ from swesbi.flow.training import FlowParts, FlowTraining, fit_flow
 from swesbi.inference.standardisation import fit_standardisation
 from swesbi.population.rows import RowMaker, split_by_context
 from swesbi.population.simulations import PopulationSimulations
-
-VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs
 
 
 def train_population(
@@ -32,9 +28,8 @@ def train_population(
     eta, conditioner = fit_standardisation(raw_eta), fit_phase_conditioner(inputs, maker.phases)
     del raw_eta, inputs
 
-    def rows_of(number: int) -> Rows:
-        return maker.rows(training, conditioner, eta, "epoch", number)
+    def rows_of(part: PopulationSimulations, name: str, number: int) -> Rows:
+        return maker.rows(part, conditioner, eta, name, number)
 
-    validation = [maker.rows(held_out, conditioner, eta, "validation", k) for k in range(VALIDATION_COPIES)]
     parts = FlowParts(conditioner, eta, maker.model.prior)
-    return fit_flow(rows_of, validation, parts, settings, maker.seed, label)
+    return fit_flow(training, held_out, rows_of, parts, settings, maker.seed, label)

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-import pandas as pd
 
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.table import SHOWN_ROWS, Table, check_names
@@ -129,6 +128,8 @@ def _table(
     raise_any(_ragged(path, [(row, size) for row, size in wrong if size or row < last], len(names)))
     if not cells:
         raise RecordingError(Problem(str(path), "holds no data row", "write at least one below the header"))
+    import pandas as pd
+
     frame = pd.DataFrame(cells, columns=list(wanted), dtype=object).map(str.strip)
     return Table(str(path), frame, np.array(rows, dtype=np.int64))
 

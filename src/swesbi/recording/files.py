@@ -8,10 +8,10 @@ from typing import Final
 
 from swesbi.recording.csv_table import SAVE_AS_CSV
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.reader import READERS, WORKBOOKS
 from swesbi.recording.settings import is_subject
 
-SUFFIXES: Final = tuple(READERS)
+SUFFIXES: Final = (".csv", ".mat")
+WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
 SUBJECTS: Final = "subjects.csv"
 PROTOCOL: Final = "recording.yaml"
 RECORDINGS: Final = "swe"

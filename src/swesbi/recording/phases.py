@@ -14,6 +14,11 @@ LATEST_BEAT_PHASE = 1.1
 STEPS_OF_A_GAP = 1.5
 
 
+def nominal_phases(phases: int) -> FloatArray:
+    """Return the phases of a protocol, the centres of equal parts of the cycle; shape (phases,)."""
+    return np.asarray((np.arange(phases) + 0.5) / phases)
+
+
 def locate_phases(samples: Samples, measured_phase: FloatArray, beats: NDArray[np.bool_]) -> FloatArray:
     """Return the phase of every gated acquisition as a fraction of the cycle, shape (P,), in [0, 1).
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from swesbi.recording.csv_table import SAVE_AS_CSV, read_table
 from swesbi.recording.elasticity import shear_wave_speed_m_s, youngs_modulus_kpa
+from swesbi.recording.files import SUFFIXES, WORKBOOKS
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK, Samples
@@ -17,8 +18,7 @@ from swesbi.recording.table import Table
 
 MEASURED: Final = (SPEED, MODULUS)
 REQUIRED: Final = tuple(name for name in COLUMNS if name != SPEED)
-READERS: Final = {".csv": read_table, ".mat": read_mat_table}
-WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
+READERS: Final = dict(zip(SUFFIXES, (read_table, read_mat_table), strict=True))
 SPEED_RANGE_M_S: Final = (0.05, 30.0)
 
 

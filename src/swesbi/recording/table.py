@@ -5,13 +5,15 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.recording.problems import Problem, raise_any
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SHOWN_ROWS: Final = 5
 MISSING: Final = ("", "NaN", "nan", "NAN")  # MATLAB writes an empty number as NaN
@@ -39,6 +41,8 @@ class Table:
         self, column: str, low: float, high: float, remedy: str, *, may_be_empty: bool = False
     ) -> NDArray[np.float64]:
         """Return a column of numbers within [low, high]; NaN where empty, which may be allowed, or wrong."""
+        import pandas as pd  # a third of a second, which whoever only reads the configuration need not wait
+
         text = self.cells[column]
         values = np.asarray(pd.to_numeric(text, errors="coerce"), dtype=np.float64)
         empty = text.isin(MISSING).to_numpy() & may_be_empty

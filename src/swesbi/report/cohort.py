@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from swesbi.recording import Observation
+from swesbi.recording.observation import Observation
 from swesbi.report.names import rejection
 from swesbi.report.numbers import count, fixed, percent
 from swesbi.report.table import Column, Row, Table, body

@@ -14,14 +14,14 @@ from markupsafe import Markup
 from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
 from swesbi.evaluation.exact_result import ExactResult
 from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
-from swesbi.inference.posterior import interval_levels
 from swesbi.inference.support import Support
+from swesbi.intervals import interval_levels
 from swesbi.noise.cohort import CohortNoise
+from swesbi.parameters import PHI_NAMES
 from swesbi.report.names import PARAMETER_UNITS, PARAMETERS, quantity
 from swesbi.report.numbers import MISSING, count, estimate, fixed, percent, significant, span
 from swesbi.report.results import Experiment, records
 from swesbi.report.table import Cell, Column, Row, Table, words
-from swesbi.speed_model.joint_prior import PHI_NAMES
 
 PASSIVE: Final = "passive_scale_kpa"
 SYMBOLS: Final = {**PARAMETERS, PASSIVE: Markup("passive scale <i>a</i>")}

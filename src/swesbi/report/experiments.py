@@ -6,10 +6,12 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import combinations
 from typing import Any, Final
 
 from markupsafe import Markup
 
+from swesbi.parameters import THETA_NAMES
 from swesbi.report.names import PARAMETER_UNITS, PARAMETERS
 from swesbi.report.numbers import MISSING, count, estimate, fixed, mean_sd, percent
 from swesbi.report.recovery import level
@@ -17,7 +19,7 @@ from swesbi.report.results import Experiment, records
 from swesbi.report.table import Cell, Column, Row, Table, body, words
 
 _KINDS: Final = {False: "noise on features", True: "noise on the measured speeds"}
-PAIRS: Final = (("k0_kpa", "k_atp_per_s"), ("k0_kpa", "k_sr_per_s"), ("k_atp_per_s", "k_sr_per_s"))
+PAIRS: Final = tuple(combinations(THETA_NAMES, 2))
 SCORES: Final = (
     ("RMSE, prior predictive (kPa)", "rmse_prior_kpa", 1.0, 2),
     ("RMSE, posterior predictive (kPa)", "rmse_kpa", 1.0, 2),

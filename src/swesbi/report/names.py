@@ -7,13 +7,12 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
+from swesbi.context import CONTEXT as VARIABLES
 from swesbi.figures.text import FEATURE_UNITS, feature_label
+from swesbi.parameters import THETA
 
-K0, K_ATP, K_SR = (Markup(f"<i>k</i><sub>{index}</sub>") for index in ("0", "ATP", "SR"))
-PER_SECOND: Final = "s⁻¹"
-
-PARAMETERS: Final = {"k0_kpa": K0, "k_atp_per_s": K_ATP, "k_sr_per_s": K_SR}
-PARAMETER_UNITS: Final = {"k0_kpa": "kPa", "k_atp_per_s": PER_SECOND, "k_sr_per_s": PER_SECOND}
+PARAMETERS: Final = {parameter.name: Markup(parameter.html) for parameter in THETA}
+PARAMETER_UNITS: Final = {parameter.name: parameter.html_unit for parameter in THETA}
 DERIVED: Final = {
     "ejection_fraction": "ejection fraction",
     "end_diastolic_volume_ml": "end-diastolic volume",
@@ -23,15 +22,7 @@ DERIVED: Final = {
         "attained stiffness {k}<sub>0</sub>(1 − exp(−{k}<sub>ATP</sub> D<sub>T</sub>))"
     ).format(k=Markup("<i>k</i>")),
 }
-CONTEXT: Final = {
-    "sex_male": "sex (male = 1)",
-    "age_years": "age",
-    "bsa_m2": "body surface area",
-    "hr_bpm": "heart rate",
-    "lvedv_ml": "LVEDV",
-    "lvesv_ml": "LVESV",
-    "ivsd_cm": "septal thickness",
-}
+CONTEXT: Final = {variable.name: variable.words for variable in VARIABLES}
 SYMBOL: Final = re.compile(r"\bk_(0|ATP|SR)\b")
 UNITS: Final = {"mhz": "MHz", "hz": "Hz", "us": "µs", "ms": "ms", "cm": "cm", "mm": "mm"}
 REJECTIONS: Final = {

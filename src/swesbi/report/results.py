@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from swesbi.inference.support import Support
-from swesbi.recording import Observation
+from swesbi.recording.observation import Observation
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ from swesbi.artefacts.atomic import is_alive
 
 POLL_S: Final = 0.2
 EXIT_ORPHAN: Final = 3
+RUN: Final = "current_run"
+"""Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
 
 
 def end_with(run: int) -> None:

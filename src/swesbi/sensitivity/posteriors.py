@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import build_dataset, load
 from swesbi.artefacts.kinds.sensitivity import SCHEMAS
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.parameters import PHI_NAMES
 
 FloatArray = NDArray[np.float64]
 KIND: Final = "sensitivity"

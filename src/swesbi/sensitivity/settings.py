@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from pydantic import Field, JsonValue
 
 from swesbi.settings import Settings
+
+BASE: Final = "base"
+"""Name of the variant that changes nothing."""
 
 
 class Variant(Settings):

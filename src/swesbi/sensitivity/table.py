@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.inference.posterior import interval_levels
+from swesbi.intervals import median_and_interval
+from swesbi.parameters import THETA_NAMES
 from swesbi.sensitivity.posteriors import VariantPosterior
-from swesbi.theta import THETA_NAMES
+from swesbi.sensitivity.settings import BASE
 
 FloatArray = NDArray[np.float64]
-BASE: Final = "base"
 COLUMNS: Final = (
     "variant",
     "label",
@@ -78,5 +78,4 @@ def _rows(
 
 
 def _quantiles(phi: FloatArray, mass: float) -> FloatArray:
-    low, high = interval_levels(mass)
-    return np.asarray(np.quantile(phi, [low, 0.5, high], axis=0))
+    return np.stack(median_and_interval(phi, mass))

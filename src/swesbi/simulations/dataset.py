@@ -11,9 +11,9 @@ import xarray as xr
 
 from swesbi.artefacts import ArtefactError, build_dataset, load
 from swesbi.artefacts.kinds.simulations import SCHEMAS
-from swesbi.forward_model import Status
+from swesbi.forward_model.periodic import Status
+from swesbi.parameters import THETA_NAMES
 from swesbi.simulations.draw import PriorSimulations
-from swesbi.theta import THETA_NAMES
 
 KIND = "simulations"
 SCHEMA = SCHEMAS[KIND]["/"]

@@ -13,10 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.forward_model import Beats, ForwardModelSettings, Status, simulate
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
+from swesbi.parameters import THETA
+from swesbi.prior import PriorSettings, quantile
 from swesbi.seeds import generator
-from swesbi.simulations.prior import FloatArray, PriorSettings, quantile
 
+FloatArray = NDArray[np.float64]
 MAXIMUM_ATTEMPTS = 100
 
 
@@ -73,12 +78,12 @@ def draw_simulations(
         SimulationFailure: A draw failed ``MAXIMUM_ATTEMPTS`` times.
     """
     streams = [generator(seed, "prior", context.subject, int(index)) for index in draw_index]
-    theta = np.empty((len(streams), 3))
+    theta = np.empty((len(streams), len(THETA)))
     failures = np.zeros((len(streams), len(Status)), dtype=np.int64)
     pending = np.arange(len(streams))
     rounds: list[_Round] = []
     while pending.size:
-        theta[pending] = quantile(np.stack([streams[i].random(3) for i in pending]), prior)
+        theta[pending] = quantile(np.stack([streams[i].random(len(THETA)) for i in pending]), prior)
         beats = simulate(theta[pending], context, forward_model)
         good = beats.status == Status.PERIODIC
         rounds.append(_Round(pending[good], good, beats))

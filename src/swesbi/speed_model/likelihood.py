@@ -46,9 +46,13 @@ def log_likelihood(
     """
     sd = log_speed_sd(predicted, recording.relative_se, discrepancy)
     z = (np.log(recording.speed_m_s) - predicted.log_speed) / sd
-    terms = -0.5 * z**2 - np.log(sd) - 0.5 * np.log(2.0 * np.pi)
-    total = terms.sum(axis=1)
+    total = normal_log_density(z, np.log(sd)).sum(axis=1)
     return np.where(np.isnan(total), -np.inf, total)
+
+
+def normal_log_density(z: FloatArray, log_sd: FloatArray) -> FloatArray:
+    """Return the normal log density of data whose standardised residuals are z; of the data's shape."""
+    return np.asarray(-0.5 * z**2 - log_sd - 0.5 * np.log(2.0 * np.pi))
 
 
 def draw_speeds(

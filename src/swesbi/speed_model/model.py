@@ -7,11 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import ActiveBeats, Beats, ForwardModelSettings, Status, simulate, simulate_active
-from swesbi.observation import MeasurementSettings, PassiveSettings
+from swesbi.forward_model.activation import activation_duration_s
+from swesbi.forward_model.beats import ActiveBeats, Beats
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate, simulate_active
+from swesbi.observation.settings import MeasurementSettings, PassiveSettings
+from swesbi.parameters import OF_THETA, SCALE
+from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings, log_centre, log_density
-from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.speed_model.likelihood import log_likelihood
 from swesbi.speed_model.prediction import (
     PassiveShape,
@@ -46,14 +50,21 @@ class SpeedModel:
     shape: PassiveShape
     settings: SpeedModelSettings
 
+    @property
+    def activation_duration_s(self) -> float:
+        """Duration D_T of activation at the subject's heart rate."""
+        return activation_duration_s(self.recording.context.period_s, self.settings.forward_model)
+
     def simulate(self, phi: FloatArray) -> Beats:
         """Simulate phi of shape (n, 4) in the subject's context; failed rows hold NaN."""
-        return simulate(phi[:, :3], self.recording.context, self.settings.forward_model)
+        return simulate(phi[:, OF_THETA], self.recording.context, self.settings.forward_model)
 
     def predict(self, phi: FloatArray) -> PredictedSpeeds:
         """Return the noiseless log speeds of phi (n, 4) at the measured phases; NaN where it failed."""
         settings = self.settings.forward_model
-        return self.predict_from(phi[:, 3], simulate_active(phi[:, :3], self.recording.context, settings))
+        return self.predict_from(
+            phi[:, SCALE], simulate_active(phi[:, OF_THETA], self.recording.context, settings)
+        )
 
     def predict_from(self, scale_kpa: FloatArray, beats: Beats | ActiveBeats) -> PredictedSpeeds:
         """Return the noiseless log speeds of simulated beats with passive scales (n,)."""

@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.forward_model import ForwardModelSettings, Status, simulate
-from swesbi.observation import active_stiffness_map, passive_shape, sample_cycle, slope_cycle
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
+from swesbi.observation.interpolation import sample_cycle, slope_cycle
+from swesbi.observation.passive import passive_shape
+from swesbi.observation.stiffness_map import active_stiffness_map
+from swesbi.recording.elasticity import squared_speed_m2_s2
 
 FloatArray = NDArray[np.float64]
-PA_PER_KPA: Final = 1e3
 LEAST_STIFFNESS_KPA: Final = 1e-3  # the spline through a cycle near zero may dip below it
 
 
@@ -114,6 +118,6 @@ def combine(
     stiffness = np.maximum(scale_kpa[:, None] * g + active.stiffness_kpa, LEAST_STIFFNESS_KPA)
     slope = scale_kpa[:, None] * g_slope + active.slope_kpa
     return PredictedSpeeds(
-        log_speed=0.5 * np.log(PA_PER_KPA * stiffness / (3.0 * density_kg_m3)),
+        log_speed=0.5 * np.log(squared_speed_m2_s2(stiffness, density_kg_m3)),
         slope=0.5 * slope / stiffness,
     )

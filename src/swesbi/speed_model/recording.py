@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.noise import relative_se
-from swesbi.recording import NoiseComponents, Observation
+from swesbi.noise.error import relative_se
+from swesbi.recording.observation import Observation
+from swesbi.recording.speed import NoiseComponents
 
 FloatArray = NDArray[np.float64]
 

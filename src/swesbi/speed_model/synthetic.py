@@ -8,20 +8,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import Beats, Status
-from swesbi.observation import MeasurementSettings, active_stiffness_map, sample_cycle, slope_cycle
-from swesbi.recording import Observation, RecordingError, RecordingSettings, ingest
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.periodic import Status
+from swesbi.observation.interpolation import sample_cycle, slope_cycle
+from swesbi.observation.settings import MeasurementSettings
+from swesbi.observation.stiffness_map import active_stiffness_map
+from swesbi.parameters import SCALE
+from swesbi.prior import sample
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.phases import nominal_phases
+from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import Samples
+from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
-from swesbi.simulations.prior import quantile
-from swesbi.speed_model.joint_prior import PHI_NAMES
 from swesbi.speed_model.likelihood import draw_speeds
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.prediction import PredictedSpeeds
 from swesbi.speed_model.recording import SpeedRecording, measured_speeds
 from swesbi.speed_model.settings import DiscrepancySettings
-from swesbi.virtual_cohort import AcquisitionSettings, TruthCurve, acquire
+from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.virtual_cohort.truth import TruthCurve
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
@@ -61,7 +70,7 @@ def own_recordings(model: SpeedModel, count: int, seed: int, *name: str | int) -
     """
     phi, beats = fresh_beats(model, count, seed, *name)
     rng = generator(seed, "synthetic", "speeds", *name, model.recording.subject)
-    predicted = model.predict_from(phi[:, 3], beats)
+    predicted = model.predict_from(phi[:, SCALE], beats)
     speeds = draw_speeds(predicted, model.recording.relative_se, model.settings.discrepancy, rng)
     return Synthetic(phi, tuple(replace(model.recording, speed_m_s=row) for row in speeds))
 
@@ -94,10 +103,10 @@ def acquired_recordings(
 def fresh_beats(model: SpeedModel, count: int, seed: int, *name: str | int) -> tuple[FloatArray, Beats]:
     """Draw phi (count, 4) from the joint prior and simulate it; failing draws are replaced by later ones."""
     rng = generator(seed, "synthetic", "phi", *name, model.recording.subject)
-    phi = quantile(rng.random((count, len(PHI_NAMES))), model.settings.prior)
+    phi = sample(count, model.settings.prior, rng)
     beats = model.simulate(phi)
     while (failed := np.flatnonzero(beats.status != Status.PERIODIC)).size:
-        phi[failed] = quantile(rng.random((failed.size, len(PHI_NAMES))), model.settings.prior)
+        phi[failed] = sample(failed.size, model.settings.prior, rng)
         beats = model.simulate(phi)
     return phi, beats
 
@@ -113,7 +122,7 @@ def _acquire(
     active = active_stiffness_map(model.settings.measurement.active_stiffness_map)(
         beats.active_stiffness_kpa[index]
     )
-    truth = TruthCurve(beats.cycle_phase, phi[3] * model.shape.shape + active)
+    truth = TruthCurve(beats.cycle_phase, phi[SCALE] * model.shape.shape + active)
     protocol = acquisition.protocol.model_copy(update={"missing_phases": acquisition.missing_phases})
     samples = acquire(truth, model.recording.context, protocol, rng)
     moved = _with_discrepancy(samples, truth, protocol.phases, model.settings.discrepancy, rng)
@@ -128,7 +137,7 @@ def _with_discrepancy(
     rng: np.random.Generator,
 ) -> Samples:
     """Multiply the samples of each phase by one draw of exp(delta + tau d log c / ds)."""
-    at = (np.arange(phases) + 0.5) / phases
+    at = nominal_phases(phases)
     stiffness = sample_cycle(truth.cycle_phase, truth.stiffness_kpa[None], at)
     slope = 0.5 * slope_cycle(truth.cycle_phase, truth.stiffness_kpa[None], at) / stiffness
     predicted = PredictedSpeeds(np.zeros_like(slope), slope)

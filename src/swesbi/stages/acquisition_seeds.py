@@ -15,7 +15,9 @@ from swesbi.evaluation.curve_scores import CurveScores, score_cycles, score_thet
 from swesbi.evaluation.scores import reduction_percent
 from swesbi.evaluation.settings import PredictiveSettings
 from swesbi.evaluation.subject_model import SubjectModel
-from swesbi.forward_model import Beats, ForwardModelSettings, simulate
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
 from swesbi.inference.dataset import read_pool
 from swesbi.inference.estimator import TrainedEstimator, load_estimator
 from swesbi.inference.pool import Pool, with_context
@@ -24,25 +26,25 @@ from swesbi.inference.sampling import draw_until
 from swesbi.inference.settings import Seeds, SupportSettings
 from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
 from swesbi.inference.support import Support, diagnose
-from swesbi.observation import (
-    MeasurementSettings,
-    PassiveCalibrationError,
-    PassiveSettings,
-    SummarySettings,
-    calibrate_passive,
-)
+from swesbi.observation.passive import PassiveCalibrationError, calibrate_passive
+from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.prior import PriorSettings, in_bounds, log_centre
 from swesbi.progress import Progress
-from swesbi.recording import RecordingError, RecordingSettings, ingest
+from swesbi.recording.ingest import ingest
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
 from swesbi.simulations.dataset import group_by_subject, read_simulations
 from swesbi.simulations.draw import PriorSimulations
-from swesbi.simulations.prior import PriorSettings, in_bounds, log_centre
 from swesbi.stages.origin import Origin
 from swesbi.stages.posterior import check_components
 from swesbi.tables.acquisition_seeds import SeedRow, medians_table, seeds_table
 from swesbi.tables.files import write_csv
-from swesbi.virtual_cohort import ACQUISITION_SEED, VOLUNTEERS, Truth, record, simulate_truth
+from swesbi.virtual_cohort.record import record
+from swesbi.virtual_cohort.settings import ACQUISITION_SEED
+from swesbi.virtual_cohort.truth import Truth, simulate_truth
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]

@@ -15,11 +15,11 @@ from swesbi.calibration.ranked import Ranked
 from swesbi.calibration.settings import JudgementSettings
 from swesbi.calibration.table import LOCAL, POOLED, calibration_table
 from swesbi.inference.recovery import Recovered, score_recovery
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import PriorSettings
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.tables.files import write_csv
-from swesbi.theta import THETA_NAMES
 
 LOGGER = logging.getLogger("swesbi")
 

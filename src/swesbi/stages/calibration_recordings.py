@@ -15,15 +15,16 @@ from swesbi.calibration.settings import RecordingsSettings
 from swesbi.exact.settings import ExactSettings
 from swesbi.flow.files import load_flow
 from swesbi.noise.dataset import read_noise
-from swesbi.recording import Observation, RecordingSettings
 from swesbi.recording.dataset import read_observation
+from swesbi.recording.observation import Observation
+from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModelSettings, speed_model
 from swesbi.speed_model.recording import measured_speeds
 from swesbi.speed_model.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.stages.origin import Origin
-from swesbi.virtual_cohort import AcquisitionSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "calibration"

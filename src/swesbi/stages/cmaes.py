@@ -16,12 +16,12 @@ from swesbi.evaluation.fit import gather
 from swesbi.evaluation.loss import FAILED_LOSS, curve_loss
 from swesbi.evaluation.settings import CmaesSettings
 from swesbi.evaluation.subject_model import SubjectModel
-from swesbi.forward_model import ForwardModelSettings
-from swesbi.observation import MeasurementSettings
+from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.observation.dataset import read_passive
+from swesbi.observation.settings import MeasurementSettings
+from swesbi.prior import PriorSettings, bounds
 from swesbi.recording.dataset import read_observation
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings, bounds
 from swesbi.stages.origin import Origin
 
 FloatArray = NDArray[np.float64]

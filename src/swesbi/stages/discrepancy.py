@@ -5,23 +5,20 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from swesbi.discrepancy import (
-    DiscrepancyStudySettings,
-    best_pair,
-    discrepancy_table,
-    generate_cohort,
-    score_subject,
-)
+from swesbi.discrepancy.cohort import generate_cohort
+from swesbi.discrepancy.evidence import score_subject
+from swesbi.discrepancy.settings import DiscrepancyStudySettings
+from swesbi.discrepancy.table import best_pair, discrepancy_table
 from swesbi.figures.discrepancy import draw_discrepancy
 from swesbi.figures.style import save_figure
 from swesbi.progress import Progress
-from swesbi.recording import RecordingSettings
+from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.stages.origin import Origin
 from swesbi.tables.files import write_csv
-from swesbi.virtual_cohort import AcquisitionSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -17,19 +17,15 @@ from swesbi.evaluation.settings import PredictiveSettings
 from swesbi.evaluation.subject_model import SubjectModel
 from swesbi.inference.checkpoints import Checkpoint, load_checkpoints
 from swesbi.inference.dataset import read_pool
-from swesbi.inference.recovery import (
-    NothingRecoveredError,
-    prior_variance,
-    recover,
-    score_recovery,
-)
+from swesbi.inference.recovery import NothingRecoveredError, recover, score_recovery
 from swesbi.inference.sampling import draw_candidates, draw_until, losses
 from swesbi.inference.settings import SupportSettings
 from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
 from swesbi.inference.support import read_support
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import in_bounds, prior_variance
 from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
-from swesbi.simulations.prior import in_bounds
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place
 from swesbi.stages.posterior import check_components
@@ -47,7 +43,6 @@ from swesbi.tables.epochs import (
     epochs_table,
 )
 from swesbi.tables.files import write_csv
-from swesbi.theta import THETA_NAMES
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]

@@ -12,8 +12,8 @@ from swesbi.figures import exact_subject
 from swesbi.figures.panels import ExactPanel
 from swesbi.figures.style import save_figure
 from swesbi.inference.support import read_support
+from swesbi.prior import JointPriorSettings
 from swesbi.settings import Settings
-from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.subject_figures import save_predictive_check
 

@@ -11,12 +11,10 @@ from swesbi.figures.experiments import ExperimentScore
 from swesbi.figures.style import save_figure
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
+from swesbi.parameters import K_ATP
 from swesbi.settings import Settings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place, pick
-from swesbi.theta import THETA_NAMES
-
-K_ATP = THETA_NAMES.index("k_atp_per_s")
 
 
 class ExperimentsFigureSettings(Settings):

@@ -7,8 +7,11 @@ from pathlib import Path
 
 from swesbi.artefacts import save
 from swesbi.observation.settings import MeasurementSettings
-from swesbi.recording import ContextRow, Observation, RecordingSettings, ingest, read_samples
 from swesbi.recording.dataset import KIND, to_datasets
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.reader import read_samples
+from swesbi.recording.settings import ContextRow, RecordingSettings
 from swesbi.settings import Settings
 from swesbi.stages.origin import Origin
 

@@ -14,13 +14,11 @@ from pathlib import Path
 from typing import Any, Protocol, TextIO, get_type_hints
 
 from swesbi.artefacts import DamagedArtefactError
-from swesbi.running.parent import end_with
+from swesbi.running.parent import RUN, end_with
 from swesbi.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
-RUN = "current_run"
-"""Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
 START_UP = "start-up: "
 """Begins the line of a log that says what came before the stage, in seconds of processor time."""
 PROCESSOR_TIME = "processor time: "

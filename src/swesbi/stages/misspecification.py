@@ -19,16 +19,17 @@ from swesbi.misspecification.posteriors import check_recordings
 from swesbi.misspecification.settings import SyntheticSettings
 from swesbi.misspecification.volunteers import find_volunteer, volunteer_recordings
 from swesbi.noise.dataset import read_noise
-from swesbi.observation import SummarySettings, summary_names
-from swesbi.recording import Observation, RecordingSettings
+from swesbi.observation.settings import SummarySettings, summary_names
 from swesbi.recording.dataset import read_observation
+from swesbi.recording.observation import Observation
+from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.speed_model.recording import SpeedRecording, measured_speeds
 from swesbi.speed_model.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.stages.origin import Origin
-from swesbi.virtual_cohort import AcquisitionSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "misspecification"

@@ -23,11 +23,12 @@ from swesbi.inference.support import SupportTest
 from swesbi.inspection.content import flatten
 from swesbi.misspecification.network import network_test
 from swesbi.misspecification.reference import Reference
-from swesbi.noise import repeat_levels
 from swesbi.noise.dataset import read_noise
+from swesbi.noise.levels import repeat_levels
 from swesbi.noise.single import compare_noise
-from swesbi.recording import RecordingSettings, read_samples
 from swesbi.recording.quality import ACCEPTED, rejection
+from swesbi.recording.reader import read_samples
+from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModel

@@ -10,14 +10,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.artefacts import ArtefactError, save
-from swesbi.noise import CohortNoise, RepeatLevels, fit_noise, repeat_levels
+from swesbi.noise.cohort import CohortNoise, fit_noise
 from swesbi.noise.dataset import KIND, to_dataset
+from swesbi.noise.levels import RepeatLevels, repeat_levels
 from swesbi.noise.settings import NoiseSettings
-from swesbi.recording import Observation, RecordingSettings, read_samples
 from swesbi.recording.contexts import KIND as CONTEXTS
 from swesbi.recording.contexts import contexts_dataset
 from swesbi.recording.dataset import read_observation
+from swesbi.recording.observation import Observation
 from swesbi.recording.quality import ACCEPTED, rejection
+from swesbi.recording.reader import read_samples
+from swesbi.recording.settings import RecordingSettings
 from swesbi.settings import Settings
 from swesbi.stages.origin import Origin
 

@@ -24,10 +24,10 @@ from swesbi.inference.settings import (
     SupportSettings,
 )
 from swesbi.inference.support import read_support
+from swesbi.prior import PriorSettings
 from swesbi.recording.dataset import read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, by_subject
 from swesbi.tables.files import write_csv

@@ -6,12 +6,14 @@ import logging
 from pathlib import Path
 
 from swesbi.artefacts import save
-from swesbi.forward_model import ForwardModelSettings, simulate
-from swesbi.observation import MeasurementSettings, PassiveSettings, calibrate_passive
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
 from swesbi.observation.dataset import KIND, to_dataset
+from swesbi.observation.passive import calibrate_passive
+from swesbi.observation.settings import MeasurementSettings, PassiveSettings
+from swesbi.prior import PriorSettings, log_centre
 from swesbi.recording.dataset import read_observation
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings, log_centre
 from swesbi.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")

@@ -13,7 +13,7 @@ from swesbi.inference.dataset import POOL, pool_to_dataset
 from swesbi.inference.pool import SubjectFeatures, build_pool, components_of
 from swesbi.inference.settings import ObservationModelSettings
 from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
-from swesbi.observation import MeasurementSettings, SummarySettings, summary_names, summary_units
+from swesbi.observation.settings import MeasurementSettings, SummarySettings, summary_names, summary_units
 from swesbi.settings import Settings
 from swesbi.simulations.dataset import group_by_subject, read_simulations
 from swesbi.stages.origin import Origin

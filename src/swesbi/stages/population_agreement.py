@@ -12,9 +12,9 @@ from pydantic import Field
 from swesbi.calibration.ranked import NETWORK, WEIGHTED
 from swesbi.calibration.two_samples import classifier_accuracy
 from swesbi.evaluation.exact_result import read_exact_result
+from swesbi.prior import JointPriorSettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
-from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, place_of
 from swesbi.tables.files import write_csv

@@ -10,9 +10,9 @@ from swesbi.evaluation.truth import read_truth
 from swesbi.figures.cohort_overview import Overview, draw
 from swesbi.figures.style import save_figure
 from swesbi.population.cohort import OUTCOMES, cohort_table, read_answer
-from swesbi.recording import ContextRow
+from swesbi.prior import JointPriorSettings
+from swesbi.recording.settings import ContextRow
 from swesbi.settings import Settings
-from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, pick
 from swesbi.tables.files import write_csv

@@ -8,10 +8,11 @@ from swesbi.artefacts import save
 from swesbi.flow.conditioning import conditioning_of
 from swesbi.flow.files import load_flow
 from swesbi.misspecification.settings import RuleSettings
-from swesbi.observation import SummarySettings
-from swesbi.population.null import NullSettings, draw_null
+from swesbi.observation.settings import SummarySettings
+from swesbi.population.null import draw_null
 from swesbi.population.null_dataset import KIND, to_dataset
 from swesbi.population.recordings import FreshSettings
+from swesbi.population.settings import NullSettings
 from swesbi.settings import Settings
 from swesbi.stages.origin import Origin
 

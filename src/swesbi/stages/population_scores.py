@@ -12,12 +12,13 @@ import pandas as pd
 
 from swesbi.artefacts import save
 from swesbi.calibration.settings import JudgementSettings
-from swesbi.population.calibration import FreshInferred, StrataSettings
+from swesbi.population.calibration import FreshInferred
 from swesbi.population.calibration_dataset import KIND, fresh_of, join
 from swesbi.population.recordings import ACQUIRED, OWN
 from swesbi.population.scores import Judge
+from swesbi.population.settings import StrataSettings
+from swesbi.prior import PriorSettings
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.tables.files import write_csv
 

@@ -13,9 +13,9 @@ from swesbi.inference.posterior import summarise_posterior
 from swesbi.inference.sampling import Sampler, draw_candidates
 from swesbi.inference.settings import PosteriorSettings, SupportSettings
 from swesbi.inference.support import diagnose
+from swesbi.prior import PriorSettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")

@@ -14,12 +14,12 @@ from swesbi.evaluation.predictive import PredictiveCheck, predict
 from swesbi.evaluation.predictive_dataset import KIND, to_datasets
 from swesbi.evaluation.settings import PredictiveSettings
 from swesbi.evaluation.subject_model import SubjectModel
-from swesbi.forward_model import ForwardModelSettings
+from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.settings import ObservationModelSettings
 from swesbi.inference.support import read_support
-from swesbi.observation import MeasurementSettings, SummarySettings
 from swesbi.observation.dataset import read_passive
+from swesbi.observation.settings import MeasurementSettings, SummarySettings
 from swesbi.recording.dataset import read_observation
 from swesbi.seeds import generator
 from swesbi.settings import Settings

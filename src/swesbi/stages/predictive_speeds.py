@@ -22,7 +22,7 @@ from swesbi.evaluation.predictive import PredictiveCheck
 from swesbi.evaluation.predictive_dataset import KIND, to_datasets
 from swesbi.evaluation.settings import PredictiveSettings
 from swesbi.inference.support import read_support
-from swesbi.observation import SummarySettings
+from swesbi.observation.settings import SummarySettings
 from swesbi.recording.dataset import read_observation
 from swesbi.seeds import generator
 from swesbi.settings import Settings

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.forward_model import ForwardModelSettings
+from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.inference.dataset import read_pool
 from swesbi.inference.estimator import load_estimator
 from swesbi.inference.observation_model import augment, noise_sd
@@ -20,10 +20,10 @@ from swesbi.inference.recovery import fresh_simulations, recover, score_recovery
 from swesbi.inference.sampling import draw_candidates
 from swesbi.inference.settings import ObservationModelSettings, RecoverySettings
 from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
-from swesbi.observation import MeasurementSettings, SummarySettings, summary_names
+from swesbi.observation.settings import MeasurementSettings, SummarySettings, summary_names
+from swesbi.prior import PriorSettings
 from swesbi.seeds import generator, integer_seed
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.posterior import check_components
 from swesbi.tables.files import write_csv

@@ -9,26 +9,23 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import ForwardModelSettings, simulate
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
 from swesbi.inference.pool import with_context
 from swesbi.inference.reacquisition import Reacquisition
 from swesbi.inference.recovery import fresh_simulations, shares
 from swesbi.inference.settings import RecoverySettings
 from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
-from swesbi.observation import (
-    MeasurementSettings,
-    PassiveCalibrationError,
-    PassiveSettings,
-    SummarySettings,
-    summary_names,
-)
-from swesbi.recording import RecordingError, RecordingSettings
+from swesbi.observation.passive import PassiveCalibrationError
+from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings, summary_names
+from swesbi.prior import PriorSettings, log_centre
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings, log_centre
 from swesbi.stages.origin import Origin
 from swesbi.stages.recovery import infer, write_scores
-from swesbi.virtual_cohort import AcquisitionSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]

@@ -18,11 +18,12 @@ from swesbi.flow.simulations import SubjectSimulations, at_phases
 from swesbi.flow.training import train_flow
 from swesbi.observation.dataset import KIND as PASSIVE
 from swesbi.observation.dataset import read_passive
+from swesbi.parameters import SCALE
+from swesbi.prior import ParameterPrior, quantile
 from swesbi.seeds import generator, integer_seed
 from swesbi.sensitivity.posteriors import KIND, VariantPosterior, to_dataset
 from swesbi.settings import Settings
 from swesbi.simulations.draw import draw_simulations
-from swesbi.simulations.prior import ParameterPrior, quantile
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.subjects import read_speed_models
 from swesbi.stages.origin import Origin
@@ -100,7 +101,7 @@ def _with_fixed_scale(
     seed = integer_seed(settings.seed, "exact", subject)
     start = flow_proposal(flow, model.recording).draw(mcmc.start_points, seed)
     rng = generator(settings.seed, "exact", "fixed scale", subject)
-    start[:, 3] = quantile(rng.random(start.shape), prior)[:, 3]
+    start[:, SCALE] = quantile(rng.random(start.shape), prior)[:, SCALE]
     sampled = sample_mcmc(held, start, mcmc, seed)
     phi = sampled.thinned(settings.exact.draws, rng)
     return VariantPosterior(subject, phi, "mcmc", float("nan"), float("nan"), sampled.converged)

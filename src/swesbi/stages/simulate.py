@@ -8,12 +8,12 @@ from pathlib import Path
 from pydantic import Field
 
 from swesbi.artefacts import save
-from swesbi.forward_model import ForwardModelSettings
+from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.prior import PriorSettings
 from swesbi.recording.settings import ContextRow
 from swesbi.settings import Settings
 from swesbi.simulations.dataset import KIND, to_dataset
 from swesbi.simulations.draw import draw_simulations
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from swesbi.artefacts import ArtefactError, save
 from swesbi.flow.pool import KIND, pool_dataset
-from swesbi.observation import MeasurementSettings
-from swesbi.recording import Observation
+from swesbi.observation.settings import MeasurementSettings
 from swesbi.recording.dataset import read_observation
+from swesbi.recording.observation import Observation
 from swesbi.settings import Settings
 from swesbi.simulations.dataset import group_by_subject, read_simulations
 from swesbi.simulations.draw import PriorSimulations

@@ -11,8 +11,8 @@ from swesbi.figures.panels import PosteriorPanel, PredictivePanel
 from swesbi.figures.style import save_figure
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
+from swesbi.prior import PriorSettings
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 
 

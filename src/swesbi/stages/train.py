@@ -15,9 +15,9 @@ from swesbi.inference.dataset import read_pool
 from swesbi.inference.estimator import KIND, save_estimator
 from swesbi.inference.settings import CheckpointEpochs, EstimatorSettings
 from swesbi.inference.training import Epoch, choose_device, train
+from swesbi.prior import PriorSettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.tables.files import write_csv
 

@@ -12,7 +12,7 @@ from swesbi.flow.pool import of_subject, read_pool
 from swesbi.flow.settings import FlowSettings
 from swesbi.flow.simulations import SubjectSimulations
 from swesbi.flow.training import train_flow
-from swesbi.observation import SummarySettings
+from swesbi.observation.settings import SummarySettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModelSettings

@@ -8,17 +8,17 @@ from pathlib import Path
 from swesbi.flow.files import KIND, save_flow
 from swesbi.flow.phases import PhaseSettings
 from swesbi.flow.settings import FlowSettings
-from swesbi.population.conditions import ConditionSettings
 from swesbi.population.dataset import read_population
 from swesbi.population.rows import RowMaker
+from swesbi.population.settings import ConditionSettings
 from swesbi.population.training import train_population
-from swesbi.recording import RecordingSettings
+from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.stages.origin import Origin
 from swesbi.tables.training import write_epochs
-from swesbi.virtual_cohort import AcquisitionSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 
 class TrainPopulationStageSettings(Settings):

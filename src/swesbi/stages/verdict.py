@@ -10,8 +10,8 @@ from swesbi.artefacts import ArtefactError, write_json
 from swesbi.context import Context
 from swesbi.evaluation.exact_result import ExactResult, read_exact_result
 from swesbi.flow.conditioning import ConditioningSettings, conditioning_of
-from swesbi.forward_model import Beats
-from swesbi.forward_model import Status as BeatStatus
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.periodic import Status as BeatStatus
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import Support, SupportTest
 from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording
@@ -21,7 +21,8 @@ from swesbi.misspecification.reference import Reference, Status
 from swesbi.misspecification.settings import RuleSettings
 from swesbi.misspecification.verdict import grade, make_support, null_tests
 from swesbi.misspecification.volumes import volume_tests
-from swesbi.observation import SummarySettings
+from swesbi.observation.settings import SummarySettings
+from swesbi.parameters import SCALE
 from swesbi.recording.contexts import read_contexts
 from swesbi.seeds import generator
 from swesbi.settings import Settings
@@ -131,7 +132,7 @@ def _check(
     draws = PosteriorDraws(
         phi=exact.phi,
         weight=works / works.sum(),
-        predicted=model.predict_from(exact.phi[:, 3], beats),
+        predicted=model.predict_from(exact.phi[:, SCALE], beats),
         k_hat=exact.k_hat,
         efficiency=exact.efficiency,
     )

@@ -16,9 +16,9 @@ from swesbi.inference.dataset import read_pool, read_posterior
 from swesbi.inference.pool import Pool
 from swesbi.inference.posterior import Posterior
 from swesbi.inference.support import Support, read_support
+from swesbi.prior import PriorSettings
 from swesbi.recording.dataset import read_observation
 from swesbi.settings import Settings
-from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place, pick
 

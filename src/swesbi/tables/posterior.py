@@ -10,8 +10,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.evaluation.scores import band
+from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.tables.case import Case
-from swesbi.theta import THETA_NAMES, THETA_UNITS
 
 FloatArray = NDArray[np.float64]
 

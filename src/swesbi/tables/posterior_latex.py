@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import pandas as pd
 
+from swesbi.parameters import THETA_LABELS, THETA_NAMES
 from swesbi.tables.latex import escape
 from swesbi.tables.posterior import CORRELATIONS
 
@@ -15,9 +16,7 @@ HEAD: Final = (
     r"& $r_{k_\mathrm{SR}}$ \\"
 )
 NAMES: Final = {
-    "k0_kpa": r"$k_0$ (kPa)",
-    "k_atp_per_s": r"$k_\mathrm{ATP}$ (s$^{-1}$)",
-    "k_sr_per_s": r"$k_\mathrm{SR}$ (s$^{-1}$)",
+    **dict(zip(THETA_NAMES, THETA_LABELS, strict=True)),
     "ejection_fraction": "ejection fraction",
     "end_diastolic_volume_ml": "LVEDV (mL)",
     "end_systolic_volume_ml": "LVESV (mL)",

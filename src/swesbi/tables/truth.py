@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from swesbi.evaluation.verdict import status
 from swesbi.inference.posterior import Posterior
 from swesbi.inference.support import Support
-from swesbi.theta import THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 
 FloatArray = NDArray[np.float64]
 

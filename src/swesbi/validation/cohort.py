@@ -11,19 +11,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.recording import (
-    ContextRow,
-    Observation,
-    Problem,
-    RecordingError,
-    RecordingSettings,
-    Samples,
-    ingest,
-    read_samples,
-)
 from swesbi.recording.files import RECORDINGS, SUBJECTS, SUFFIXES, check_file, find_recording
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.quality import rejection
-from swesbi.recording.settings import is_subject
+from swesbi.recording.reader import read_samples
+from swesbi.recording.samples import Samples
+from swesbi.recording.settings import ContextRow, RecordingSettings, is_subject
 from swesbi.recording.subjects import SubjectTable, examine_subjects
 from swesbi.validation.protocol import Protocol, read_protocol
 

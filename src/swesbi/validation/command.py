@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.config import Config, add_options, parse_config, read_merged
-from swesbi.recording import Problem
 from swesbi.recording.files import SUBJECTS
-from swesbi.recording.problems import listed
+from swesbi.recording.problems import Problem, listed
 from swesbi.validation.cohort import CohortReport, examine_cohort
 from swesbi.validation.summary import summary
 

@@ -9,10 +9,10 @@ from typing import Any, Final
 
 import yaml
 
-from swesbi.recording import Problem, RecordingError, RecordingSettings
 from swesbi.recording.csv_table import read_bytes
 from swesbi.recording.files import PROTOCOL, check_file
-from swesbi.recording.problems import raise_any
+from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.settings import RecordingSettings
 
 SEE_TEMPLATE: Final = "`python -m swesbi template FOLDER` writes one to start from"
 

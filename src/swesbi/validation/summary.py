@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.recording import Observation
+from swesbi.recording.observation import Observation
 from swesbi.validation.cohort import CohortReport
 
 HEADER: Final = (

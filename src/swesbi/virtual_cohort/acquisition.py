@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from swesbi.context import Context
+from swesbi.recording.elasticity import shear_wave_speed_m_s
+from swesbi.recording.phases import nominal_phases
 from swesbi.recording.samples import FAILED_STATUSES, STATUS_OK, Samples
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.truth import TruthCurve
 
 FloatArray = NDArray[np.float64]
-PA_PER_KPA: Final = 1e3
 SLOWEST_M_S: Final = 0.1
 FASTEST_M_S: Final = 12.0
 FAILURE_SHARES: Final = (0.35, 0.25, 0.30, 0.10)  # in the order of FAILED_STATUSES
@@ -66,7 +67,7 @@ def acquire(
     """
     draws = _draw(settings, generator)
     rr_ms = _rr_ms(context, settings, draws)
-    delay_ms = np.round(_nominal_phase(settings) * 1e3 * context.period_s)
+    delay_ms = np.round(nominal_phases(settings.phases) * 1e3 * context.period_s)
     clean = _clean_speed(truth, delay_ms[:, None] / rr_ms, settings.density_kg_m3)
     noisy = (clean * (1.0 + settings.repeat_sd_fraction * draws.repeat))[..., None]
     speed = noisy * (1.0 + settings.sample_sd_fraction * draws.sample)
@@ -107,10 +108,6 @@ def _draw(settings: AcquisitionSettings, generator: np.random.Generator) -> _Dra
     )
 
 
-def _nominal_phase(settings: AcquisitionSettings) -> FloatArray:
-    return (np.arange(settings.phases) + 0.5) / settings.phases
-
-
 def _rr_ms(context: Context, settings: AcquisitionSettings, draws: _Draws) -> FloatArray:
     ratio = 1.0 + settings.rr_sd_fraction * draws.beat
     for beat in settings.ectopic_beats:
@@ -121,8 +118,7 @@ def _rr_ms(context: Context, settings: AcquisitionSettings, draws: _Draws) -> Fl
 def _clean_speed(truth: TruthCurve, beat_phase: FloatArray, density_kg_m3: float) -> FloatArray:
     phase = np.append(truth.cycle_phase, truth.cycle_phase[0] + 1.0)
     curve = CubicSpline(phase, np.append(truth.stiffness_kpa, truth.stiffness_kpa[0]), bc_type="periodic")
-    stiffness = curve(beat_phase)
-    return np.sqrt(PA_PER_KPA * stiffness / (3.0 * density_kg_m3))
+    return shear_wave_speed_m_s(curve(beat_phase), density_kg_m3)
 
 
 def _fates(settings: AcquisitionSettings, draws: _Draws) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from swesbi.parameters import THETA_NAMES
 from swesbi.recording.samples import Samples
 from swesbi.seeds import generator
-from swesbi.theta import THETA_NAMES
 from swesbi.virtual_cohort.acquisition import acquire
 from swesbi.virtual_cohort.truth import Truth
 

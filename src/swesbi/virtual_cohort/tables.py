@@ -11,8 +11,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.observation.interpolation import to_grid
+from swesbi.parameters import THETA_NAMES
 from swesbi.recording.samples import Samples
-from swesbi.theta import THETA_NAMES
 from swesbi.virtual_cohort.truth import Truth
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE
 

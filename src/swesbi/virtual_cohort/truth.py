@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.forward_model import Beats, Status, simulate
+from swesbi.forward_model.beats import Beats
+from swesbi.forward_model.periodic import Status
+from swesbi.forward_model.simulate import simulate
 from swesbi.observation.passive import passive_shape
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, Volunteer, forward_model_of
 

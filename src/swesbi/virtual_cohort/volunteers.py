@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from swesbi.context import Context
-from swesbi.forward_model import ForwardModelSettings
+from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.virtual_cohort.settings import ACQUISITION, AcquisitionSettings, EctopicBeat
 
 LATE_DIASTOLE: Final = (0.80, 0.97)

@@ -1,20 +1,24 @@
-"""The bounded log-Gaussian prior p(theta), independent over the three active parameters.
+"""The bounded log-Gaussian priors of theta and of phi, and the map of their box onto the whole space.
 
-Inside its bounds, log theta_j is normal around log(centre) with the given standard deviation; outside,
-the density is zero (paper, Sec. 2.4). The density is normalised over the box.
+Parameters are independent. Inside its bounds, the logarithm of each is normal around log(centre) with the
+given standard deviation; outside, the density is zero (paper, Sec. 2.4). The density is normalised over the
+box, which the logit maps onto R^d. Every function takes a prior of theta as it takes one of phi = (theta, a).
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Protocol, Self
+from functools import lru_cache
+from typing import Annotated, Final, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from swesbi.parameters import SCALE, THETA_NAMES
 from swesbi.settings import Settings
 
 FloatArray = NDArray[np.float64]
+VARIANCE_POINTS: Final = 100_000
 Positive = Annotated[float, Field(gt=0.0)]
 
 
@@ -41,9 +45,21 @@ class PriorSettings(Settings):
     k_sr_per_s: ParameterPrior
 
     @property
-    def parameters(self) -> tuple[ParameterPrior, ParameterPrior, ParameterPrior]:
-        """The three priors in the order of ``THETA_NAMES``."""
-        return self.k0_kpa, self.k_atp_per_s, self.k_sr_per_s
+    def parameters(self) -> tuple[ParameterPrior, ...]:
+        """The priors in the order of ``THETA_NAMES``."""
+        return tuple(getattr(self, name) for name in THETA_NAMES)
+
+
+class JointPriorSettings(Settings):
+    """Bounded log-Gaussian priors of theta and of the passive scale a, independent."""
+
+    theta: PriorSettings
+    passive_scale_kpa: ParameterPrior = Field(description="prior of the passive scale a, in kPa")
+
+    @property
+    def parameters(self) -> tuple[ParameterPrior, ...]:
+        """The four priors in the order of ``PHI_NAMES``."""
+        return (*self.theta.parameters, self.passive_scale_kpa)
 
 
 class BoxPrior(Protocol):
@@ -77,6 +93,36 @@ def quantile(u: FloatArray, prior: BoxPrior) -> FloatArray:
     return theta
 
 
+def sample(count: int, prior: BoxPrior, rng: np.random.Generator) -> FloatArray:
+    """Draw parameters of shape (count, d)."""
+    return quantile(rng.random((count, len(prior.parameters))), prior)
+
+
+def draw_prior(prior: BoxPrior, draws: int, rng: np.random.Generator) -> FloatArray:
+    """Draw parameters (draws, d), never onto the faces of the box, where the logit is infinite."""
+    low, high = bounds(prior)
+    return np.asarray(np.clip(sample(draws, prior, rng), np.nextafter(low, high), np.nextafter(high, low)))
+
+
+def draw_passive_scale(count: int, prior: JointPriorSettings, rng: np.random.Generator) -> FloatArray:
+    """Draw the passive scale alone; shape (count,), in kPa."""
+    u = np.full((count, len(prior.parameters)), 0.5)
+    u[:, SCALE] = rng.random(count)
+    return quantile(u, prior)[:, SCALE]
+
+
+@lru_cache(maxsize=4)
+def even_quantiles(prior: BoxPrior) -> FloatArray:
+    """Return the prior's quantiles at ``VARIANCE_POINTS`` even levels, a column each parameter."""
+    u = (np.arange(VARIANCE_POINTS) + 0.5) / VARIANCE_POINTS
+    return quantile(np.repeat(u[:, None], len(prior.parameters), axis=1), prior)
+
+
+def prior_variance(prior: BoxPrior) -> FloatArray:
+    """Return the variance of each parameter under the prior, shape (d,), from its quantile function."""
+    return np.asarray(even_quantiles(prior).var(axis=0))
+
+
 def log_density(theta: FloatArray, prior: BoxPrior) -> FloatArray:
     """Return log p(theta) of shape (n,) for parameters of shape (n, d); -inf outside the bounds.
 
@@ -98,6 +144,30 @@ def in_bounds(theta: FloatArray, prior: BoxPrior) -> NDArray[np.bool_]:
     low, high = bounds(prior)
     inside: NDArray[np.bool_] = np.all((theta >= low) & (theta <= high), axis=1)
     return inside
+
+
+def to_logit(phi: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Map phi (..., d) inside the prior's box to log((phi - low) / (high - phi)), unbounded."""
+    low, high = bounds(prior)
+    return np.asarray(np.log(phi - low) - np.log(high - phi))
+
+
+def from_logit(eta: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Map any eta (..., d) into the prior's box, the inverse of :func:`to_logit`; never onto its faces."""
+    from scipy.special import expit
+
+    low, high = bounds(prior)
+    phi = low + (high - low) * expit(eta)
+    return np.asarray(np.clip(phi, np.nextafter(low, high), np.nextafter(high, low)))
+
+
+def log_jacobian(eta: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Return log |d phi / d eta| of shape (...) for eta (..., d); p(eta) = p(phi) times it."""
+    from scipy.special import log_expit
+
+    low, high = bounds(prior)
+    terms = log_expit(eta) + log_expit(-eta) + np.log(high - low)
+    return np.asarray(terms.sum(axis=-1))
 
 
 def _log_shape(parameter: ParameterPrior) -> tuple[float, float, float, float]:
