@@ -171,6 +171,49 @@ def test_differences_of_settings_code_arrays_and_verdicts_are_told(
     assert lines[-1] == "the runs differ"
 
 
+def test_a_damaged_file_does_not_end_the_comparison(
+    runs: tuple[Path, Path], tmp_path: Path, capsys: Shown
+) -> None:
+    first, other = runs
+    cut = other / "cohort" / "A" / "passive.h5"
+    cut.write_bytes(cut.read_bytes()[:-200])
+    (other / "tables" / "ppc.csv").write_bytes(b"\xff\xfe")
+    (other / "tables" / "posterior.csv").unlink()
+    support = other / "paper" / "subjects" / "B" / "support.json"
+    support.write_text(json.dumps({**json.loads(support.read_text()), "supported": "changed"}))
+    assert main(["--diff", str(first), str(other)]) == 2
+    shown = capsys.readouterr()
+    lines = [line.strip() for line in shown.out.splitlines()]
+    damaged = lines.index("damaged, so not compared:")
+    assert lines[damaged + 1].startswith(f"{cut}: has no checksum at its end: it was cut off")
+    assert "rm -f" in lines[damaged + 1]
+    assert lines[damaged + 2].startswith(f"{other / 'tables' / 'ppc.csv'}: cannot be read as a table")
+    assert lines[lines.index("only in the first:") + 1] == "tables/posterior.csv"
+    assert lines[lines.index("verdicts:") + 1].endswith("-> changed")
+    assert "other files whose bytes differ:" not in lines
+    assert lines[-1] == "the runs differ"
+
+
+def test_damage_in_both_runs_is_told_of_both(tmp_path: Path, capsys: Shown) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "broken.json").write_text("{" + name)
+        (tmp_path / name / "same.json").write_text("{")
+    assert main(["--diff", str(tmp_path / "one"), str(tmp_path / "two")]) == 2
+    shown = capsys.readouterr().out
+    assert "2 files in both, 1 of them differ" in shown
+    for name in ("one", "two"):
+        assert f"{tmp_path / name / 'broken.json'}: cannot be read as JSON" in shown
+
+
+def test_a_folder_is_told_from_a_file_that_is_missing(tmp_path: Path, capsys: Shown) -> None:
+    assert main([str(tmp_path)]) == 2
+    shown = capsys.readouterr().err
+    assert f"{tmp_path}: is a folder; " in shown
+    assert f"python -m swesbi inspect --check {tmp_path}" in shown
+    assert "no such file" not in shown
+
+
 def test_what_is_no_run_is_named(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(ArtefactError, match="nowhere: no such folder; name the results folder"):

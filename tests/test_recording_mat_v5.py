@@ -91,6 +91,6 @@ def test_a_value_that_swells_beyond_reason_is_refused(
 ) -> None:
     savemat(tmp_path / "S.mat", {"x": np.zeros(100_000)}, do_compression=True)
     assert (tmp_path / "S.mat").stat().st_size < 2000
-    monkeypatch.setattr("swesbi.recording.mat_elements.MAX_BYTES", 10_000)
+    monkeypatch.setattr("swesbi.recording.mat_v5.MAX_BYTES", 10_000)
     with pytest.raises(MatValueError, match="cut off, or larger than a recording can be"):
         read_mat_v5(tmp_path / "S.mat", ["x"])

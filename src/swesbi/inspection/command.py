@@ -10,12 +10,11 @@ from typing import Final
 
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.files import check_whole
-from swesbi.inspection.check import artefacts_in
 from swesbi.inspection.diff import compare_runs
-from swesbi.inspection.diff_text import difference_lines
 from swesbi.inspection.read import READERS, read
-from swesbi.inspection.text import as_lines
+from swesbi.inspection.text import as_lines, difference_lines
 
+ARTEFACTS: Final = (".h5", ".pt")
 EXIT_EQUAL: Final = 0
 EXIT_DIFFERENT: Final = 1
 EXIT_ERROR: Final = 2
@@ -34,7 +33,7 @@ def main(arguments: Sequence[str]) -> int:
     if given.diff:
         return _compare(*given.diff)
     if given.check:
-        return _each(artefacts_in(given.files), _whole)
+        return _each(_artefacts_in(given.files), _whole)
     return _each(given.files, lambda path: [*as_lines(read(path)), ""])
 
 
@@ -62,6 +61,18 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _artefacts_in(paths: Sequence[Path]) -> list[Path]:
+    """Return the files given, and the artefacts in the folders given, of which each must hold one."""
+    found: list[Path] = []
+    for path in paths:
+        artefacts = (each for each in path.rglob("*") if each.suffix in ARTEFACTS)
+        inside = sorted(artefacts) if path.is_dir() else [path]
+        if not inside:
+            raise ArtefactError(f"{path}: holds no artefact ({', '.join(ARTEFACTS)})")
+        found += inside
+    return found
+
+
 def _whole(path: Path) -> list[str]:
     check_whole(path)
     return [f"{path}: whole"]
@@ -70,6 +81,8 @@ def _whole(path: Path) -> list[str]:
 def _compare(first: Path, second: Path) -> int:
     difference = compare_runs(first, second)
     print("\n".join([f"{first} -> {second}", *difference_lines(difference)]))
+    if difference.is_damaged:
+        return EXIT_ERROR
     return EXIT_EQUAL if difference.is_empty else EXIT_DIFFERENT
 
 

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import filecmp
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from swesbi.inspection.content import Array
+from swesbi.artefacts import ArtefactError
+from swesbi.inspection.content import Array, Content
 from swesbi.inspection.read import READERS, read
-from swesbi.inspection.runs import results_of
 
 ABSENT: Final = "(none)"
+BESIDE: Final = frozenset({"logs", "benchmarks"})
+DATED: Final = frozenset({"snakemake-report.html"})
+
+Changes = Mapping[str, tuple[str, str]]
 
 
 @dataclass(frozen=True)
@@ -34,17 +38,15 @@ class FileDifference:
 
     Attributes:
         path: Relative to the folder of the run.
-        settings: Key -> what each run has.
-        origin: Version, code hash, seed: what each run has.
-        facts: What else the files say of themselves, the verdicts among them.
+        changes: Key -> what each run has, by the sections of ``Content``.
         arrays: The arrays that differ.
+        damage: Why it was not compared: a message for each of the two that cannot be read.
     """
 
     path: Path
-    settings: Mapping[str, tuple[str, str]]
-    origin: Mapping[str, tuple[str, str]]
-    facts: Mapping[str, tuple[str, str]]
-    arrays: tuple[ArrayDifference, ...]
+    changes: Mapping[str, Changes] = field(default_factory=dict)
+    arrays: tuple[ArrayDifference, ...] = ()
+    damage: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -61,38 +63,26 @@ class RunDifference:
         """Whether the runs have the same files with the same content."""
         return not (self.only_first or self.only_second or self.files)
 
+    @property
+    def is_damaged(self) -> bool:
+        """Whether files that differ could not be compared."""
+        return any(file.damage for file in self.files)
+
 
 def compare_runs(first: Path, second: Path) -> RunDifference:
-    """Compare the results of two runs, file by file.
+    """Compare the results of two runs, file by file; one that cannot be read does not stop the others.
 
     Raises:
-        ArtefactError: A folder has no results, or a file cannot be read.
+        ArtefactError: A folder has no results.
     """
-    one, two = results_of(first), results_of(second)
-    common = sorted({*one} & {*two})
+    one, two = _results_of(first), _results_of(second)
+    common = [path for path in one if path in two]
+    compared = [_compare_files(path, first / path, second / path) for path in common]
     return RunDifference(
         common=len(common),
-        only_first=tuple(path for path in one if path not in {*two}),
-        only_second=tuple(path for path in two if path not in {*one}),
-        files=tuple(
-            compare_files(path, first / path, second / path)
-            for path in common
-            if not filecmp.cmp(first / path, second / path, shallow=False)
-        ),
-    )
-
-
-def compare_files(name: Path, first: Path, second: Path) -> FileDifference:
-    """Compare two files whose bytes differ; of formats that are not read, that is all there is to say."""
-    if name.suffix not in READERS:
-        return FileDifference(name, {}, {}, {}, ())
-    one, two = read(first), read(second)
-    return FileDifference(
-        path=name,
-        settings=_changed(one.settings, two.settings),
-        origin=_changed(one.origin, two.origin),
-        facts=_changed(one.facts, two.facts),
-        arrays=_compare_all(one.arrays, two.arrays),
+        only_first=tuple(path for path in one if path not in two),
+        only_second=tuple(path for path in two if path not in one),
+        files=tuple(difference for difference in compared if difference),
     )
 
 
@@ -122,6 +112,45 @@ def _compare_numbers(one: Array, two: Array) -> ArrayDifference | None:
     gap = np.abs(a - b)[~same]
     relative = gap / np.maximum(np.abs(a), np.abs(b))[~same]
     return ArrayDifference(one.name, float(gap.max()), float(relative.max()), one.units)
+
+
+def _results_of(folder: Path) -> dict[Path, None]:
+    """Return the results in a folder, relative to it and sorted; no logs, timings or dated reports."""
+    if not folder.is_dir():
+        raise ArtefactError(f"{folder}: no such folder; name the results folder of a run")
+    found = sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    if not (results := dict.fromkeys(path for path in found if _is_result(path))):
+        raise ArtefactError(f"{folder}: holds no results; name the results folder of a run")
+    return results
+
+
+def _is_result(path: Path) -> bool:
+    hidden = any(part.startswith(".") for part in path.parts)
+    return not hidden and path.parts[0] not in BESIDE and path.name not in DATED
+
+
+def _compare_files(name: Path, first: Path, second: Path) -> FileDifference | None:
+    """Compare two files; of formats that are not read, whether their bytes differ is all there is to say."""
+    try:
+        if filecmp.cmp(first, second, shallow=False):
+            return None
+    except OSError as error:
+        return FileDifference(name, damage=(str(error),))
+    if name.suffix not in READERS:
+        return FileDifference(name)
+    one, two = _content(first), _content(second)
+    if isinstance(one, str) or isinstance(two, str):
+        return FileDifference(name, damage=tuple(each for each in (one, two) if isinstance(each, str)))
+    changes = {title: _changed(facts, two.sections.get(title, {})) for title, facts in one.sections.items()}
+    return FileDifference(name, changes, _compare_all(one.arrays, two.arrays))
+
+
+def _content(path: Path) -> Content | str:
+    """Return what a file holds, or why it cannot be read."""
+    try:
+        return read(path)
+    except (ArtefactError, OSError) as error:
+        return str(error)
 
 
 def _compare_all(one: tuple[Array, ...], two: tuple[Array, ...]) -> tuple[ArrayDifference, ...]:

@@ -1,21 +1,25 @@
-"""Reading a file of the study by its format."""
+"""Reading a file of the study by its format, whatever its kind and schema version."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+import numpy as np
 import pandas as pd
+import xarray as xr
 import yaml
 
-from swesbi.artefacts import ArtefactError
-from swesbi.inspection.content import Array, Content, as_text, flatten
-from swesbi.inspection.hdf5 import read_hdf5
-from swesbi.inspection.weights import read_weights
-from swesbi.inspection.words import file_in_words
+from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, read_provenance
+from swesbi.artefacts.checksum import has_checksum
+from swesbi.artefacts.files import UNREADABLE, check_whole, hdf5_provenance
+from swesbi.artefacts.provenance import SCHEMA_VERSION
+from swesbi.artefacts.self_contained import check_self_contained
+from swesbi.inspection.content import FACTS, FILES, KINDS, ORIGIN, SETTINGS, Array, Content, flatten
 
+OF_PROVENANCE: Final = tuple(Provenance("").attributes())
 UNITS: Final = {
     "_kpa": "kPa",
     "_per_s": "s-1",
@@ -38,6 +42,9 @@ def read(path: Path) -> Content:
         ArtefactError: There is no such file, it cannot be read or it is damaged, or of a format that is
             not described.
     """
+    if path.is_dir():
+        remedy = f"name files in it, or look at all its artefacts by: python -m swesbi inspect --check {path}"
+        raise ArtefactError(f"{path}: is a folder; {remedy}")
     if not path.is_file():
         raise ArtefactError(f"{path}: no such file")
     if path.suffix not in READERS:
@@ -46,44 +53,129 @@ def read(path: Path) -> Content:
     return READERS[path.suffix](path)
 
 
-def _read_csv(path: Path) -> Content:
+def _read_hdf5(path: Path) -> Content:
+    checked = _integrity(path, hdf5_provenance)
     try:
-        table = pd.read_csv(path)
-    except (OSError, ValueError) as error:
-        raise ArtefactError(f"{path}: cannot be read as a table ({error})") from error
+        check_self_contained(path)
+        provenance = hdf5_provenance(path)
+        with xr.open_datatree(path, engine="h5netcdf") as tree:
+            arrays = tuple(
+                _array(f"{node.path}/{name}".strip("/"), variable)
+                for node in tree.subtree
+                for name, variable in node.to_dataset(inherit=False).variables.items()
+            )
+    except UNREADABLE as error:
+        raise DamagedArtefactError(path, f"cannot be read as a swesbi artefact ({error})") from error
+    return _artefact(path, checked, provenance, arrays, {})
+
+
+def _array(name: str, variable: xr.Variable) -> Array:
+    values, attributes = variable.to_numpy(), variable.attrs
+    return Array(
+        name=name,
+        dims=tuple(map(str, variable.dims)),
+        values=values if values.dtype.kind in "biuf" else values.astype(str),
+        units=str(attributes.get("units", "")),
+        meaning=str(attributes.get("long_name", "")),
+    )
+
+
+def _read_weights(path: Path) -> Content:
+    """Return a file of weights: its metadata, and every tensor by the names that lead to it."""
+    # torch takes seconds to import, and most files need none of it
+    from swesbi.inference.torch_files import NOT_PLAIN, plain_provenance, read_content
+
+    checked = _integrity(path, plain_provenance)
+    try:
+        content = read_content(path)
+        metadata = content["metadata"]
+        provenance = read_provenance(metadata)
+    except NOT_PLAIN as error:
+        raise DamagedArtefactError(path, f"cannot be read as a file of weights ({error})") from error
+    arrays = tuple(array for name in content if name != "metadata" for array in _tensors(name, content[name]))
+    own = {name: _plain(value) for name, value in metadata.items() if name not in OF_PROVENANCE}
+    return _artefact(path, checked, provenance, arrays, flatten(own))
+
+
+def _tensors(name: str, value: Any) -> Iterator[Array]:  # noqa: ANN401
+    """Yield the tensors of nested dictionaries."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _tensors(f"{name}/{key}", item)
+    else:
+        yield Array(name, tuple(f"d{axis}" for axis in range(value.ndim)), value.numpy(), "1")
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401
+    """Return metadata as nested data where it is written as JSON."""
+    return json.loads(value) if isinstance(value, str) and value.startswith("{") else value
+
+
+def _integrity(path: Path, provenance: Callable[[Path], Provenance]) -> str:
+    """Return what the checksum of an artefact says; one cut off or changed is refused."""
+    if not has_checksum(path):
+        try:
+            version = provenance(path).schema_version
+        except UNREADABLE:
+            version = SCHEMA_VERSION
+        if version < SCHEMA_VERSION:
+            return f"no checksum (schema version {version}, before checksums); this swesbi does not use it"
+    check_whole(path, provenance)
+    return "checksum right"
+
+
+def _artefact(
+    path: Path, checked: str, provenance: Provenance, arrays: tuple[Array, ...], facts: Mapping[str, str]
+) -> Content:
+    """Return an artefact with its provenance in words."""
+    origin = {
+        "subject": provenance.subject or "whole cohort",
+        "seed": str(provenance.seed),
+        "swesbi": provenance.package_version,
+        "code hash": provenance.code_hash or "not recorded",
+        "schema version": str(provenance.schema_version),
+    }
+    what = KINDS.get(provenance.kind, f"artefact of kind {provenance.kind!r}")
+    sections = {ORIGIN: origin, SETTINGS: flatten(dict(provenance.settings)), FACTS: facts}
+    return Content(path, what, sections, arrays, checked)
+
+
+def _read_csv(path: Path) -> Content:
+    table = _parsed(path, "a table", pd.read_csv)
     arrays = tuple(_column(str(name), column) for name, column in table.items())
-    return _described(path, {"rows": str(len(table)), "columns": str(len(arrays))}, arrays)
+    return _file(path, {"rows": str(len(table)), "columns": str(len(arrays))}, arrays)
 
 
 def _column(name: str, column: pd.Series) -> Array:
     units = next((units for ending, units in UNITS.items() if name.endswith(ending)), "")
     is_number = pd.api.types.is_numeric_dtype(column) or pd.api.types.is_bool_dtype(column)
-    return Array(name, ("row",), column.to_numpy() if is_number else as_text(column.fillna("")), units)
+    values = column.to_numpy() if is_number else np.asarray(column.fillna("")).astype(str)
+    return Array(name, ("row",), values, units)
 
 
 def _read_json(path: Path) -> Content:
-    try:
-        plain = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ArtefactError(f"{path}: cannot be read as JSON ({error})") from error
-    return _described(path, flatten(plain), ())
+    return _file(path, flatten(_parsed(path, "JSON", lambda each: json.loads(each.read_text("utf-8")))))
 
 
 def _read_yaml(path: Path) -> Content:
+    return _file(path, flatten(_parsed(path, "YAML", lambda each: yaml.safe_load(each.read_text("utf-8")))))
+
+
+def _parsed(path: Path, form: str, parse: Callable[[Path], Any]) -> Any:  # noqa: ANN401
     try:
-        plain = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return parse(path)
     except (OSError, ValueError, yaml.YAMLError) as error:
-        raise ArtefactError(f"{path}: cannot be read as YAML ({error})") from error
-    return _described(path, flatten(plain), ())
+        raise ArtefactError(f"{path}: cannot be read as {form} ({error})") from error
 
 
-def _described(path: Path, facts: Mapping[str, str], arrays: tuple[Array, ...]) -> Content:
-    return Content(path, file_in_words(path), "", {}, {}, facts, arrays)
+def _file(path: Path, facts: Mapping[str, str], arrays: tuple[Array, ...] = ()) -> Content:
+    """Return a file that is no artefact, and so says nothing of its origin."""
+    return Content(path, FILES.get(path.name, f"{path.suffix[1:]} file"), {FACTS: facts}, arrays)
 
 
 READERS: Final[Mapping[str, Callable[[Path], Content]]] = {
-    ".h5": read_hdf5,
-    ".pt": read_weights,
+    ".h5": _read_hdf5,
+    ".pt": _read_weights,
     ".csv": _read_csv,
     ".json": _read_json,
     ".yaml": _read_yaml,

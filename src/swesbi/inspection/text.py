@@ -1,32 +1,59 @@
-"""A file of the study as text on the terminal."""
+"""A file of the study, and the differences between two runs, as text on the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from swesbi.inspection.content import Array, Content
+from swesbi.inspection.content import FACTS, ORIGIN, SETTINGS, Array, Content
+from swesbi.inspection.diff import ArrayDifference, FileDifference, RunDifference
 
 HEADER: Final = ("array", "dimensions", "units", "missing", "min", "median", "mean", "max", "meaning")
 LEFT: Final = frozenset({"file", "array", "dimensions", "units", "meaning"})
+DIFFERENCES: Final = ("file", "array", "units", "max abs", "max rel", "meaning")
+VERDICTS: Final = "support.json"
 SHOWN_TEXTS: Final = 4
+SHOWN_FILES: Final = 3
 
 
 def as_lines(content: Content) -> list[str]:
     """Return what a file is, how it was made, and a row for each of its arrays."""
     lines = [str(content.path), f"  {content.what}"]
     lines += [f"  {content.integrity}"] if content.integrity else []
-    for title, facts in (
-        ("made by", content.origin),
-        ("settings", content.settings),
-        ("says", content.facts),
-    ):
+    for title, facts in content.sections.items():
         lines += [f"  {title}:", *_pairs(facts)] if facts else []
     if content.arrays:
         lines += ["  arrays:", *(f"    {line}" for line in table(list(map(_row, content.arrays))))]
     return lines
+
+
+def difference_lines(difference: RunDifference) -> list[str]:
+    """Return what differs, from what was asked for to what came out: settings, code, verdicts, numbers."""
+    files = difference.files
+    verdicts = [file for file in files if file.path.name == VERDICTS]
+    others = [file for file in files if file.path.name != VERDICTS]
+    sections = {
+        "only in the first": [str(path) for path in difference.only_first],
+        "only in the second": [str(path) for path in difference.only_second],
+        "damaged, so not compared": [message for file in files for message in file.damage],
+        "settings": _grouped(files, SETTINGS),
+        "code and origin": _grouped(files, ORIGIN),
+        "verdicts": [
+            f"{file.path.parent}: {key}: {one} -> {two}"
+            for file in verdicts
+            for key, (one, two) in file.changes.get(FACTS, {}).items()
+        ],
+        "what files say": _grouped(others, FACTS),
+        "arrays": _changed_arrays(files),
+        "other files whose bytes differ": [str(file.path) for file in files if _is_opaque(file)],
+    }
+    lines = [f"{difference.common} files in both, {len(files)} of them differ"]
+    for title, shown in sections.items():
+        lines += [f"{title}:", *(f"  {line}" for line in shown)] if shown else []
+    return [*lines, "the runs are equal" if difference.is_empty else "the runs differ"]
 
 
 def _pairs(facts: Mapping[str, str]) -> list[str]:
@@ -71,3 +98,31 @@ def _texts(array: Array) -> str:
     different = list(dict.fromkeys(map(str, array.values.ravel())))
     more = f", ... ({len(different)} different)" if len(different) > SHOWN_TEXTS else ""
     return ", ".join(different[:SHOWN_TEXTS]) + more
+
+
+def _grouped(differences: Iterable[FileDifference], section: str) -> list[str]:
+    """Return a line for each change, with the files that have it."""
+    files: dict[tuple[str, str, str], list[Path]] = {}
+    for file in differences:
+        for key, (one, two) in file.changes.get(section, {}).items():
+            files.setdefault((key, one, two), []).append(file.path)
+    return [f"{key}: {one} -> {two}  ({_named(paths)})" for (key, one, two), paths in files.items()]
+
+
+def _named(paths: list[Path]) -> str:
+    more = f" and {len(paths) - SHOWN_FILES} more" if len(paths) > SHOWN_FILES else ""
+    return ", ".join(map(str, paths[:SHOWN_FILES])) + more
+
+
+def _is_opaque(file: FileDifference) -> bool:
+    return not (any(file.changes.values()) or file.arrays or file.damage)
+
+
+def _changed_arrays(files: Iterable[FileDifference]) -> list[str]:
+    rows = [(str(file.path), *_changed_array(array)) for file in files for array in file.arrays]
+    return table(rows, DIFFERENCES) if rows else []
+
+
+def _changed_array(array: ArrayDifference) -> tuple[str, str, str, str, str]:
+    numbers = ("", "") if array.note else (f"{array.max_abs:.3g}", f"{array.max_rel:.3g}")
+    return (array.name, array.units, *numbers, array.note)

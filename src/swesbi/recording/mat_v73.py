@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,23 +12,75 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.recording.mat_values import (
-    DAMAGED,
-    NO_TABLE,
-    NUMBERS,
-    SAVE_AGAIN,
-    TEXTS,
-    MatValueError,
-    Vector,
-    check_shape,
-    choose,
-)
+from swesbi.recording.mat_values import SAVE_AGAIN, TEXTS, MatValueError, Vector, damaged, read_vectors
 
 MAX_VALUES: Final = 5_000_000
-CLASS: Final = "MATLAB_class"
+OBJECTS: Final = "#subsystem#"
 NUMERIC: Final = frozenset(
     {"double", "single", "logical", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))}
 )
+
+
+@dataclass(frozen=True)
+class Item:
+    """One dataset or group, a ``Variable``; its values are read when asked for."""
+
+    name: str
+    item: h5py.Dataset | h5py.Group
+
+    @property
+    def kind(self) -> str:
+        """What it is, as of any ``Variable``: MATLAB notes the class, and whether it is empty."""
+        if not isinstance(self.item, h5py.Dataset):
+            return "object" if self.name == OBJECTS else "struct"
+        noted = self.item.attrs.get("MATLAB_class", b"double")
+        kind = noted.decode("ascii", "replace") if isinstance(noted, bytes) else str(noted)
+        if self._is_empty or (kind in NUMERIC and self.item.dtype.kind in "biuf"):
+            return "number"
+        return "complex" if kind in NUMERIC else kind
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Its dimensions; an empty one holds them as its values."""
+        return (0,) if self._is_empty else tuple(getattr(self.item, "shape", None) or ())
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return its numbers, one after the other."""
+        values = self._values()
+        return np.empty(0) if self._is_empty else values.ravel().astype(np.float64)
+
+    def rows(self) -> list[str]:
+        """Return the rows of a char matrix, stored as UTF-16 codes, column by column."""
+        codes = self._values()
+        if codes.ndim != 2 or codes.dtype.kind != "u":
+            raise MatValueError(self.name, "holds no readable text", TEXTS)
+        rows = codes.T.astype("<u2")
+        return [row.tobytes().decode("utf-16-le", "replace").rstrip() for row in rows]
+
+    def cells(self) -> list[Item]:
+        """Return what the cells of a cell array refer to."""
+        references = self._values().ravel()
+        if not all(isinstance(reference, h5py.Reference) for reference in references):
+            raise MatValueError(self.name, "has a cell that refers to nothing", SAVE_AGAIN)
+        return [Item(self.name, self.item.file[reference]) for reference in references]
+
+    def fields(self) -> Mapping[str, Item]:
+        """Return the members of a group."""
+        return _members(self.item) if isinstance(self.item, h5py.Group) else {}
+
+    @cached_property
+    def _is_empty(self) -> bool:
+        return bool(self.item.attrs.get("MATLAB_empty", 0))
+
+    def _values(self) -> NDArray[Any]:
+        """Read a dataset that lies in the file itself and is not too large."""
+        if self.item.external or self.item.is_virtual:
+            raise MatValueError(self.name, "keeps its values in another file", SAVE_AGAIN)
+        if self.item.size is None or self.item.size > MAX_VALUES:
+            reason = f"has {self.item.size} values, the limit is {MAX_VALUES}"
+            remedy = "keep one value per attempted sample, no images or raw data"
+            raise MatValueError(self.name, reason, remedy)
+        return np.asarray(self.item[()])
 
 
 def read_mat_v73(path: Path, names: Sequence[str]) -> dict[str, Vector]:
@@ -37,89 +91,20 @@ def read_mat_v73(path: Path, names: Sequence[str]) -> dict[str, Vector]:
     """
     try:
         with h5py.File(path, "r") as file:
-            return _read(file, names)
+            return read_vectors(_members(file), names)
     except MatValueError:
         raise
     # h5py passes on whatever its library says of a damaged file, under many types
     except Exception as error:
-        raise MatValueError(None, f"{DAMAGED} ({type(error).__name__}: {error})", SAVE_AGAIN) from error
+        raise damaged(f"{type(error).__name__}: {error}") from error
 
 
-def _read(file: h5py.File, names: Sequence[str]) -> dict[str, Vector]:
-    variables = _members(file)
-    structs = {name: item for name, item in variables.items() if isinstance(item, h5py.Group)}
-    fields = {name: tuple(item) for name, item in structs.items()} | {"": tuple(variables)}
-    chosen = choose(structs, fields, names)
-    members = variables if chosen is None else _members(chosen)
-    found = {name: _vector(name, members[name]) for name in names if name in members}
-    if not found and "#subsystem#" in file:
-        raise MatValueError(None, "holds a table or another MATLAB object", NO_TABLE)
-    return found
-
-
-def _members(group: h5py.Group) -> Mapping[str, h5py.Dataset | h5py.Group]:
+def _members(group: h5py.Group) -> dict[str, Item]:
     """Return what lies in a group itself; a link to elsewhere, another file even, is refused."""
-    members = {}
+    found = {}
     for name in group:
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
             raise MatValueError(name, "is a link, not a variable", SAVE_AGAIN)
-        if not name.startswith("#"):
-            members[name] = group[name]
-    return members
-
-
-def _vector(name: str, item: h5py.Dataset | h5py.Group) -> Vector:
-    if not isinstance(item, h5py.Dataset):
-        raise MatValueError(name, "is a struct", NUMBERS)
-    kind = _kind(item)
-    _check_plain(name, item)
-    if item.attrs.get("MATLAB_empty", 0):
-        return np.empty(0)
-    if kind == "char":
-        return np.array(_characters(name, item[()]), dtype=np.str_)
-    check_shape(name, item.shape)
-    if kind == "cell":
-        cells = np.asarray(item[()]).ravel()
-        return np.array([_cell(name, item.file, cell) for cell in cells], dtype=np.str_)
-    if kind not in NUMERIC:
-        raise MatValueError(name, f"is of class {kind!r}", NO_TABLE)
-    if item.dtype.kind not in "biuf":
-        raise MatValueError(name, "is complex", NUMBERS)
-    return np.asarray(item[()]).ravel().astype(np.float64)
-
-
-def _kind(item: h5py.Dataset) -> str:
-    kind = item.attrs.get(CLASS, b"double")
-    return kind.decode("ascii", "replace") if isinstance(kind, bytes) else str(kind)
-
-
-def _check_plain(name: str, item: h5py.Dataset) -> None:
-    if item.external or item.is_virtual:
-        raise MatValueError(name, "keeps its values in another file", SAVE_AGAIN)
-    if item.size is None or item.size > MAX_VALUES:
-        reason = f"has {item.size} values, the limit is {MAX_VALUES}"
-        raise MatValueError(name, reason, "keep one value per attempted sample, no images or raw data")
-
-
-def _cell(name: str, file: h5py.File, reference: object) -> str:
-    """Return the text that a cell refers to; an empty cell is an empty text."""
-    if not isinstance(reference, h5py.Reference):
-        raise MatValueError(name, "has a cell that refers to nothing", SAVE_AGAIN)
-    item = file[reference]
-    if not isinstance(item, h5py.Dataset) or _kind(item) != "char":
-        raise MatValueError(name, "has a cell that is no text", TEXTS)
-    _check_plain(name, item)
-    if item.attrs.get("MATLAB_empty", 0):
-        return ""
-    texts = _characters(name, item[()])
-    if len(texts) != 1:
-        raise MatValueError(name, "has a cell of several texts", "save one text a cell")
-    return texts[0]
-
-
-def _characters(name: str, codes: NDArray[Any]) -> list[str]:
-    """Return the rows of a char matrix, stored as UTF-16 codes, column by column."""
-    if codes.ndim != 2 or codes.dtype.kind != "u":
-        raise MatValueError(name, "holds no readable text", TEXTS)
-    rows = codes.T.astype("<u2")
-    return [row.tobytes().decode("utf-16-le", "replace").rstrip() for row in rows]
+        if name == OBJECTS or not name.startswith("#"):
+            found[name] = Item(name, group[name])
+    return found

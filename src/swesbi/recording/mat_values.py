@@ -1,22 +1,27 @@
-"""What a .mat file may hold of a recording: vectors of numbers, and vectors of short texts."""
+"""What a .mat file may hold of a recording: vectors of numbers and of short texts, or one struct of them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Final, TypeVar
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64] | NDArray[np.str_]
-Group = TypeVar("Group")
 
 NUMBERS: Final = "save it as a real vector of numbers"
 TEXTS: Final = "save texts as a cell array, numbers as a vector"
 VECTOR: Final = "save one value per attempted sample, as a vector"
 NO_TABLE: Final = "convert a table by s = table2struct(T, 'ToScalar', true) and strings by cellstr(...)"
-DAMAGED: Final = "cannot be read as a .mat file"
 SAVE_AGAIN: Final = "save it again, by save('ID.mat', '-struct', 's'), or give a CSV file"
+REFUSED: Final = {
+    "struct": ("is a struct", NUMBERS),
+    "sparse": ("is a sparse matrix", NUMBERS),
+    "complex": ("is complex", NUMBERS),
+    "object": ("is a MATLAB object, not plain values", NO_TABLE),
+}
 
 
 class MatValueError(ValueError):
@@ -33,34 +38,88 @@ class MatValueError(ValueError):
         super().__init__(f"{name}: {reason}; {remedy}")
 
 
-def check_shape(name: str, shape: Sequence[int]) -> None:
-    """Refuse an array with more than one dimension longer than 1.
+def damaged(what: str) -> MatValueError:
+    """Return the error of a file that does not follow the format, to be raised."""
+    return MatValueError(None, f"cannot be read as a .mat file ({what})", SAVE_AGAIN)
+
+
+class Variable(Protocol):
+    """One variable, whatever the version of its file; every method may raise ``MatValueError``."""
+
+    @property
+    def name(self) -> str:
+        """Its name, or that of the variable that it is a cell of."""
+
+    @property
+    def kind(self) -> str:
+        """One of "number", "char", "cell", a key of ``REFUSED``, or the name of another class."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Its dimensions."""
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return its numbers, one after the other."""
+
+    def rows(self) -> list[str]:
+        """Return the rows of a char matrix, without the blanks that fill them up."""
+
+    def cells(self) -> Sequence[Variable]:
+        """Return the cells of a cell array."""
+
+    def fields(self) -> Mapping[str, Variable]:
+        """Return the fields of a struct; none of an array of structs."""
+
+
+def read_vectors(variables: Mapping[str, Variable], names: Sequence[str]) -> dict[str, Vector]:
+    """Return those of ``names`` that a file holds, from its variables or from one struct.
 
     Raises:
-        MatValueError: It is a matrix.
+        MatValueError: The file is damaged, holds several recordings, or a variable is neither numbers nor
+            texts.
     """
-    if 0 not in shape and sum(size != 1 for size in shape) > 1:
-        raise MatValueError(name, f"is an array of {' x '.join(map(str, shape))}", VECTOR)
+    members = _members(variables, names)
+    found = {name: _vector(members[name]) for name in names if name in members}
+    if not found and any(variable.kind == "object" for variable in variables.values()):
+        raise MatValueError(None, "holds a table or another MATLAB object", NO_TABLE)
+    return found
 
 
-def choose(
-    variables: Mapping[str, Group], fields: Mapping[str, Sequence[str]], names: Sequence[str]
-) -> Group | None:
-    """Return the struct that holds the recording, or None where top-level variables do.
-
-    Args:
-        variables: The structs of the file by name.
-        fields: The names of the top-level variables under "", and of each struct's fields under its name.
-        names: The columns of a recording.
-
-    Raises:
-        MatValueError: More than one struct has columns of a recording.
-    """
-    if set(fields[""]) & set(names):
-        return None
-    holding = [name for name in variables if set(fields[name]) & set(names)]
+def _members(variables: Mapping[str, Variable], names: Sequence[str]) -> Mapping[str, Variable]:
+    """Return the variables, or in their place the fields of the one struct that holds the recording."""
+    structs = {name: item.fields() for name, item in variables.items() if item.kind == "struct"}
+    holding = [name for name, fields in structs.items() if set(fields) & set(names)]
+    if set(variables) & set(names) or not holding:
+        return variables
     if len(holding) > 1:
-        raise MatValueError(
-            None, f"holds several recordings ({', '.join(holding)})", "save one struct a file"
-        )
-    return variables[holding[0]] if holding else None
+        reason = f"holds several recordings ({', '.join(holding)})"
+        raise MatValueError(None, reason, "save one struct a file")
+    return structs[holding[0]]
+
+
+def _vector(variable: Variable) -> Vector:
+    kind, shape = variable.kind, variable.shape
+    if kind == "char":
+        return np.array(variable.rows(), dtype=np.str_)
+    if kind not in {"cell", "number"}:
+        reason, remedy = REFUSED.get(kind, (f"is of class {kind!r}", NO_TABLE))
+        raise MatValueError(variable.name, reason, remedy)
+    if 0 not in shape and sum(size != 1 for size in shape) > 1:
+        raise MatValueError(variable.name, f"is an array of {' x '.join(map(str, shape))}", VECTOR)
+    return (
+        np.array([_text(cell) for cell in variable.cells()], np.str_)
+        if kind == "cell"
+        else variable.numbers()
+    )
+
+
+def _text(cell: Variable) -> str:
+    """Return the text of one cell; an empty cell is an empty text."""
+    if math.prod(cell.shape) == 0:
+        return ""
+    if cell.kind != "char":
+        raise MatValueError(cell.name, "has a cell that is no text", TEXTS)
+    texts = cell.rows()
+    if len(texts) != 1:
+        raise MatValueError(cell.name, "has a cell of several texts", "save one text a cell")
+    return texts[0]
