@@ -14,7 +14,7 @@ import yaml
 from forward_model_cases import COHORT, CONFIG
 from numpy.typing import NDArray
 
-from swesbi.artefacts import save, write_json
+from swesbi.artefacts import save, to_dataset, to_groups, write_json
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.evaluation.subject_model import SubjectModel
 from swesbi.forward_model import ForwardModelSettings, simulate
@@ -31,9 +31,7 @@ from swesbi.observation import (
     sample_cycle,
     to_grid,
 )
-from swesbi.observation import dataset as passive_dataset
 from swesbi.recording import REASONS, NoiseComponents, Observation
-from swesbi.recording import dataset as observation_dataset
 from swesbi.simulations import dataset as simulations_dataset
 from swesbi.simulations.draw import draw_simulations
 from swesbi.simulations.prior import PriorSettings, log_centre
@@ -149,10 +147,10 @@ def _write_subject(files: Files) -> Files:
     origin, model = Origin(SEED, files.subject), make_model(files.subject)
     save(
         files.observation,
-        observation_dataset.to_datasets(model.observation),
+        to_groups(model.observation),
         origin.provenance("observation", FORWARD_MODEL),
     )
-    save(files.passive, passive_dataset.to_dataset(model.passive), origin.provenance("passive", PASSIVE))
+    save(files.passive, to_dataset(model.passive), origin.provenance("passive", PASSIVE))
     simulations = draw_simulations(range(PRIOR_DRAWS), model.observation.context, PRIOR, FORWARD_MODEL, SEED)
     save(
         files.shard,

@@ -8,7 +8,8 @@ from forward_model_cases import SETTINGS as FORWARD_MODEL
 from inference_case import CONTEXTS, PAPER_PRIOR, estimator_settings
 from recordings import PHASES, RECORDING, make_samples, nominal_phase
 
-from swesbi.artefacts import save
+from swesbi.artefacts import save, to_groups
+from swesbi.artefacts import to_dataset as passive_to_dataset
 from swesbi.context import Context
 from swesbi.forward_model import simulate
 from swesbi.inference.settings import (
@@ -26,9 +27,7 @@ from swesbi.observation import (
     passive_shape,
     sample_cycle,
 )
-from swesbi.observation.dataset import to_dataset as passive_to_dataset
 from swesbi.recording import ingest
-from swesbi.recording.dataset import to_datasets as observation_to_datasets
 from swesbi.simulations.dataset import to_dataset as simulations_to_dataset
 from swesbi.simulations.draw import draw_simulations
 from swesbi.simulations.prior import log_centre
@@ -103,7 +102,7 @@ def write_subject(folder: Path, context: Context) -> Inputs:
     observation, passive = folder / "observation.h5", folder / "passive.h5"
     save(
         observation,
-        observation_to_datasets(subject.observation),
+        to_groups(subject.observation),
         origin.provenance("observation", MEASUREMENT),
     )
     save(passive, passive_to_dataset(subject.passive), origin.provenance("passive", MEASUREMENT))

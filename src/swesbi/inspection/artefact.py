@@ -6,8 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from swesbi.artefacts import Provenance
-from swesbi.artefacts.checksum import has_checksum
-from swesbi.artefacts.files import UNREADABLE, check_whole
+from swesbi.artefacts.files import UNREADABLE, check_whole, has_checksum
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 from swesbi.inspection.content import Array, Content, flatten
 from swesbi.inspection.words import kind_in_words

@@ -7,8 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from swesbi.artefacts import DamagedArtefactError
-from swesbi.artefacts.files import UNREADABLE, hdf5_provenance
-from swesbi.artefacts.self_contained import check_self_contained
+from swesbi.artefacts.files import UNREADABLE, check_self_contained, hdf5_provenance
 from swesbi.inspection.artefact import described, integrity
 from swesbi.inspection.content import Array, Content, as_text
 

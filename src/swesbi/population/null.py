@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from swesbi.artefacts.schema import Part
 from swesbi.context import Context
 from swesbi.flow.conditioning import ConditioningSettings
 from swesbi.flow.net import TrainedFlow
@@ -54,7 +56,7 @@ class PopulationNull:
     """Well-specified recordings of fresh contexts, n of them, and what the tests look at in each."""
 
     contexts: tuple[Context, ...]
-    pooled: PooledNull
+    pooled: Annotated[PooledNull, Part()]
 
 
 def draw_null(

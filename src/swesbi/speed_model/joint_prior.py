@@ -11,10 +11,12 @@ from scipy.special import expit, log_expit
 
 from swesbi.settings import Settings
 from swesbi.simulations.prior import ParameterPrior, PriorSettings, bounds
-from swesbi.theta import THETA_NAMES
+from swesbi.theta import THETA_COLUMNS, THETA_NAMES
 
 FloatArray = NDArray[np.float64]
 PHI_NAMES: Final = (*THETA_NAMES, "passive_scale_kpa")
+PHI_COLUMNS: Final = f"{THETA_COLUMNS}, kPa"
+"""Units of the columns of phi, as artefacts say them."""
 
 
 class JointPriorSettings(Settings):

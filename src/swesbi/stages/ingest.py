@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from swesbi.artefacts import save
+from swesbi.artefacts import save, to_groups
 from swesbi.observation.settings import MeasurementSettings
 from swesbi.recording import ContextRow, Observation, RecordingSettings, ingest, read_samples
-from swesbi.recording.dataset import KIND, to_datasets
+from swesbi.recording.dataset import KIND
 from swesbi.settings import Settings
 from swesbi.stages.origin import Origin
 
@@ -33,7 +33,7 @@ def run(*, recording: Path, observation: Path, settings: IngestStageSettings, or
     observed = ingest(
         samples, settings.context.to_context(), settings.recording, settings.measurement.grid_points
     )
-    save(observation, to_datasets(observed), origin.provenance(KIND, settings))
+    save(observation, to_groups(observed), origin.provenance(KIND, settings))
     LOGGER.info("%s", _account(observed))
 
 

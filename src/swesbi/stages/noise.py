@@ -14,9 +14,7 @@ from swesbi.noise import CohortNoise, RepeatLevels, fit_noise, repeat_levels
 from swesbi.noise.dataset import KIND, to_dataset
 from swesbi.noise.settings import NoiseSettings
 from swesbi.recording import Observation, RecordingSettings, read_samples
-from swesbi.recording.contexts import KIND as CONTEXTS
-from swesbi.recording.contexts import contexts_dataset
-from swesbi.recording.dataset import read_observation
+from swesbi.recording.dataset import CONTEXTS, contexts_dataset, read_observation
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.settings import Settings
 from swesbi.stages.origin import Origin

@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from swesbi.artefacts import save
+from swesbi.artefacts import save, to_dataset
 from swesbi.forward_model import ForwardModelSettings, simulate
 from swesbi.observation import MeasurementSettings, PassiveSettings, calibrate_passive
-from swesbi.observation.dataset import KIND, to_dataset
+from swesbi.observation.dataset import KIND
 from swesbi.recording.dataset import read_observation
 from swesbi.settings import Settings
 from swesbi.simulations.prior import PriorSettings, log_centre
