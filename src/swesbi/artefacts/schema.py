@@ -40,6 +40,7 @@ class Variable:
         meaning: In words; ``{name}`` stands for what a :class:`Part` says.
         name: Of the dataset, where it is not the field's.
         group: Where it is not the one of the other datasets.
+        after: Name of the dataset that it follows, where it does not lie in the order of the fields.
         text: Whether it holds text; told by the type of a field.
     """
 
@@ -48,6 +49,7 @@ class Variable:
     meaning: str
     name: str = ""
     group: str = ""
+    after: str = ""
     text: bool = False
 
     @property
@@ -139,7 +141,17 @@ def schema_of(stored: type, along: str = "") -> dict[str, dict[str, Variable]]:
         if isinstance(leaf.mark, Variable):
             variable = Part(along=along).place(leaf.mark)
             found.setdefault(variable.group or ROOT, {})[variable.name] = variable
-    return {group: variables for group, variables in found.items() if variables}
+    return {group: arranged(variables) for group, variables in found.items() if variables}
+
+
+def arranged(variables: Mapping[str, Variable]) -> dict[str, Variable]:
+    """Return variables in order, those that say so right behind another."""
+    names = list(variables)
+    for name, variable in variables.items():
+        if variable.after:
+            names.remove(name)
+            names.insert(names.index(variable.after) + 1, name)
+    return {name: variables[name] for name in names}
 
 
 def labels_of(stored: type) -> tuple[Labels, ...]:
@@ -181,7 +193,7 @@ def to_groups(whole: object, labels: Mapping[str, Any] | None = None) -> dict[st
         if isinstance(leaf.mark, Labels)
     }
     schema, values = schema_of(stored), values_of(whole)
-    return {group: build_dataset(schema[group], values[group], own | dict(labels or {})) for group in schema}
+    return {group: build_dataset(schema[group], values[group], {**(labels or {}), **own}) for group in schema}
 
 
 def to_dataset(whole: object, labels: Mapping[str, Any] | None = None) -> xr.Dataset:

@@ -39,12 +39,18 @@ class Draws:
     attained_stiffness_kpa: Annotated[
         FloatArray, Variable("draw", "kPa", "k_0 (1 - exp(-k_ATP D_T)), D_T the activation")
     ]
-    failed: Annotated[int, Variable("", "1", "draws left out because their simulation failed")]
+    failed: Annotated[
+        int,
+        Variable("", "1", "draws left out because their simulation failed", after="coverage_recording_noise"),
+    ]
 
     @property
     def ejection_fraction(
         self,
-    ) -> Annotated[FloatArray, Variable("draw", "1", "ejection fraction of the simulated beat")]:
+    ) -> Annotated[
+        FloatArray,
+        Variable("draw", "1", "ejection fraction of the simulated beat", after="end_systolic_volume_ml"),
+    ]:
         """Ejection fraction of the simulated beat, shape (n,)."""
         return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
 

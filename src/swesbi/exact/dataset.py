@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import Variable, build_dataset, from_groups, load, schema_of, values_of
+from swesbi.artefacts import Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
 from swesbi.exact.posterior import ExactPosterior
 from swesbi.exact.settings import ExactSettings
 from swesbi.inference.dataset import (
@@ -33,12 +33,16 @@ FloatArray = NDArray[np.float64]
 OWN: Final = schema_of(ExactPosterior)
 SCALE: Final = PHI_NAMES[-1:]
 SCHEMA: Final = {
-    "/": OWN["/"]
-    | {
-        "reasons": Variable("", "1", "why the weights were not used, what the sampler missed; or empty"),
-        "passive_scale_median_kpa": Variable("", "kPa", "posterior median of the passive scale a"),
-        "passive_scale_interval_kpa": Variable("bound", "kPa", "credible interval of the scale a"),
-    },
+    "/": arranged(
+        OWN["/"]
+        | {
+            "reasons": Variable(
+                "", "1", "why the weights were not used, what the sampler missed; or empty", after="converged"
+            ),
+            "passive_scale_median_kpa": Variable("", "kPa", "posterior median of the passive scale a"),
+            "passive_scale_interval_kpa": Variable("bound", "kPa", "credible interval of the scale a"),
+        }
+    ),
     "posterior": columns_along("chain draw", SCALE),
     "npe": columns_along("draw", PHI_NAMES, ", of the network"),
     "weighted": columns_along("draw", PHI_NAMES) | OWN["weighted"],

@@ -37,7 +37,9 @@ class ExactPosterior:
     phi: FloatArray
     sampler: Annotated[Sampler, Variable("", "1", "what gave the draws: importance or mcmc")]
     reasons: tuple[str, ...]
-    k_hat_limit: Annotated[float, Variable("", "1", "largest Pareto shape of reliable weights")]
+    k_hat_limit: Annotated[
+        float, Variable("", "1", "largest Pareto shape of reliable weights", after="k_hat")
+    ]
     npe_phi: FloatArray
     weighted: Annotated[WeightedDraws, Part()]
     r_hat: Annotated[
@@ -47,7 +49,9 @@ class ExactPosterior:
         FloatArray, Variable("joint_parameter", "1", "effective number behind the draws")
     ]
     mcmc_steps: Annotated[int, Variable("", "1", "steps of each walker, warm-up included; 0 without MCMC")]
-    converged: Annotated[bool, Variable("", "1", "1 where weights or sampler are reliable, else 0")]
+    converged: Annotated[
+        bool, Variable("", "1", "1 where weights or sampler are reliable, else 0", after="sampler")
+    ]
 
     @property
     def k_hat(self) -> float:

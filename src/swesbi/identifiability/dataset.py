@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import Variable, build_dataset, register, schema_of, stacked_values, values_of
+from swesbi.artefacts import Variable, arranged, build_dataset, register, schema_of, stacked_values, values_of
 from swesbi.identifiability.cohort import CohortIdentifiability
 from swesbi.identifiability.designs import Placement
 from swesbi.identifiability.quantities import QUANTITY_NAMES
@@ -25,7 +25,9 @@ ADDED: Final = {
         "shown_phi": Variable("subject draw parameter", PHI_COLUMNS, "posterior draws for the figure"),
     },
     "profile": {
-        "activation_duration_s": Variable("subject", "s", "duration D_T of the activation"),
+        "activation_duration_s": Variable(
+            "subject", "s", "duration D_T of the activation", after="log_likelihood"
+        ),
         "confidence_level": Variable("level", "1", "levels that are marked"),
     },
     "phases": {
@@ -44,7 +46,9 @@ ADDED: Final = {
     },
 }
 """What has to be put together from subjects, recordings and settings."""
-SCHEMA: Final = {group: OF_SUBJECTS.get(group, {}) | ADDED[group] for group in ADDED} | schema_of(Placement)
+SCHEMA: Final = {group: arranged(OF_SUBJECTS.get(group, {}) | ADDED[group]) for group in ADDED} | schema_of(
+    Placement
+)
 KIND: Final = register("identifiability", SCHEMA, ("subject", "quantity", "parameter", "bound"))
 
 

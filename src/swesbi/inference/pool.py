@@ -58,7 +58,6 @@ class Pool:
     """
 
     components: Annotated[Components, Part()]
-    standardisation: Annotated[Standardisation, Part()]
     subjects: Annotated[tuple[str, ...], Labels("subject")]
     theta: Annotated[
         NDArray[np.float32], Variable("sample parameter", THETA_COLUMNS, "parameters of each row")
@@ -73,6 +72,7 @@ class Pool:
     draw_index: Annotated[
         NDArray[np.int32], Variable("sample", "1", "number of the row's prior draw within its subject")
     ]
+    standardisation: Annotated[Standardisation, Part()]
     observed: Annotated[
         FloatArray, Variable("subject component", MIXED, "observed features and context, raw")
     ]

@@ -63,11 +63,11 @@ class PooledNull:
     same subject, within (0, 1), in the order of ``DISTANCES``.
     """
 
-    checks: Annotated[Checks, Part(words={"features": "features S(.)", "bound": ""})]
     distance_level: Annotated[
         FloatArray,
         Variable("recording distance", "1", "share of the subject's own prior predictive that lies nearer"),
     ]
+    checks: Annotated[Checks, Part(words={"features": "features S(.)", "bound": ""})]
     feature_names: Annotated[tuple[str, ...], Labels("feature")]
     prior_mass: Annotated[
         FloatArray, Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass")
@@ -84,8 +84,8 @@ def pool_subjects(pool: Sequence[SubjectChecks], settings: RuleSettings) -> Pool
     if any(one.feature_names != first.feature_names for one in pool):
         raise ValueError("the subjects' misspecification tests are of different features; rerun the study")
     return PooledNull(
-        stack_checks([one.recordings[NULL] for one in pool]),
         np.concatenate([_distance_level(one, settings) for one in pool]),
+        stack_checks([one.recordings[NULL] for one in pool]),
         first.feature_names,
         first.prior_mass,
     )

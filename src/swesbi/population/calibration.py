@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from swesbi.artefacts.schema import Part, Variable
+from swesbi.artefacts.schema import Variable
 from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
 from swesbi.calibration.recordings import infer_recordings
 from swesbi.calibration.scores import Scores
@@ -55,7 +55,7 @@ class FreshInferred:
             "standard error of the mean speed of a phase without failed samples, over it",
         ),
     ]
-    inferred: Annotated[Inferred, Part()]
+    inferred: Inferred
     refused: int
 
 

@@ -9,7 +9,7 @@ from typing import Final
 import xarray as xr
 
 from swesbi.artefacts import build_dataset, from_dataset, load, register, schema_of, values_of
-from swesbi.calibration.dataset import LABELS, REQUIRED
+from swesbi.calibration.dataset import REQUIRED, inferred_dataset
 from swesbi.calibration.ranked import Inferred
 from swesbi.context import Context
 from swesbi.population.calibration import FreshInferred
@@ -17,16 +17,17 @@ from swesbi.population.recordings import ACQUIRED, OWN
 from swesbi.recording.dataset import context_values, contexts_of
 
 ALONG: Final = "recording"
-SCHEMA: Final = schema_of(Inferred)["/"] | schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
+OF_FRESH: Final = schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
+SCHEMA: Final = schema_of(Inferred)["/"] | OF_FRESH
 KIND: Final = register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
 REFUSED: Final = "refused"
 
 
 def fresh_dataset(found: FreshInferred) -> xr.Dataset:
     """Return the recordings of fresh contexts as one group."""
-    values = values_of(found)["/"] | context_values(found.contexts)
-    labels = LABELS | {"subject": (ALONG, found.inferred.ranked.subject)}
-    return build_dataset(SCHEMA, values, labels).assign_attrs({REFUSED: found.refused})
+    added = build_dataset(OF_FRESH, values_of(found)["/"] | context_values(found.contexts))
+    inferred = inferred_dataset(found.inferred)
+    return inferred.assign(added.variables).assign_attrs({REFUSED: found.refused})
 
 
 def join(parts: Sequence[Path]) -> dict[str, xr.Dataset]:
@@ -45,5 +46,5 @@ def join(parts: Sequence[Path]) -> dict[str, xr.Dataset]:
 
 def fresh_of(dataset: xr.Dataset) -> FreshInferred:
     """Rebuild the recordings of fresh contexts from a group."""
-    contexts, refused = contexts_of(dataset, ALONG), int(dataset.attrs[REFUSED])
-    return from_dataset(FreshInferred, dataset, contexts=contexts, refused=refused)
+    given = {"contexts": contexts_of(dataset, ALONG), "inferred": from_dataset(Inferred, dataset)}
+    return from_dataset(FreshInferred, dataset, refused=int(dataset.attrs[REFUSED]), **given)

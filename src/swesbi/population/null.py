@@ -91,7 +91,7 @@ def draw_null(
         progress.step()
     mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
     names = summary_names(conditioning.summary)
-    return PopulationNull(tuple(contexts), PooledNull(stack_checks(checks), np.stack(levels), names, mass))
+    return PopulationNull(tuple(contexts), PooledNull(np.stack(levels), stack_checks(checks), names, mass))
 
 
 def _check(

@@ -50,7 +50,11 @@ class Observation:
     noise: Annotated[NoiseComponents, Part()]
 
     @property
-    def reason(self) -> Annotated[tuple[str, ...], Variable("reason", "1", "reasons of rejection")]:
+    def reason(
+        self,
+    ) -> Annotated[
+        tuple[str, ...], Variable("reason", "1", "reasons of rejection", after="samples_by_repeat")
+    ]:
         """What the rows of ``samples_rejected`` are of."""
         return REASONS
 
