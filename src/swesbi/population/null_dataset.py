@@ -40,9 +40,10 @@ def to_dataset(null: PopulationNull) -> xr.Dataset:
     """Return the null recordings as a dataset with dimension recording."""
     labels = {
         "subject": (ALONG, [one.subject for one in null.contexts]),
+        "distance": LABELS["distance"],
         "feature": list(null.pooled.feature_names),
     }
-    return build_dataset(SCHEMA, values_of(null)["/"] | context_values(null.contexts), LABELS | labels)
+    return build_dataset(SCHEMA, values_of(null)["/"] | context_values(null.contexts), labels | LABELS)
 
 
 def read_null(path: Path) -> PopulationNull:
