@@ -14,7 +14,7 @@ import yaml
 from forward_model_cases import COHORT, CONFIG
 from numpy.typing import NDArray
 
-from swesbi.artefacts import save, write_json
+from swesbi.artefacts import save, to_dataset, to_groups, write_json
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
 from swesbi.evaluation.subject_model import SubjectModel
 from swesbi.forward_model.settings import ForwardModelSettings
@@ -23,12 +23,10 @@ from swesbi.inference.dataset import posterior_to_groups
 from swesbi.inference.posterior import summarise_posterior
 from swesbi.inference.settings import ObservationModelSettings, PosteriorSettings, SupportSettings
 from swesbi.inference.support import diagnose
-from swesbi.observation import dataset as passive_dataset
 from swesbi.observation.interpolation import analysis_grid, sample_cycle, to_grid
 from swesbi.observation.passive import calibrate_passive
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
 from swesbi.prior import PriorSettings, log_centre
-from swesbi.recording import dataset as observation_dataset
 from swesbi.recording.observation import Observation
 from swesbi.recording.quality import REASONS
 from swesbi.recording.speed import NoiseComponents
@@ -146,10 +144,10 @@ def _write_subject(files: Files) -> Files:
     origin, model = Origin(SEED, files.subject), make_model(files.subject)
     save(
         files.observation,
-        observation_dataset.to_datasets(model.observation),
+        to_groups(model.observation),
         origin.provenance("observation", FORWARD_MODEL),
     )
-    save(files.passive, passive_dataset.to_dataset(model.passive), origin.provenance("passive", PASSIVE))
+    save(files.passive, to_dataset(model.passive), origin.provenance("passive", PASSIVE))
     simulations = draw_simulations(range(PRIOR_DRAWS), model.observation.context, PRIOR, FORWARD_MODEL, SEED)
     save(
         files.shard,

@@ -8,7 +8,8 @@ from forward_model_cases import SETTINGS as FORWARD_MODEL
 from inference_case import CONTEXTS, PAPER_PRIOR, estimator_settings
 from recordings import PHASES, RECORDING, make_samples, nominal_phase
 
-from swesbi.artefacts import save
+from swesbi.artefacts import save, to_groups
+from swesbi.artefacts import to_dataset as passive_to_dataset
 from swesbi.context import Context
 from swesbi.forward_model.simulate import simulate
 from swesbi.inference.settings import (
@@ -18,12 +19,10 @@ from swesbi.inference.settings import (
     SupportSettings,
 )
 from swesbi.inference.subjects import MeasuredSubject
-from swesbi.observation.dataset import to_dataset as passive_to_dataset
 from swesbi.observation.interpolation import sample_cycle
 from swesbi.observation.passive import calibrate_passive, passive_shape
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
 from swesbi.prior import log_centre
-from swesbi.recording.dataset import to_datasets as observation_to_datasets
 from swesbi.recording.ingest import ingest
 from swesbi.simulations.dataset import to_dataset as simulations_to_dataset
 from swesbi.simulations.draw import draw_simulations
@@ -98,7 +97,7 @@ def write_subject(folder: Path, context: Context) -> Inputs:
     observation, passive = folder / "observation.h5", folder / "passive.h5"
     save(
         observation,
-        observation_to_datasets(subject.observation),
+        to_groups(subject.observation),
         origin.provenance("observation", MEASUREMENT),
     )
     save(passive, passive_to_dataset(subject.passive), origin.provenance("passive", MEASUREMENT))

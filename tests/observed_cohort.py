@@ -9,13 +9,12 @@ from pathlib import Path
 import speed_case
 from recordings import RECORDING, make_samples
 
-from swesbi.artefacts import Provenance, save
+from swesbi.artefacts import Provenance, save, to_groups
 from swesbi.noise.cohort import fit_noise
 from swesbi.noise.dataset import KIND as NOISE
 from swesbi.noise.dataset import to_dataset
 from swesbi.noise.levels import repeat_levels
 from swesbi.recording.dataset import KIND as OBSERVATION
-from swesbi.recording.dataset import to_datasets
 from swesbi.recording.ingest import ingest
 from swesbi.recording.quality import ACCEPTED, rejection
 
@@ -27,7 +26,7 @@ def write_observed_cohort(folder: Path, subjects: Sequence[str]) -> None:
     for seed, subject in enumerate(subjects):
         samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=seed)
         context = replace(speed_case.CONTEXT, subject=subject)
-        groups = to_datasets(ingest(samples, context, RECORDING, 100))
+        groups = to_groups(ingest(samples, context, RECORDING, 100))
         save(folder / f"{subject}.h5", groups, Provenance(OBSERVATION, subject, 1, {}, "c"))
         levels[subject] = repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)
     save(folder / "noise.h5", to_dataset(fit_noise(levels)), Provenance(NOISE, "", 1, {}, "c"))

@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 
 from swesbi.artefacts import ArtefactError, Provenance, atomic_path, load, save, schema
-from swesbi.artefacts.variable import Variable
+from swesbi.artefacts.schema import Variable
 
-TOY = {"toy": {"/": {"speed_m_s": Variable(("phase",), "m s-1", "speed")}}}
+TOY = {"toy": {"/": {"speed_m_s": Variable("phase", "m s-1", "speed")}}}
 
 
 @pytest.fixture(autouse=True)

@@ -22,7 +22,7 @@ from traced import SOURCE, Trace
 from swesbi.__main__ import main
 from swesbi.code_hash import Package, Place, stage_hash
 from swesbi.config.slices import STAGES
-from swesbi.recording import ContextRow
+from swesbi.recording.settings import ContextRow
 from swesbi.stages import cmaes, ingest, passive, pool, posterior, predictive, recovery, simulate, train
 from swesbi.stages.origin import Origin
 

@@ -11,7 +11,7 @@ import speed_case
 from exact_case import SETTINGS, fitted
 from recordings import RECORDING, make_samples
 
-from swesbi.artefacts import Provenance, load, save
+from swesbi.artefacts import Provenance, load, save, to_groups
 from swesbi.exact.dataset import read_exact_posterior
 from swesbi.exact.importance import weigh
 from swesbi.exact.proposal import FlowProposal, flow_proposal
@@ -26,7 +26,6 @@ from swesbi.noise.dataset import to_dataset
 from swesbi.noise.levels import repeat_levels
 from swesbi.prior import in_bounds, quantile
 from swesbi.recording.dataset import KIND as OBSERVATION
-from swesbi.recording.dataset import to_datasets
 from swesbi.recording.ingest import ingest
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.speed_model.prediction import active_at_phases
@@ -70,7 +69,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     observed = ingest(samples, speed_case.CONTEXT, RECORDING, 100)
     noise = fit_noise({"T": repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)})
     paths = {"observation": folder / "observation.h5", "noise": folder / "noise.h5"}
-    save(paths["observation"], to_datasets(observed), Provenance(OBSERVATION, "T", 1, {}, "c"))
+    save(paths["observation"], to_groups(observed), Provenance(OBSERVATION, "T", 1, {}, "c"))
     save(paths["noise"], to_dataset(noise), Provenance(NOISE, "", 1, {}, "c"))
     write_network(folder / "estimator.pt")
     return {**paths, "estimator": folder / "estimator.pt"}

@@ -15,14 +15,23 @@ import pytest
 import torch
 import xarray as xr
 
-from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, atomic_path, load, save
+from swesbi.artefacts import (
+    ArtefactError,
+    DamagedArtefactError,
+    Provenance,
+    atomic_path,
+    load,
+    save,
+    schema_of,
+)
 from swesbi.artefacts import provenance as provenance_module
-from swesbi.artefacts.checksum import LENGTH, append_checksum
-from swesbi.artefacts.errors import make_command, repair_command
+from swesbi.artefacts.atomic import make_command, repair_command
+from swesbi.artefacts.files import LENGTH, append_checksum
 from swesbi.inference.torch_files import read_plain, write_plain
-from swesbi.observation.dataset import SCHEMA as PASSIVE
 from swesbi.observation.dataset import read_passive
+from swesbi.observation.passive import PassiveBaseline
 
+PASSIVE = schema_of(PassiveBaseline)["/"]
 Change = Callable[[h5py.File], None]
 
 

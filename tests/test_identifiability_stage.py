@@ -14,10 +14,9 @@ from figure_text import assert_text_apart
 from identifiability_case import tiny
 
 from swesbi.artefacts import load, save
-from swesbi.artefacts.kinds.identifiability import SCHEMAS
 from swesbi.figures import design, identifiability
 from swesbi.identifiability.cohort import CohortIdentifiability, identify_cohort
-from swesbi.identifiability.dataset import KIND, to_groups
+from swesbi.identifiability.dataset import KIND, SCHEMA, to_groups
 from swesbi.identifiability.quantities import QUANTITY_NAMES
 from swesbi.identifiability.subject import RecordedSubject, drawn
 from swesbi.identifiability.tables import design_table, information_table, summary_table
@@ -74,7 +73,7 @@ def test_draws_depend_on_seed_subject_and_purpose_alone() -> None:
 def test_the_artefact_is_read_back(tmp_path: Path) -> None:
     path = tmp_path / "identifiability.h5"
     save(path, _groups(), Origin(1).provenance(KIND, tiny()))
-    for name in SCHEMAS[KIND]:
+    for name in SCHEMA:
         xr.testing.assert_equal(load(path, KIND, name)[0], _groups()[name])
 
 

@@ -14,7 +14,7 @@ import pytest
 from study_copy import StudyCopy
 
 from swesbi.artefacts import ArtefactError
-from swesbi.artefacts.checksum import LENGTH, append_checksum
+from swesbi.artefacts.files import LENGTH, append_checksum
 from swesbi.inspection.command import main
 from swesbi.inspection.content import Array, flatten
 from swesbi.inspection.diff import compare_arrays, compare_runs

@@ -20,7 +20,7 @@ from swesbi.misspecification.dataset import KIND, VOLUNTEER, SubjectChecks, read
 from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, alarm_rows
 from swesbi.misspecification.reference import Reference, Status
 from swesbi.misspecification.verdict import grade, make_support, null_tests
-from swesbi.recording.contexts import contexts_dataset
+from swesbi.recording.dataset import contexts_dataset
 from swesbi.stages.verdict import _others
 
 FloatArray = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING, make_samples
 from statsmodels.regression.mixed_linear_model import MixedLM
 
-from swesbi.artefacts import ArtefactError, save
+from swesbi.artefacts import ArtefactError, save, to_groups
 from swesbi.docs.noise import write_noise_figure
 from swesbi.figures.noise import draw_noise
 from swesbi.noise.cohort import fit_noise
@@ -19,8 +19,7 @@ from swesbi.noise.dataset import KIND, read_noise, to_dataset
 from swesbi.noise.error import relative_se
 from swesbi.noise.levels import RepeatLevels, joined, repeat_levels
 from swesbi.noise.settings import NoiseSettings
-from swesbi.recording.contexts import read_contexts
-from swesbi.recording.dataset import to_datasets
+from swesbi.recording.dataset import read_contexts
 from swesbi.recording.ingest import ingest
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.recording.samples import Samples
@@ -182,9 +181,7 @@ def write_inputs(folder: Path) -> tuple[list[Path], list[Path]]:
         recordings.append(folder / f"{name}.csv")
         observations.append(folder / f"{name}.h5")
         samples.frame().to_csv(recordings[-1], index=False)
-        save(
-            observations[-1], to_datasets(observed), Origin(1, name, "c").provenance("observation", RECORDING)
-        )
+        save(observations[-1], to_groups(observed), Origin(1, name, "c").provenance("observation", RECORDING))
     return recordings, observations
 
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING, clean_speed, make_samples, nominal_phase
 from scipy.interpolate import PchipInterpolator
 
+from swesbi.artefacts import to_dataset as passive_dataset
 from swesbi.observation.dataset import read_passive
-from swesbi.observation.dataset import to_dataset as passive_dataset
 from swesbi.observation.interpolation import analysis_grid, sample_cycle, to_grid
 from swesbi.observation.operator import total_at_phases, total_curves
 from swesbi.observation.passive import (
@@ -205,9 +205,8 @@ def test_impossible_calibrations_are_refused(
 def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
     from forward_model_cases import SETTINGS as FORWARD_MODEL
 
-    from swesbi.artefacts import save
+    from swesbi.artefacts import save, to_groups
     from swesbi.prior import ParameterPrior, PriorSettings
-    from swesbi.recording.dataset import to_datasets
     from swesbi.stages import passive as stage
     from swesbi.stages.origin import Origin
 
@@ -223,7 +222,7 @@ def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
         forward_model=FORWARD_MODEL, prior=prior, passive=PASSIVE, measurement=MEASUREMENT
     )
     origin, observation = Origin(1, "T"), observe()
-    save(tmp_path / "observation.h5", to_datasets(observation), origin.provenance("observation", settings))
+    save(tmp_path / "observation.h5", to_groups(observation), origin.provenance("observation", settings))
     stage.run(
         observation=tmp_path / "observation.h5",
         passive=tmp_path / "passive.h5",

@@ -11,7 +11,7 @@ import speed_case
 from evaluation_study import make_model
 from exact_shown import write_posterior, write_support
 
-from swesbi.artefacts import save
+from swesbi.artefacts import save, to_groups
 from swesbi.evaluation.new_recordings import (
     NewRecordings,
     Recorder,
@@ -25,7 +25,6 @@ from swesbi.evaluation.predictive_dataset import read_predictive
 from swesbi.noise.cohort import CohortNoise, NoiseEstimate
 from swesbi.noise.components import ComponentEstimate
 from swesbi.noise.dataset import to_dataset as noise_dataset
-from swesbi.recording import dataset as observation_dataset
 from swesbi.recording.elasticity import youngs_modulus_kpa
 from swesbi.simulations import dataset as simulations_dataset
 from swesbi.simulations.draw import PriorSimulations, draw_simulations
@@ -136,7 +135,7 @@ def write_inputs(folder: Path, subject: str) -> dict[str, Path]:
     phi = np.array([58.0, 6.0, 28.0, 2.2]) * np.exp(0.03 * rng.standard_normal((300, 4)))
     write_posterior(paths["posterior"], phi, "A")
     write_support(paths["support"], subject)
-    groups = observation_dataset.to_datasets(observation)
+    groups = to_groups(observation)
     save(paths["observation"], groups, origin.provenance("observation", settings))
     parts = [ComponentEstimate(size, 0.001, 0.9 * size, 1.1 * size) for size in (0.04, 0.08)]
     estimate = NoiseEstimate(*parts, repeats=60, samples=700)

@@ -16,7 +16,7 @@ import torch
 from study_copy import ROOT, StudyCopy, copy_study, duplicate
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance
-from swesbi.artefacts.checksum import LENGTH, append_checksum
+from swesbi.artefacts.files import LENGTH, append_checksum
 from swesbi.config import ConfigError, read_yaml
 from swesbi.inference.checkpoints import load_checkpoints
 from swesbi.inference.estimator import load_estimator

@@ -23,7 +23,7 @@ def posterior(
 ) -> VariantPosterior:
     """A uniform posterior: every parameter between centre - width/2 and centre + width/2."""
     phi = np.repeat((centre + width * (LEVELS - 0.5))[:, None], 4, axis=1)
-    return VariantPosterior(subject, phi, sampler, 0.1, 0.8, converged=True)
+    return VariantPosterior(subject, phi, sampler == "mcmc", 0.1, 0.8, converged=True)
 
 
 def test_a_shift_is_measured_in_widths_of_the_base_s_interval() -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from swesbi.artefacts.schema import Variable
 
 
 @dataclass(frozen=True)
@@ -54,13 +56,13 @@ class Context:
     """
 
     subject: str
-    sex: Literal["F", "M"]
-    age_years: float
-    bsa_m2: float
-    hr_bpm: float
-    lvedv_ml: float
-    lvesv_ml: float
-    ivsd_cm: float
+    sex: Annotated[Literal["F", "M"], Variable("", "1", "F or M")]
+    age_years: Annotated[float, Variable("", "year", "age")]
+    bsa_m2: Annotated[float, Variable("", "m2", "body surface area")]
+    hr_bpm: Annotated[float, Variable("", "min-1", "heart rate")]
+    lvedv_ml: Annotated[float, Variable("", "mL", "left ventricular end-diastolic volume")]
+    lvesv_ml: Annotated[float, Variable("", "mL", "left ventricular end-systolic volume")]
+    ivsd_cm: Annotated[float, Variable("", "cm", "interventricular septal thickness at end diastole")]
 
     @property
     def period_s(self) -> float:

@@ -40,6 +40,11 @@ class Parameter:
         return f"{self.title} {self.tex} ({unit})".strip()
 
     @property
+    def cf_unit(self) -> str:
+        """The unit as artefacts say it, by the CF conventions: a reciprocal as a power."""
+        return f"{self.unit.removeprefix('1/')}-1" if self.unit.startswith("1/") else self.unit
+
+    @property
     def html_unit(self) -> str:
         """The unit on the page: a reciprocal as a power."""
         return f"{self.unit.removeprefix('1/')}⁻¹" if self.unit.startswith("1/") else self.unit
@@ -65,6 +70,9 @@ THETA_UNITS: Final = tuple(parameter.unit for parameter in THETA)
 THETA_LABELS: Final = tuple(parameter.label for parameter in THETA)
 THETA_SYMBOLS: Final = tuple(parameter.tex for parameter in THETA)
 THETA_RANGES: Final = tuple(parameter.declared for parameter in THETA)
+THETA_COLUMNS: Final = ", ".join(parameter.cf_unit for parameter in THETA)
+PHI_COLUMNS: Final = ", ".join(parameter.cf_unit for parameter in PHI)
+"""Units of the columns of theta and of phi, as artefacts say them."""
 PHI_NAMES: Final = tuple(parameter.name for parameter in PHI)
 K_0, K_ATP = (THETA_NAMES.index(name) for name in ("k0_kpa", "k_atp_per_s"))
 """Where the two parameters of the attained stiffness stand."""

@@ -1,19 +1,48 @@
 """HDF5 artefacts: named, dimensioned arrays with units and provenance, written whole or not at all."""
 
-from swesbi.artefacts.atomic import atomic_path
-from swesbi.artefacts.build import build_dataset
-from swesbi.artefacts.errors import ArtefactError, DamagedArtefactError
+from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path
 from swesbi.artefacts.files import load, save, write_json
 from swesbi.artefacts.provenance import Provenance, read_provenance
+from swesbi.artefacts.schema import (
+    Labels,
+    Part,
+    Variable,
+    arranged,
+    build_dataset,
+    from_dataset,
+    from_groups,
+    from_rows,
+    labels_of,
+    register,
+    schema_of,
+    stacked_values,
+    to_dataset,
+    to_groups,
+    values_of,
+)
 
 __all__ = [
     "ArtefactError",
     "DamagedArtefactError",
+    "Labels",
+    "Part",
     "Provenance",
+    "Variable",
+    "arranged",
     "atomic_path",
     "build_dataset",
+    "from_dataset",
+    "from_groups",
+    "from_rows",
+    "labels_of",
     "load",
     "read_provenance",
+    "register",
     "save",
+    "schema_of",
+    "stacked_values",
+    "to_dataset",
+    "to_groups",
+    "values_of",
     "write_json",
 ]

@@ -1,26 +1,40 @@
-"""Reading and writing artefacts: netCDF-compatible HDF5 through xarray, and JSON."""
+"""Reading and writing artefacts: netCDF-compatible HDF5 through xarray, and JSON.
+
+At the end of an artefact stands its checksum, SHA-256 of every byte before it: neither HDF5 nor torch
+notices a flipped bit in the arrays. HDF5 ignores what follows its own content and a zip archive has room for
+a comment, so files with this line at their end open everywhere, and without this package
+``head -c -80 FILE | sha256sum`` gives what ``tail -c 80 FILE`` says.
+
+An HDF5 file holds its own data and no more of it than it has bytes: nothing else is read through it.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
+import os
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from swesbi.artefacts.atomic import atomic_path
-from swesbi.artefacts.checksum import append_checksum, check_bytes, has_checksum
-from swesbi.artefacts.errors import ArtefactError, DamagedArtefactError, repair_command
+import h5py
+
+from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path, repair_command
 from swesbi.artefacts.provenance import OLDEST_READ, SCHEMA_VERSION, Provenance, read_provenance
-from swesbi.artefacts.schema import check_group, check_groups
-from swesbi.artefacts.self_contained import check_self_contained
+from swesbi.artefacts.schema import ROOT, check_group, check_groups
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ROOT = "/"
 UNREADABLE = (OSError, KeyError, TypeError, ValueError, RuntimeError)
+PREFIX: Final = b"\nswesbi sha256 "
+DIGITS: Final = 64
+LENGTH: Final = len(PREFIX) + DIGITS + 1
+BLOCK: Final = 1 << 20
+DEEPEST: Final = 2
+UNUSED: Final = b"This is a netCDF dimension but not a netCDF variable"
 
 
 def save(path: Path, groups: xr.Dataset | Mapping[str, xr.Dataset], provenance: Provenance) -> None:
@@ -178,3 +192,90 @@ def _labelled(dataset: xr.Dataset) -> xr.Dataset:
     """Give labels and indices the units of what has none."""
     bare = {name: label for name, label in dataset.coords.items() if "units" not in label.attrs}
     return dataset.assign_coords({name: label.assign_attrs(units="1") for name, label in bare.items()})
+
+
+def append_checksum(path: Path) -> None:
+    """Add the checksum of a file at its end."""
+    line = PREFIX + _digest(path, path.stat().st_size) + b"\n"
+    with path.open("ab") as file:
+        file.write(line)
+
+
+def has_checksum(path: Path) -> bool:
+    """Tell whether a file ends with a checksum, right or wrong."""
+    return _stated(path) is not None
+
+
+def check_bytes(path: Path) -> None:
+    """Compare a file with the checksum at its end.
+
+    Raises:
+        ValueError: There is none, so the file is cut off or not this package's, or it differs.
+        OSError: The file cannot be read.
+    """
+    stated = _stated(path)
+    if stated is None:
+        raise ValueError(
+            "has no checksum at its end: it was cut off, or written or changed by other software"
+        )
+    if stated != _digest(path, path.stat().st_size - LENGTH):
+        raise ValueError("does not match its checksum: its content has changed since it was written")
+
+
+def _stated(path: Path) -> bytes | None:
+    """Return the digest that the end of the file states."""
+    with path.open("rb") as file:
+        if file.seek(0, os.SEEK_END) < LENGTH:
+            return None
+        file.seek(-LENGTH, os.SEEK_END)
+        line = file.read()
+    if not (line.startswith(PREFIX) and line.endswith(b"\n")):
+        return None
+    return line[len(PREFIX) : -1]
+
+
+def _digest(path: Path, length: int) -> bytes:
+    """Return the hexadecimal SHA-256 of the first ``length`` bytes."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while length > 0 and (block := file.read(min(BLOCK, length))):
+            digest.update(block)
+            length -= len(block)
+    return digest.hexdigest().encode()
+
+
+def check_self_contained(path: Path) -> None:
+    """Look at the structure of an HDF5 file before any of its arrays is read.
+
+    Raises:
+        ValueError: It leads to other files, names a thing twice, nests deeper than an artefact does or
+            claims more data than it has bytes.
+        OSError: It is no HDF5 file.
+    """
+    with h5py.File(path, "r") as file:
+        _check_links(file, path.stat().st_size, depth=0)
+
+
+def _check_links(group: h5py.Group, size: int, depth: int) -> None:
+    if depth > DEEPEST:
+        raise ValueError(f"the group {group.name} is nested too deeply")
+    for name in group:
+        where = f"{group.name.rstrip('/')}/{name}"
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise ValueError(f"{where} is a link to elsewhere")
+        item = group[name]
+        if isinstance(item, h5py.Group):
+            _check_links(item, size, depth + 1)
+        elif isinstance(item, h5py.Dataset):
+            _check_extent(where, item, size)
+        else:
+            raise ValueError(f"{where} is neither a group nor a dataset")
+
+
+def _check_extent(where: str, dataset: h5py.Dataset, size: int) -> None:
+    if dataset.is_virtual or dataset.external:
+        raise ValueError(f"{where} takes its data from another file")
+    # a dimension without labels is an empty dataset, of which only the length is used
+    unused = dataset.is_scale and bytes(dataset.attrs.get("NAME", b"")).startswith(UNUSED)
+    if dataset.nbytes > size and not unused:
+        raise ValueError(f"{where} claims {dataset.nbytes} bytes of data in a file of {size}")

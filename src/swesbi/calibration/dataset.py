@@ -3,44 +3,59 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import build_dataset, load
-from swesbi.artefacts.kinds.calibration import DIAGNOSTICS, LOCAL, RANKED, RECORDINGS
+from swesbi.artefacts import (
+    Labels,
+    Variable,
+    build_dataset,
+    from_dataset,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    to_dataset,
+)
 from swesbi.calibration.quantities import QUANTITY_NAMES
-from swesbi.calibration.ranked import SAMPLERS, Diagnostics, Inferred, Ranked
-from swesbi.calibration.scores import Scores
+from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
 from swesbi.parameters import PHI_NAMES
 
-RECORDINGS_KIND: Final = "calibration_recordings"
-LOCAL_KIND: Final = "calibration_local"
-KIND: Final = "calibration"
+LABELS: Final[dict[str, Any]] = {
+    "quantity": list(QUANTITY_NAMES),
+    "parameter": list(PHI_NAMES),
+    "bound": ["lower", "upper"],
+}
+TWO_SAMPLES: Final = {
+    "accuracy": Variable("subject pair", "1", "accuracy of a classifier between two samplers"),
+    "draws": Variable("subject", "1", "draws of each sampler"),
+}
+INFERRED: Final = schema_of(Inferred)["/"]
+RECORDINGS: Final = {"own": INFERRED, "acquired": INFERRED}
+LOCAL: Final = {"local": schema_of(Ranked)["/"], "two_samples": TWO_SAMPLES}
+REQUIRED: Final[tuple[str | Labels, ...]] = (*LABELS, *labels_of(Inferred))
+RECORDINGS_KIND: Final = register("calibration_recordings", RECORDINGS, REQUIRED)
+LOCAL_KIND: Final = register("calibration_local", LOCAL, REQUIRED)
+KIND: Final = register("calibration", RECORDINGS | LOCAL, REQUIRED)
 JOINED: Final = {"own": "recording", "acquired": "recording", "local": "recording", "two_samples": "subject"}
-SCORE_FIELDS: Final = ("level", "tarp", "mean", "sd")
 
 
 def inferred_dataset(inferred: Inferred) -> xr.Dataset:
     """Return recordings and diagnostics as one group."""
-    values = _ranked_values(inferred.ranked) | asdict(inferred.diagnostics)
-    values["by_mcmc"] = inferred.diagnostics.by_mcmc.astype(np.int8)
-    labels = _labels(inferred.ranked) | {"parameter": list(PHI_NAMES), "bound": ["lower", "upper"]}
-    return build_dataset(RANKED | DIAGNOSTICS, values, labels)
+    return to_dataset(inferred, LABELS)
 
 
 def ranked_dataset(ranked: Ranked) -> xr.Dataset:
     """Return recordings without diagnostics as one group."""
-    return build_dataset(RANKED, _ranked_values(ranked), _labels(ranked))
+    return to_dataset(ranked, LABELS)
 
 
 def two_samples_dataset(subject: str, accuracy: dict[str, float], draws: int) -> xr.Dataset:
     """Return the accuracies of one subject, by pair of samplers."""
     values = {"accuracy": [list(accuracy.values())], "draws": [draws]}
-    return build_dataset(LOCAL["two_samples"], values, {"subject": [subject], "pair": list(accuracy)})
+    return build_dataset(TWO_SAMPLES, values, {"subject": [subject], "pair": list(accuracy)})
 
 
 def join(recordings: Sequence[Path], local_parts: Sequence[Path]) -> dict[str, xr.Dataset]:
@@ -56,32 +71,9 @@ def join(recordings: Sequence[Path], local_parts: Sequence[Path]) -> dict[str, x
 
 def ranked_of(dataset: xr.Dataset) -> Ranked:
     """Rebuild recordings and scores from a group."""
-    network, weighted = (
-        Scores(*(dataset[f"{sampler}_{name}"].to_numpy() for name in SCORE_FIELDS)) for sampler in SAMPLERS
-    )
-    return Ranked(
-        subject=dataset["subject"].to_numpy().astype(str),
-        truth=dataset["truth"].to_numpy(),
-        prior_variance=dataset["prior_variance"].to_numpy(),
-        network=network,
-        weighted=weighted,
-    )
+    return from_dataset(Ranked, dataset)
 
 
 def diagnostics_of(dataset: xr.Dataset) -> Diagnostics:
     """Rebuild the diagnostics from a group."""
-    arrays: dict[str, Any] = {name: dataset[name].to_numpy() for name in DIAGNOSTICS}
-    arrays["by_mcmc"] = arrays["by_mcmc"].astype(bool)
-    return Diagnostics(**arrays)
-
-
-def _ranked_values(ranked: Ranked) -> dict[str, Any]:
-    values: dict[str, Any] = {"truth": ranked.truth, "prior_variance": ranked.prior_variance}
-    for sampler in SAMPLERS:
-        scores = ranked.of(sampler)
-        values |= {f"{sampler}_{name}": getattr(scores, name) for name in SCORE_FIELDS}
-    return values
-
-
-def _labels(ranked: Ranked) -> dict[str, Any]:
-    return {"quantity": list(QUANTITY_NAMES), "subject": ("recording", ranked.subject)}
+    return from_dataset(Diagnostics, dataset)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.calibration.scores import Scores
+from swesbi.artefacts.schema import Labels, Part, Variable
+from swesbi.calibration.scores import EACH, Scores
 
 FloatArray = NDArray[np.float64]
 NETWORK: Final = "npe"
@@ -18,21 +19,15 @@ SAMPLERS: Final = (NETWORK, WEIGHTED)
 
 @dataclass(frozen=True)
 class Ranked:
-    """n recordings, q quantities.
+    """n recordings, q quantities, with the context and protocol of ``subject``; no prior variance is NaN."""
 
-    Attributes:
-        subject: Whose context and protocol each recording has; shape (n,).
-        truth: True quantities; shape (n, q).
-        prior_variance: Variance of each quantity before the recording is seen; shape (n, q), NaN for none.
-        network: Scores of the network's draws.
-        weighted: Scores of the exact posterior.
-    """
-
-    subject: NDArray[np.str_]
-    truth: FloatArray
-    prior_variance: FloatArray
-    network: Scores
-    weighted: Scores
+    subject: Annotated[NDArray[np.str_], Labels("recording", "subject")]
+    truth: Annotated[FloatArray, Variable("recording quantity", EACH, "true value")]
+    prior_variance: Annotated[
+        FloatArray, Variable("recording quantity", f"{EACH}, squared", "before the recording is seen")
+    ]
+    network: Annotated[Scores, Part("npe_{}", words={"sampler": "the network"})]
+    weighted: Annotated[Scores, Part("weighted_{}", words={"sampler": "the exact posterior"})]
 
     def of(self, sampler: str) -> Scores:
         """Return the scores of a sampler of ``SAMPLERS``."""
@@ -51,29 +46,33 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Diagnostics:
-    """What the exact posteriors of n recordings leave beside their scores.
+    """What the exact posteriors of n recordings leave beside their scores; residuals are standardised."""
 
-    Attributes:
-        k_hat, efficiency, log_evidence: Of the importance weights; shape (n,).
-        by_mcmc: Whether MCMC took over from the weights; shape (n,).
-        phases: Measured phases; shape (n,).
-        min_chi2, mean_chi2: Sum of squared standardised residuals over posterior draws; shape (n,).
-        strip_mass: Posterior mass at the lower and upper bound of each parameter; shape (n, 4, 2).
-    """
-
-    k_hat: FloatArray
-    efficiency: FloatArray
-    log_evidence: FloatArray
-    by_mcmc: NDArray[np.bool_]
-    phases: NDArray[np.int64]
-    min_chi2: FloatArray
-    mean_chi2: FloatArray
-    strip_mass: FloatArray
+    k_hat: Annotated[FloatArray, Variable("recording", "1", "Pareto shape of the importance weights")]
+    efficiency: Annotated[FloatArray, Variable("recording", "1", "effective share of the weighted draws")]
+    log_evidence: Annotated[
+        FloatArray, Variable("recording", "1", "log evidence of the log speeds, from the weights")
+    ]
+    by_mcmc: Annotated[
+        NDArray[np.bool_], Variable("recording", "1", "1 where MCMC took over from the weights")
+    ]
+    phases: Annotated[NDArray[np.int64], Variable("recording", "1", "measured phases")]
+    min_chi2: Annotated[
+        FloatArray,
+        Variable("recording", "1", "smallest sum of squared residuals over posterior draws"),
+    ]
+    mean_chi2: Annotated[
+        FloatArray, Variable("recording", "1", "mean sum of squared residuals over posterior draws")
+    ]
+    strip_mass: Annotated[
+        FloatArray,
+        Variable("recording parameter bound", "1", "posterior mass in the strip at each bound of the prior"),
+    ]
 
 
 @dataclass(frozen=True)
 class Inferred:
     """Recordings with their scores and what else their exact posteriors say."""
 
-    ranked: Ranked
-    diagnostics: Diagnostics
+    ranked: Annotated[Ranked, Part()]
+    diagnostics: Annotated[Diagnostics, Part()]

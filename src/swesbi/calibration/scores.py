@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
 from swesbi.calibration.levels import FloatArray, level_of_truth, moments
 from swesbi.calibration.tarp import tarp_level
 from swesbi.prior import BoxPrior
+
+EACH: Final = "as named in quantity"
 
 
 @dataclass(frozen=True)
@@ -34,10 +38,15 @@ class Score:
 class Scores:
     """The posteriors of n recordings under one sampler; arrays as in :class:`Score`, recordings first."""
 
-    level: FloatArray
-    tarp: FloatArray
-    mean: FloatArray
-    sd: FloatArray
+    level: Annotated[
+        FloatArray,
+        Variable("recording quantity", "1", "mid-rank of the truth among the draws of {sampler}"),
+    ]
+    tarp: Annotated[
+        FloatArray, Variable("recording", "1", "mass of {sampler} nearer to a random point than the truth")
+    ]
+    mean: Annotated[FloatArray, Variable("recording quantity", EACH, "mean of {sampler}")]
+    sd: Annotated[FloatArray, Variable("recording quantity", EACH, "standard deviation of {sampler}")]
 
     def rows(self, chosen: NDArray[np.bool_]) -> Scores:
         """Return the recordings that are chosen; shape (n,)."""

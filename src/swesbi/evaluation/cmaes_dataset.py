@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Final
 
 import xarray as xr
 
-from swesbi.artefacts import Provenance, build_dataset, load
-from swesbi.artefacts.kinds.evaluation import SCHEMAS
+from swesbi.artefacts import Provenance, from_dataset, labels_of, load, register, schema_of
+from swesbi.artefacts import to_dataset as stored
 from swesbi.evaluation.fit import CmaesFit
 from swesbi.parameters import THETA_NAMES
 
-KIND = "cmaes"
-SCHEMA = SCHEMAS[KIND]
+KIND: Final = register("cmaes", schema_of(CmaesFit), ("parameter", *labels_of(CmaesFit)))
 
 
 def to_dataset(fit: CmaesFit) -> xr.Dataset:
     """Return a CMA-ES fit as the root group of its artefact."""
-    values = {name: getattr(fit, name) for name in SCHEMA["/"]}
-    labels = {"parameter": list(THETA_NAMES), "stop": ("run", list(fit.stop))}
-    return build_dataset(SCHEMA["/"], values, labels)
+    return stored(fit, {"parameter": list(THETA_NAMES)})
 
 
 def read_cmaes(path: Path) -> tuple[CmaesFit, Provenance]:
@@ -30,5 +27,4 @@ def read_cmaes(path: Path) -> tuple[CmaesFit, Provenance]:
         ArtefactError: The file is no CMA-ES artefact of this schema version.
     """
     root, provenance = load(path, KIND)
-    values: dict[str, Any] = {name: root[name].to_numpy()[()] for name in SCHEMA["/"]}
-    return CmaesFit(**values, stop=tuple(map(str, root["stop"].to_numpy()))), provenance
+    return from_dataset(CmaesFit, root), provenance

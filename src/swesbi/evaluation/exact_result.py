@@ -14,10 +14,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi.artefacts import load
+from swesbi.inference.dataset import POSTERIOR
 from swesbi.parameters import PHI_NAMES
 
 FloatArray = NDArray[np.float64]
-KIND: Final = "posterior"
 MCMC: Final = "mcmc"
 
 
@@ -62,7 +62,7 @@ def read_exact_result(path: Path) -> ExactResult:
         ArtefactError: The file is not a posterior.
         KeyError: It is the posterior of an experiment on features.
     """
-    root, draws, npe = (load(path, KIND, group)[0] for group in ("/", "posterior", "npe"))
+    root, draws, npe = (load(path, POSTERIOR, group)[0] for group in ("/", "posterior", "npe"))
     return ExactResult(
         phi=_phi(draws)[0],
         npe_phi=_phi(npe),
@@ -79,7 +79,7 @@ def read_exact_result(path: Path) -> ExactResult:
 
 def has_exact_posterior(path: Path) -> bool:
     """Return whether ``posterior.h5`` is of an experiment with an exact likelihood."""
-    return "sampler" in load(path, KIND)[0]
+    return "sampler" in load(path, POSTERIOR)[0]
 
 
 def _phi(group: xr.Dataset) -> FloatArray:

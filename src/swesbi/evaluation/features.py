@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Part
 from swesbi.evaluation.scores import Band, band
 
 FloatArray = NDArray[np.float64]
@@ -21,7 +23,7 @@ class FeatureCheck:
     """
 
     observed: FloatArray
-    predicted: Band
+    predicted: Annotated[Band, Part("feature_{}", "feature", words={"noise": ", noise included"})]
 
     @property
     def inside(self) -> NDArray[np.bool_]:

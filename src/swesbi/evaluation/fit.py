@@ -3,51 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Labels, Variable
 from swesbi.evaluation.cmaes_run import CmaesRun, best_run
 from swesbi.evaluation.scores import rmse
+from swesbi.parameters import THETA_COLUMNS
 
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class CmaesFit:
-    """R runs of at most G generations, and the best of them.
+    """R runs of at most G generations, NaN after an early stop, and the best of them."""
 
-    Attributes:
-        seed: (R,) seed of each run.
-        best_loss: (R, G) lowest loss up to each generation; NaN after an early stop.
-        best_theta: (R, G, 3) its theta.
-        evaluations: (R, G) simulations up to each generation.
-        generations: (R,) generations run.
-        run_loss: (R,) lowest loss of each run.
-        run_theta: (R, 3) theta of that loss.
-        stop: Why each run ended.
-        theta: (3,) theta of the lowest loss of all.
-        loss: That loss.
-        best_seed: Its seed.
-        grid: (grid,) analysis phases.
-        curve_kpa: (grid,) its total stiffness curve, as measured.
-        rmse_kpa: RMSE of that curve against the observed one.
-    """
-
-    seed: NDArray[np.int64]
-    best_loss: FloatArray
-    best_theta: FloatArray
-    evaluations: NDArray[np.int64]
-    generations: NDArray[np.int64]
-    run_loss: FloatArray
-    run_theta: FloatArray
-    stop: tuple[str, ...]
-    theta: FloatArray
-    loss: float
-    best_seed: int
-    grid: FloatArray
-    curve_kpa: FloatArray
-    rmse_kpa: float
+    seed: Annotated[NDArray[np.int64], Variable("run", "1", "seed of each run")]
+    best_loss: Annotated[FloatArray, Variable("run generation", "1", "lowest loss up to each generation")]
+    best_theta: Annotated[FloatArray, Variable("run generation parameter", THETA_COLUMNS, "its parameters")]
+    evaluations: Annotated[
+        NDArray[np.int64], Variable("run generation", "1", "simulations up to each generation")
+    ]
+    generations: Annotated[NDArray[np.int64], Variable("run", "1", "generations run")]
+    run_loss: Annotated[FloatArray, Variable("run", "1", "lowest loss of each run")]
+    run_theta: Annotated[FloatArray, Variable("run parameter", THETA_COLUMNS, "parameters of that loss")]
+    stop: Annotated[tuple[str, ...], Labels("run", "stop")]
+    theta: Annotated[FloatArray, Variable("parameter", THETA_COLUMNS, "parameters of the best run")]
+    loss: Annotated[float, Variable("", "1", "loss of the best run")]
+    best_seed: Annotated[int, Variable("", "1", "seed of the best run")]
+    grid: Annotated[
+        FloatArray, Variable("grid", "1", "analysis phases, fraction of the cycle from the R peak")
+    ]
+    curve_kpa: Annotated[
+        FloatArray, Variable("grid", "kPa", "total stiffness of the best theta, as measured")
+    ]
+    rmse_kpa: Annotated[float, Variable("", "kPa", "RMSE of that curve against the observed one")]
 
 
 def gather(

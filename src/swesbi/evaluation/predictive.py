@@ -3,42 +3,54 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Labels, Part, Variable
 from swesbi.evaluation.features import FeatureCheck, check_features
 from swesbi.evaluation.scores import NO_SCORES, Band, Scores, band, coverage, score
+from swesbi.parameters import THETA_COLUMNS
 
 FloatArray = NDArray[np.float64]
+FEATURE_UNITS: Final = "as named in feature"
+MEASURED: Final = "measured phases"
 
 
 @dataclass(frozen=True)
 class Draws:
-    """n successful simulations: parameters, curves as measured, and what a cardiologist reads.
+    """n successful simulations: parameters, curves as measured, and what a cardiologist reads."""
 
-    Attributes:
-        theta: (n, 3) parameters, in the order of ``THETA_NAMES``.
-        curve_kpa: (n, grid) total stiffness through the measurement operator.
-        phase_kpa: (n, phases) total stiffness at the phases of the recording.
-        features: (n, features) checked features of ``curve_kpa``.
-        end_diastolic_volume_ml: (n,) largest cavity volume of the simulated beat.
-        end_systolic_volume_ml: (n,) its smallest cavity volume.
-        attained_stiffness_kpa: (n,) active stiffness k_0 (1 - exp(-k_ATP D_T)) reached by the activation D_T.
-        failed: Draws left out because their simulation failed.
-    """
-
-    theta: FloatArray
-    curve_kpa: FloatArray
-    phase_kpa: FloatArray
-    features: FloatArray
-    end_diastolic_volume_ml: FloatArray
-    end_systolic_volume_ml: FloatArray
-    attained_stiffness_kpa: FloatArray
-    failed: int
+    theta: Annotated[FloatArray, Variable("draw parameter", THETA_COLUMNS, "active parameters")]
+    curve_kpa: Annotated[FloatArray, Variable("draw grid", "kPa", "total stiffness on the grid, as measured")]
+    phase_kpa: Annotated[
+        FloatArray, Variable("draw phase", "kPa", "total stiffness at the phases of the recording")
+    ]
+    features: Annotated[
+        FloatArray, Variable("draw feature", FEATURE_UNITS, "checked features, without noise")
+    ]
+    end_diastolic_volume_ml: Annotated[
+        FloatArray, Variable("draw", "mL", "largest cavity volume of the simulated beat")
+    ]
+    end_systolic_volume_ml: Annotated[
+        FloatArray, Variable("draw", "mL", "smallest cavity volume of the simulated beat")
+    ]
+    attained_stiffness_kpa: Annotated[
+        FloatArray, Variable("draw", "kPa", "k_0 (1 - exp(-k_ATP D_T)), D_T the activation")
+    ]
+    failed: Annotated[
+        int,
+        Variable("", "1", "draws left out because their simulation failed", after="coverage_recording_noise"),
+    ]
 
     @property
-    def ejection_fraction(self) -> FloatArray:
+    def ejection_fraction(
+        self,
+    ) -> Annotated[
+        FloatArray,
+        Variable("draw", "1", "ejection fraction of the simulated beat", after="end_systolic_volume_ml"),
+    ]:
         """Ejection fraction of the simulated beat, shape (n,)."""
         return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
 
@@ -47,55 +59,58 @@ class Draws:
 class Target:
     """The observation that predictions are compared with.
 
-    Attributes:
-        grid: (grid,) analysis phases.
-        curve_kpa: (grid,) observed curve.
-        phase: (phases,) phases of the recording.
-        measured: (phases,) False where the phase is missing.
-        stiffness_kpa: (phases,) stiffness, NaN where missing.
-        stiffness_se_kpa: (phases,) its standard error, NaN where missing.
-        features: (features,) checked features of the observed curve.
-        feature_names: Their names.
-        feature_noise_sd: (features,) observation noise of each, same units.
-        lvedv_ml: Measured end-diastolic volume, from the subject's context.
-        lvesv_ml: Measured end-systolic volume; it conditions the posterior, the simulator does not see it.
+    The volumes are from the subject's context; the end-systolic one conditions the posterior, the simulator
+    does not see it. Stiffness and its standard error are NaN where the phase is missing.
     """
 
-    grid: FloatArray
-    curve_kpa: FloatArray
-    phase: FloatArray
-    measured: NDArray[np.bool_]
-    stiffness_kpa: FloatArray
-    stiffness_se_kpa: FloatArray
-    features: FloatArray
-    feature_names: tuple[str, ...]
-    feature_noise_sd: FloatArray
-    lvedv_ml: float
-    lvesv_ml: float
+    grid: Annotated[
+        FloatArray, Variable("grid", "1", "analysis phases, fraction of the cycle from the R peak")
+    ]
+    curve_kpa: Annotated[FloatArray, Variable("grid", "kPa", "observed curve")]
+    phase: Annotated[FloatArray, Variable("phase", "1", "phases of the recording, fraction of the cycle")]
+    measured: Annotated[NDArray[np.bool_], Variable("phase", "1", "1 measured, 0 missing")]
+    stiffness_kpa: Annotated[FloatArray, Variable("phase", "kPa", "observed stiffness")]
+    stiffness_se_kpa: Annotated[
+        FloatArray, Variable("phase", "kPa", "standard error of the observed stiffness")
+    ]
+    features: Annotated[
+        FloatArray, Variable("feature", FEATURE_UNITS, "checked features of the observed curve")
+    ]
+    feature_names: Annotated[tuple[str, ...], Labels("feature")]
+    feature_noise_sd: Annotated[FloatArray, Variable("feature", FEATURE_UNITS, "sd of the observation noise")]
+    lvedv_ml: Annotated[float, Variable("", "mL", "measured end-diastolic volume")]
+    lvesv_ml: Annotated[float, Variable("", "mL", "measured end-systolic volume")]
 
 
 @dataclass(frozen=True)
 class Prediction:
     """A predictive distribution (prior or posterior) and how it meets the observation.
 
-    Attributes:
-        draws: The simulations.
-        curve: Median and interval of the curves on the grid.
-        phases: Median and interval at the phases of the recording.
-        features: The checked features, observation noise included.
-        scores: On the grid.
-        phase_scores: On the measured phases.
-        coverage_recording_noise: Fraction of the measured phases inside the interval of a new
-            recording: stiffness plus Gaussian noise of the recording's standard error.
+    ``curve`` and ``scores`` are on the grid, ``phases`` at the phases of the recording, ``phase_scores`` at
+    the measured ones. ``features`` and ``coverage_recording_noise`` include observation noise: stiffness
+    plus Gaussian noise of the recording's standard error in the latter.
     """
 
-    draws: Draws
-    curve: Band
-    phases: Band
-    features: FeatureCheck
-    scores: Scores
-    phase_scores: Scores
-    coverage_recording_noise: float
+    draws: Annotated[Draws, Part()]
+    curve: Annotated[Band, Part("curve_{}_kpa", "grid", "kPa", words={"noise": ""})]
+    phases: Annotated[Band, Part("phase_{}_kpa", "phase", "kPa", words={"noise": ""})]
+    features: Annotated[FeatureCheck, Part(units=FEATURE_UNITS)]
+    scores: Annotated[Scores, Part(words={"at": "on the grid", "after": "on the grid", "points": "grid"})]
+    phase_scores: Annotated[
+        Scores,
+        Part(
+            "phases_{}",
+            words={"at": f"at the {MEASURED}", "after": MEASURED, "points": MEASURED},
+        ),
+    ]
+    coverage_recording_noise: Annotated[
+        float,
+        Variable(
+            "",
+            "1",
+            "fraction of the measured phases inside the interval of a new recording, noise included",
+        ),
+    ]
 
 
 @dataclass(frozen=True)
@@ -103,14 +118,13 @@ class PredictiveCheck:
     """The prior and the posterior predictive check of one subject.
 
     A subject outside the prior's support has a posterior prediction of 0 draws, NaN throughout.
-    ``interval`` is the probability mass of every interval.
     """
 
-    target: Target
-    interval: float
-    supported: bool
-    prior: Prediction
-    posterior: Prediction
+    target: Annotated[Target, Part()]
+    interval: Annotated[float, Variable("", "1", "probability mass of every interval")]
+    supported: Annotated[bool, Variable("", "1", "1 where the subject has prior support")]
+    prior: Annotated[Prediction, Part(group="prior")]
+    posterior: Annotated[Prediction, Part(group="posterior")]
 
 
 def predict(draws: Draws, target: Target, interval: float, rng: np.random.Generator) -> Prediction:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
 from swesbi.intervals import median_and_interval
 
 FloatArray = NDArray[np.float64]
@@ -16,9 +18,9 @@ FloatArray = NDArray[np.float64]
 class Band:
     """The pointwise median and central interval of predictive curves, each of shape (points,)."""
 
-    median: FloatArray
-    low: FloatArray
-    high: FloatArray
+    median: Annotated[FloatArray, Variable("", "", "predictive median{noise}")]
+    low: Annotated[FloatArray, Variable("", "", "lower end of the predictive interval")]
+    high: Annotated[FloatArray, Variable("", "", "upper end of the predictive interval")]
 
 
 @dataclass(frozen=True)
@@ -28,11 +30,11 @@ class Scores:
     All NaN where there is no prediction.
     """
 
-    rmse_kpa: float
-    nrmse: float
-    r2: float
-    post_peak_rmse_kpa: float
-    coverage: float
+    rmse_kpa: Annotated[float, Variable("", "kPa", "RMSE of the median {at}")]
+    nrmse: Annotated[float, Variable("", "1", "RMSE over the observed range, {at}")]
+    r2: Annotated[float, Variable("", "1", "coefficient of determination {at}")]
+    post_peak_rmse_kpa: Annotated[float, Variable("", "kPa", "RMSE from the observed peak on, {after}")]
+    coverage: Annotated[float, Variable("", "1", "fraction of the {points} inside the interval")]
 
 
 NO_SCORES = Scores(*[float("nan")] * 5)

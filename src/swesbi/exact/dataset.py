@@ -8,18 +8,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
+from typing import Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import build_dataset, load
-from swesbi.artefacts.kinds.exact import SCHEMAS
-from swesbi.exact.importance import WeightedDraws
-from swesbi.exact.posterior import ExactPosterior, Sampler
+from swesbi.artefacts import Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
+from swesbi.exact.posterior import ExactPosterior
 from swesbi.exact.settings import ExactSettings
-from swesbi.inference.dataset import POSTERIOR, posterior_to_groups
+from swesbi.inference.dataset import POSTERIOR, columns_along, columns_of, posterior_to_groups, rows_of
 from swesbi.inference.posterior import Posterior, summarise_posterior
 from swesbi.inference.settings import PosteriorSettings
 from swesbi.intervals import interval_levels
@@ -27,9 +25,25 @@ from swesbi.parameters import OF_THETA, PHI_NAMES, SCALE
 from swesbi.prior import JointPriorSettings
 
 FloatArray = NDArray[np.float64]
-SCHEMA = SCHEMAS["exact_posterior"]
-SCALARS = ("sampler", "k_hat_limit", "r_hat", "effective_draws", "mcmc_steps", "k_hat", "efficiency")
-SEPARATOR = "; "
+OWN: Final = schema_of(ExactPosterior)
+SCALE_NAME: Final = PHI_NAMES[-1:]
+SCHEMA: Final = {
+    "/": arranged(
+        OWN["/"]
+        | {
+            "reasons": Variable(
+                "", "1", "why the weights were not used, what the sampler missed; or empty", after="converged"
+            ),
+            "passive_scale_median_kpa": Variable("", "kPa", "posterior median of the passive scale a"),
+            "passive_scale_interval_kpa": Variable("bound", "kPa", "credible interval of the scale a"),
+        }
+    ),
+    "posterior": columns_along("chain draw", SCALE_NAME),
+    "npe": columns_along("draw", PHI_NAMES, ", of the network"),
+    "weighted": columns_along("draw", PHI_NAMES) | OWN["weighted"],
+}
+"""What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior."""
+SEPARATOR: Final = "; "
 
 
 def exact_to_groups(
@@ -50,17 +64,11 @@ def exact_to_groups(
     """
     groups = posterior_to_groups(_summary(exact, z_obs, component_names, prior, settings))
     groups["/"] = xr.merge([groups["/"], _root(exact, settings.interval)], combine_attrs="no_conflicts")
-    scale = build_dataset(SCHEMA["posterior"], {"passive_scale_kpa": exact.phi[None, :, -1]})
+    scale = build_dataset(SCHEMA["posterior"], columns_of(exact.phi[None, :, -1:], SCALE_NAME))
     groups["posterior"] = groups["posterior"].assign(scale.variables)
-    groups["npe"] = build_dataset(SCHEMA["npe"], _columns(exact.npe_phi))
-    weighted = exact.weighted
-    values = {
-        **_columns(weighted.phi),
-        "from_prior": weighted.from_prior.astype(np.int8),
-        "log_likelihood": weighted.log_likelihood,
-        "log_weight": weighted.log_weight,
-    }
-    groups["weighted"] = build_dataset(SCHEMA["weighted"], values)
+    groups["npe"] = build_dataset(SCHEMA["npe"], columns_of(exact.npe_phi, PHI_NAMES))
+    weighted = columns_of(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
+    groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted)
     return groups
 
 
@@ -71,30 +79,15 @@ def read_exact_posterior(path: Path) -> ExactPosterior:
         ArtefactError: The file is not a posterior.
         KeyError: It is the posterior of an experiment without an exact likelihood.
     """
-    names = ("/", "posterior", "npe", "weighted")
-    root, draws, npe, weighted = (load(path, POSTERIOR, group)[0] for group in names)
-    reasons = str(root["reasons"].item())
-    return ExactPosterior(
-        phi=np.stack([draws[name].to_numpy()[0] for name in PHI_NAMES], axis=1),
-        sampler=cast("Sampler", str(root["sampler"].item())),
-        reasons=tuple(reasons.split(SEPARATOR)) if reasons else (),
-        k_hat_limit=float(root["k_hat_limit"]),
-        npe_phi=_phi(npe),
-        weighted=WeightedDraws(
-            phi=_phi(weighted),
-            from_prior=weighted["from_prior"].to_numpy().astype(bool),
-            log_likelihood=weighted["log_likelihood"].to_numpy(),
-            log_weight=weighted["log_weight"].to_numpy(),
-            k_hat=float(root["k_hat"]),
-            efficiency=float(root["efficiency"]),
-            log_evidence=float(root["log_evidence"]),
-            log_evidence_se=float(root["log_evidence_se"]),
-        ),
-        r_hat=root["r_hat"].to_numpy(),
-        effective_draws=root["effective_draws"].to_numpy(),
-        mcmc_steps=int(root["mcmc_steps"]),
-        converged=bool(root["converged"]),
-    )
+    groups = {group: load(path, POSTERIOR, group)[0] for group in SCHEMA}
+    reasons = str(groups["/"]["reasons"].item())
+    given = {
+        "phi": rows_of(groups["posterior"].isel(chain=0), PHI_NAMES),
+        "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
+        "npe_phi": rows_of(groups["npe"], PHI_NAMES),
+        "weighted.phi": rows_of(groups["weighted"], PHI_NAMES),
+    }
+    return from_groups(ExactPosterior, groups, given)
 
 
 def _summary(
@@ -115,21 +108,9 @@ def _summary(
 
 def _root(exact: ExactPosterior, interval: float) -> xr.Dataset:
     scale = exact.phi[:, SCALE]
-    values = {
-        **{name: getattr(exact, name) for name in SCALARS},
-        "converged": np.int8(exact.converged),
+    values = values_of(exact)["/"] | {
         "reasons": SEPARATOR.join(exact.reasons),
-        "log_evidence": exact.weighted.log_evidence,
-        "log_evidence_se": exact.weighted.log_evidence_se,
         "passive_scale_median_kpa": np.median(scale),
         "passive_scale_interval_kpa": np.quantile(scale, interval_levels(interval)),
     }
-    return build_dataset(SCHEMA["/"], values).assign_coords(joint_parameter=list(PHI_NAMES))
-
-
-def _columns(phi: FloatArray) -> dict[str, FloatArray]:
-    return {name: phi[:, j] for j, name in enumerate(PHI_NAMES)}
-
-
-def _phi(group: xr.Dataset) -> FloatArray:
-    return np.stack([group[name].to_numpy() for name in PHI_NAMES], axis=1)
+    return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(PHI_NAMES)})

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import arviz
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from swesbi.artefacts.schema import Variable
 from swesbi.exact.protocols import LikelihoodModel, Proposal
 from swesbi.exact.weights import resampled_rows
 from swesbi.prior import draw_prior, log_density
@@ -27,23 +29,28 @@ class WeightedDraws:
 
     Attributes:
         phi: Draws; shape (n, 4).
-        from_prior: Which of them came from the prior; shape (n,).
-        log_likelihood: Exact log likelihood, -inf where the simulation failed; shape (n,).
-        log_weight: Logarithm of the smoothed weights, which sum to one; shape (n,).
-        k_hat: Pareto shape of the largest weights; infinite where there are too few to tell.
+        log_likelihood: -inf where the simulation failed.
+        k_hat: Of the largest weights; infinite where there are too few to tell.
         efficiency: Effective sample size over n: 1 / (n sum w^2).
         log_evidence: log p(data), from the weights before smoothing.
-        log_evidence_se: Its Monte Carlo standard error.
     """
 
     phi: FloatArray
-    from_prior: NDArray[np.bool_]
-    log_likelihood: FloatArray
-    log_weight: FloatArray
-    k_hat: float
-    efficiency: float
-    log_evidence: float
-    log_evidence_se: float
+    from_prior: Annotated[
+        NDArray[np.bool_],
+        Variable("draw", "1", "1 where drawn from the prior, 0 from the network", group="weighted"),
+    ]
+    log_likelihood: Annotated[
+        FloatArray, Variable("draw", "1", "exact log likelihood of the log speeds", group="weighted")
+    ]
+    log_weight: Annotated[
+        FloatArray,
+        Variable("draw", "1", "log of the smoothed weights, which sum to one", group="weighted"),
+    ]
+    k_hat: Annotated[float, Variable("", "1", "Pareto shape of the importance weights")]
+    efficiency: Annotated[float, Variable("", "1", "effective share of the weighted draws")]
+    log_evidence: Annotated[float, Variable("", "1", "log evidence of the log speeds, from the weights")]
+    log_evidence_se: Annotated[float, Variable("", "1", "its Monte Carlo standard error")]
 
     @property
     def weight(self) -> FloatArray:

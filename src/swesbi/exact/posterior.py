@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Part, Variable
 from swesbi.exact.importance import WeightedDraws, k_hat_limit, resample, weigh
 from swesbi.exact.mcmc import McmcDraws, sample_mcmc
 from swesbi.exact.protocols import LikelihoodModel, Proposal
@@ -26,27 +27,31 @@ class ExactPosterior:
 
     Attributes:
         phi: Draws; shape (n, 4).
-        sampler: What gave them.
         reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
-        k_hat_limit: Largest admitted Pareto shape.
         npe_phi: Draws of the proposal as they came; shape (m, 4).
         weighted: All draws of the proposal with their weights.
-        r_hat: R-hat of the sampler by parameter, NaN without one; shape (4,).
-        effective_draws: Effective number of draws behind ``phi``, by parameter; shape (4,).
-        mcmc_steps: Steps of each walker, zero without a sampler.
+        effective_draws: By parameter; shape (4,).
         converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
     """
 
     phi: FloatArray
-    sampler: Sampler
+    sampler: Annotated[Sampler, Variable("", "1", "what gave the draws: importance or mcmc")]
     reasons: tuple[str, ...]
-    k_hat_limit: float
+    k_hat_limit: Annotated[
+        float, Variable("", "1", "largest Pareto shape of reliable weights", after="k_hat")
+    ]
     npe_phi: FloatArray
-    weighted: WeightedDraws
-    r_hat: FloatArray
-    effective_draws: FloatArray
-    mcmc_steps: int
-    converged: bool
+    weighted: Annotated[WeightedDraws, Part()]
+    r_hat: Annotated[
+        FloatArray, Variable("joint_parameter", "1", "rank-normalised split R-hat; NaN without MCMC")
+    ]
+    effective_draws: Annotated[
+        FloatArray, Variable("joint_parameter", "1", "effective number behind the draws")
+    ]
+    mcmc_steps: Annotated[int, Variable("", "1", "steps of each walker, warm-up included; 0 without MCMC")]
+    converged: Annotated[
+        bool, Variable("", "1", "1 where weights or sampler are reliable, else 0", after="sampler")
+    ]
 
     @property
     def k_hat(self) -> float:

@@ -5,23 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import ArtefactError, build_dataset, load
-from swesbi.artefacts.kinds.flow import SCHEMAS
+from swesbi.artefacts import (
+    ArtefactError,
+    Variable,
+    build_dataset,
+    from_rows,
+    load,
+    register,
+    schema_of,
+    stacked_values,
+)
 from swesbi.observation.settings import MeasurementSettings
-from swesbi.parameters import THETA_NAMES
+from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 from swesbi.recording.observation import Observation
 from swesbi.simulations.draw import PriorSimulations
 from swesbi.speed_model.prediction import ActivePhases, active_at_phases
 
 FloatArray = NDArray[np.float64]
-KIND: Final = "speed_pool"
-SCHEMA: Final = SCHEMAS[KIND]["/"]
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,25 @@ class PooledSubject:
 
     theta: FloatArray
     active: ActivePhases
+
+
+@dataclass(frozen=True)
+class StoredSubject:
+    """The same as the pool stores it: n simulations at all P phases, NaN at those that were not measured."""
+
+    phase: Annotated[FloatArray, Variable("phase", "1", "phases of the recording, fraction of the cycle")]
+    measured: Annotated[NDArray[np.bool_], Variable("phase", "1", "1 measured, 0 missing")]
+    theta: Annotated[FloatArray, Variable("simulation parameter", THETA_COLUMNS, "prior draws")]
+    active_stiffness_kpa: Annotated[
+        FloatArray, Variable("simulation phase", "kPa", "active stiffness at the measured phases")
+    ]
+    active_slope_kpa: Annotated[
+        FloatArray, Variable("simulation phase", "kPa", "its slope, per (unitless) cycle")
+    ]
+
+
+SCHEMA: Final = schema_of(StoredSubject, along="subject")["/"]
+KIND: Final = register("speed_pool", {"/": SCHEMA}, ("subject", "parameter"))
 
 
 def pool_dataset(
@@ -43,8 +68,7 @@ def pool_dataset(
     shapes = {(len(observed.phase), len(simulated.theta)) for observed, simulated in parts}
     if len(shapes) > 1:
         raise ValueError(f"subjects have different numbers of phases and simulations: {sorted(shapes)}")
-    arrays = [_of_subject(*part, measurement) for part in parts]
-    values = {name: np.stack([array[name] for array in arrays]) for name in SCHEMA}
+    values = stacked_values([_of_subject(*part, measurement) for part in parts])["/"]
     subjects = [observed.subject for observed, _ in parts]
     return build_dataset(SCHEMA, values, {"subject": subjects, "parameter": list(THETA_NAMES)})
 
@@ -57,7 +81,8 @@ def read_pool(path: Path) -> Mapping[str, PooledSubject]:
     """
     dataset = load(path, KIND)[0]
     subjects = [str(name) for name in dataset["subject"].to_numpy()]
-    return {name: _subject(dataset, index) for index, name in enumerate(subjects)}
+    rows = from_rows(StoredSubject, dataset, "subject")
+    return {name: _at_measured(row) for name, row in zip(subjects, rows, strict=True)}
 
 
 def of_subject(pool: Mapping[str, PooledSubject], subject: str, path: Path) -> PooledSubject:
@@ -73,7 +98,7 @@ def of_subject(pool: Mapping[str, PooledSubject], subject: str, path: Path) -> P
 
 def _of_subject(
     observed: Observation, simulated: PriorSimulations, measurement: MeasurementSettings
-) -> dict[str, NDArray[np.generic]]:
+) -> StoredSubject:
     active = active_at_phases(
         simulated.cycle_phase,
         simulated.active_stiffness_kpa,
@@ -83,17 +108,11 @@ def _of_subject(
     missing = ~observed.measured
     for values in (active.stiffness_kpa, active.slope_kpa):
         values[:, missing] = np.nan
-    return {
-        "phase": observed.phase,
-        "measured": observed.measured.astype(np.int8),
-        "theta": simulated.theta,
-        "active_stiffness_kpa": active.stiffness_kpa,
-        "active_slope_kpa": active.slope_kpa,
-    }
+    return StoredSubject(
+        observed.phase, observed.measured, simulated.theta, active.stiffness_kpa, active.slope_kpa
+    )
 
 
-def _subject(dataset: xr.Dataset, index: int) -> PooledSubject:
-    own = dataset.isel(subject=index)
-    measured = own["measured"].to_numpy().astype(bool)
-    stiffness, slope = (own[f"active_{name}_kpa"].to_numpy()[:, measured] for name in ("stiffness", "slope"))
-    return PooledSubject(own["theta"].to_numpy(), ActivePhases(stiffness, slope))
+def _at_measured(row: StoredSubject) -> PooledSubject:
+    stiffness, slope = row.active_stiffness_kpa, row.active_slope_kpa
+    return PooledSubject(row.theta, ActivePhases(stiffness[:, row.measured], slope[:, row.measured]))

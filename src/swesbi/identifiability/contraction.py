@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from swesbi.artefacts.schema import Variable
 from swesbi.identifiability.quantities import quantities
 from swesbi.prior import BoxPrior, quantile
 
@@ -24,8 +25,10 @@ class Contraction:
     than the prior, which happens for a value far out in a skewed prior.
     """
 
-    linear: FloatArray
-    logarithm: FloatArray
+    linear: Annotated[
+        FloatArray, Variable("quantity", "1", "1 - posterior variance / prior variance", "contraction")
+    ]
+    logarithm: Annotated[FloatArray, Variable("quantity", "1", "the same of the log", "contraction_log")]
 
 
 def contraction(draws: FloatArray, prior_draws: FloatArray) -> Contraction:

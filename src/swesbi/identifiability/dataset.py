@@ -2,35 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import build_dataset
-from swesbi.artefacts.kinds.identifiability import SCHEMAS
+from swesbi.artefacts import Variable, arranged, build_dataset, register, schema_of, stacked_values, values_of
 from swesbi.identifiability.cohort import CohortIdentifiability
+from swesbi.identifiability.designs import Placement
 from swesbi.identifiability.quantities import QUANTITY_NAMES
 from swesbi.identifiability.settings import IdentifiabilitySettings
 from swesbi.identifiability.subject import RecordedSubject, SubjectIdentifiability
-from swesbi.parameters import PHI_NAMES
+from swesbi.parameters import PHI_COLUMNS, PHI_NAMES
 
 FloatArray = NDArray[np.float64]
-KIND: Final = "identifiability"
-SCHEMA: Final = SCHEMAS[KIND]
+BY_PHASE: Final = "subject quantity phase"
+OF_SUBJECTS: Final = schema_of(SubjectIdentifiability, along="subject")
+ADDED: Final = {
+    "/": {
+        "interval_mass": Variable("", "1", "mass of credible, level of likelihood-ratio intervals"),
+        "shown_phi": Variable("subject draw parameter", PHI_COLUMNS, "posterior draws for the figure"),
+    },
+    "profile": {
+        "activation_duration_s": Variable(
+            "subject", "s", "duration D_T of the activation", after="log_likelihood"
+        ),
+        "confidence_level": Variable("level", "1", "levels that are marked"),
+    },
+    "phases": {
+        "phase_of": Variable("subject phase", "1", "phase, fraction of the cycle from the R peak"),
+        "measured": Variable("subject phase", "1", "1 where measured; the rest is NaN elsewhere"),
+        "share": Variable(BY_PHASE, "1", "share in the expected information, all else known"),
+        "expected_sd_increase": Variable(BY_PHASE, "1", "expected relative growth of the sd without it"),
+        "left_out_sd_increase": Variable(BY_PHASE, "1", "the same of the draws, reweighted"),
+        "left_out_mean_shift": Variable(BY_PHASE, "1", "change of the mean log without it, in sd"),
+        "k_hat": Variable("subject phase", "1", "Pareto k of the weights; reliable below 0.7"),
+    },
+    "design": {
+        "repeat_se": Variable("subject", "1", "relative standard error of one repeat's mean speed"),
+        "own_repeats": Variable("subject", "1", "repeats of the recording, equivalent"),
+        "own_phases": Variable("subject", "1", "measured phases of the recording"),
+    },
+}
+"""What has to be put together from subjects, recordings and settings."""
+SCHEMA: Final = {group: arranged(OF_SUBJECTS.get(group, {}) | ADDED[group]) for group in ADDED} | schema_of(
+    Placement
+)
+KIND: Final = register("identifiability", SCHEMA, ("subject", "quantity", "parameter", "bound"))
 
 
 def to_groups(found: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, xr.Dataset]:
     """Return the groups of ``identifiability.h5``."""
-    values = {
+    added = {
         "/": _root(found, settings),
         "profile": _profiles(found, settings),
         "phases": _phases(found),
         "design": _designs(found),
-        "placement": {name: getattr(found.placement, name) for name in ("phase", "sd_log", "sd_log_even")},
     }
+    values = stacked_values(found.subjects) | values_of(found.placement)
     labels = {
         "subject": [one.subject for one in found.subjects],
         "quantity": list(QUANTITY_NAMES),
@@ -40,27 +70,14 @@ def to_groups(found: CohortIdentifiability, settings: IdentifiabilitySettings) -
         "repeats": list(settings.design.repeats),
         "placed": list(found.placement.counts),
     }
-    return {group: _labelled(group, values[group], labels) for group in SCHEMA}
-
-
-def _labelled(group: str, values: Mapping[str, Any], labels: Mapping[str, Any]) -> xr.Dataset:
-    dataset = build_dataset(SCHEMA[group], values)
-    return dataset.assign_coords({name: label for name, label in labels.items() if name in dataset.dims})
-
-
-def _stacked(
-    found: CohortIdentifiability, part: Callable[[SubjectIdentifiability], object], names: tuple[str, ...]
-) -> dict[str, FloatArray]:
-    """Return attributes of one part of every subject's result, subjects first."""
-    return {name: np.stack([getattr(part(one), name) for one in found.subjects]) for name in names}
+    return {
+        group: build_dataset(variables, values.get(group, {}) | added.get(group, {}), labels)
+        for group, variables in SCHEMA.items()
+    }
 
 
 def _root(found: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, Any]:
-    spread = ("median", "sd_log", "expected_sd_log", "expected_sd_log_at_median")
     return {
-        **_stacked(found, lambda one: one.spread, spread),
-        "contraction": np.stack([one.contraction.linear for one in found.subjects]),
-        "contraction_log": np.stack([one.contraction.logarithm for one in found.subjects]),
         "interval_mass": settings.interval,
         "shown_phi": _equal_rows([one.shown for one in found.subjects]),
     }
@@ -73,13 +90,8 @@ def _equal_rows(draws: list[FloatArray]) -> FloatArray:
 
 
 def _profiles(found: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, Any]:
-    own = {"activation_duration_s", "closed", "confidence_level"}
-    names = tuple(name for name in SCHEMA["profile"] if name not in own)
-    closed = np.stack([one.profiles.closed for one in found.subjects]).astype(np.int8)
     return {
-        **_stacked(found, lambda one: one.profiles, names),
         "activation_duration_s": np.array([one.duration_s for one in found.recorded]),
-        "closed": closed,
         "confidence_level": list(settings.profile.confidence_levels),
     }
 
@@ -105,9 +117,7 @@ def _with_missing(recorded: RecordedSubject, values: FloatArray) -> FloatArray:
 
 
 def _designs(found: CohortIdentifiability) -> dict[str, Any]:
-    names = ("sd_log", "sd_log_independent", "floor", "floor_independent")
     return {
-        **_stacked(found, lambda one: one.designs, names),
         "repeat_se": np.sqrt([one.repeat_variance for one in found.recorded]),
         "own_repeats": np.array([one.equivalent_repeats for one in found.recorded]),
         "own_phases": np.array([int(one.measured.sum()) for one in found.recorded]),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
 from swesbi.identifiability.design import choose_phases, correlation, design_information, uniform_phases
 from swesbi.identifiability.laplace import expected_variance, prior_precision
 from swesbi.identifiability.quantities import log_gradient
@@ -26,34 +27,46 @@ NO_NOISE: Final = 1e-10
 class Designs:
     """Expected posterior sd of the log of q quantities, for N numbers of phases and R of repeats.
 
-    Attributes:
-        sd_log: Model errors correlated between near phases; (q, N, R).
-        sd_log_independent: Model errors independent from phase to phase, however near; (q, N, R).
-        floor: No noise, the model's errors alone, correlated; (q, N).
-        floor_independent: No noise, independent errors; (q, N).
+    Without any noise, the model's errors alone are left.
     """
 
-    sd_log: FloatArray
-    sd_log_independent: FloatArray
-    floor: FloatArray
-    floor_independent: FloatArray
+    sd_log: Annotated[
+        FloatArray,
+        Variable(
+            "quantity phases repeats", "1", "expected sd of the log; model errors of near phases correlated"
+        ),
+    ]
+    sd_log_independent: Annotated[
+        FloatArray, Variable("quantity phases repeats", "1", "the same with independent model errors")
+    ]
+    floor: Annotated[FloatArray, Variable("quantity phases", "1", "sd of the log without any noise")]
+    floor_independent: Annotated[
+        FloatArray, Variable("quantity phases", "1", "the same with independent model errors")
+    ]
 
 
 @dataclass(frozen=True)
 class Placement:
     """Phases chosen for the whole cohort, and what they give beside even ones of the same number.
 
-    Attributes:
-        phase: In the order of choice: the first n are the choice of n phases; (c,).
-        counts: Numbers of phases compared; (m,).
-        sd_log: Expected posterior sd of the log with the chosen phases; (subject, q, m).
-        sd_log_even: With even phases; (subject, q, m).
+    The first n phases are the choice of n; ``counts`` are the numbers of phases compared.
     """
 
-    phase: FloatArray
+    phase: Annotated[FloatArray, Variable("choice", "1", "phases chosen, best first", group="placement")]
     counts: tuple[int, ...]
-    sd_log: FloatArray
-    sd_log_even: FloatArray
+    sd_log: Annotated[
+        FloatArray,
+        Variable(
+            "subject quantity placed",
+            "1",
+            "expected sd of the log with the first so many",
+            group="placement",
+        ),
+    ]
+    sd_log_even: Annotated[
+        FloatArray,
+        Variable("subject quantity placed", "1", "with as many, evenly spaced", group="placement"),
+    ]
 
 
 def expected_of_designs(

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
 from swesbi.identifiability.profile import Profile, interval, pair_profile, profile
 from swesbi.identifiability.settings import IdentifiabilitySettings
 from swesbi.identifiability.speeds import in_logit, maximum_likelihood
-from swesbi.parameters import K_0, K_ATP, PHI_NAMES
+from swesbi.parameters import K_0, K_ATP, PHI_COLUMNS, PHI_NAMES
 from swesbi.prior import JointPriorSettings, bounds, from_logit
 from swesbi.speed_model.model import SpeedModel
 
@@ -20,29 +22,25 @@ PAIR = (K_0, K_ATP)
 
 @dataclass(frozen=True)
 class Profiles:
-    """Deviances 2 (log L_max - log L) of the profiled likelihood, g grid points a parameter.
+    """The profiled likelihood; intervals end at the bound of the prior's box where they are open."""
 
-    Attributes:
-        maximum_phi: phi of the greatest likelihood; (4,).
-        log_likelihood: There.
-        value: Grid of each parameter; (4, g).
-        deviance: Of each parameter there; (4, g).
-        interval: Likelihood-ratio interval of each parameter, its bound where open; (4, 2).
-        closed: Whether the interval ends there, rather than at the bound of the prior's box; (4, 2).
-        k0_kpa: Grid of the pair; (g,).
-        k_atp_per_s: Likewise; (g,).
-        pair_deviance: (g, g), k_0 along the first axis.
-    """
-
-    maximum_phi: FloatArray
-    log_likelihood: float
-    value: FloatArray
-    deviance: FloatArray
-    interval: FloatArray
-    closed: NDArray[np.bool_]
-    k0_kpa: FloatArray
-    k_atp_per_s: FloatArray
-    pair_deviance: FloatArray
+    maximum_phi: Annotated[
+        FloatArray, Variable("parameter", PHI_COLUMNS, "greatest likelihood in the prior's box")
+    ]
+    log_likelihood: Annotated[float, Variable("", "1", "log likelihood there")]
+    value: Annotated[FloatArray, Variable("parameter point", PHI_COLUMNS, "grid of each parameter")]
+    deviance: Annotated[
+        FloatArray,
+        Variable("parameter point", "1", "2 (log L_max - log L), maximised over the others"),
+    ]
+    interval: Annotated[FloatArray, Variable("parameter bound", PHI_COLUMNS, "likelihood-ratio interval")]
+    closed: Annotated[
+        NDArray[np.bool_],
+        Variable("parameter bound", "1", "0 where it is open, up to the bound of the prior"),
+    ]
+    k0_kpa: Annotated[FloatArray, Variable("k0_point", "kPa", "grid of k_0")]
+    k_atp_per_s: Annotated[FloatArray, Variable("k_atp_point", "s-1", "grid of k_ATP")]
+    pair_deviance: Annotated[FloatArray, Variable("k0_point k_atp_point", "1", "over both")]
 
 
 def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int) -> Profiles:

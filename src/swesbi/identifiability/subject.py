@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Part, Variable
 from swesbi.identifiability.contraction import Contraction, contraction, prior_quantities
 from swesbi.identifiability.designs import Designs, expected_of_designs
 from swesbi.identifiability.laplace import expected_sd, prior_precision
@@ -16,10 +18,12 @@ from swesbi.identifiability.profiles import Profiles, profiles_of
 from swesbi.identifiability.quantities import log_gradient, quantities
 from swesbi.identifiability.settings import IdentifiabilitySettings
 from swesbi.identifiability.speeds import SimulatedStencil, in_log, moments_of_phi, simulate_stencil
+from swesbi.parameters import PHI_COLUMNS
 from swesbi.seeds import generator
 from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]
+QUANTITY_COLUMNS: Final = f"{PHI_COLUMNS}, kPa"
 
 
 @dataclass(frozen=True)
@@ -60,17 +64,17 @@ class RecordedSubject:
 class Spread:
     """Posterior spread of q quantities: found, and expected from the information of the recording; (q,) each.
 
-    Attributes:
-        median: Posterior median.
-        sd_log: Posterior sd of the log.
-        expected_sd_log: Expected one, the variance averaged over posterior draws.
-        expected_sd_log_at_median: The same at the posterior median alone.
+    The expected variance is averaged over posterior draws.
     """
 
-    median: FloatArray
-    sd_log: FloatArray
-    expected_sd_log: FloatArray
-    expected_sd_log_at_median: FloatArray
+    median: Annotated[FloatArray, Variable("quantity", QUANTITY_COLUMNS, "posterior median")]
+    sd_log: Annotated[FloatArray, Variable("quantity", "1", "posterior sd of the log")]
+    expected_sd_log: Annotated[
+        FloatArray, Variable("quantity", "1", "sd of the log expected from the information")
+    ]
+    expected_sd_log_at_median: Annotated[
+        FloatArray, Variable("quantity", "1", "the same at the posterior median alone")
+    ]
 
 
 @dataclass(frozen=True)
@@ -89,12 +93,12 @@ class SubjectIdentifiability:
     """
 
     subject: str
-    spread: Spread
-    contraction: Contraction
-    profiles: Profiles
+    spread: Annotated[Spread, Part()]
+    contraction: Annotated[Contraction, Part()]
+    profiles: Annotated[Profiles, Part(group="profile")]
     phases: PhaseInformation
     left_out: LeftOut
-    designs: Designs
+    designs: Annotated[Designs, Part(group="design")]
     shown: FloatArray
 
 

@@ -2,49 +2,66 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import build_dataset, load
-from swesbi.artefacts.kinds.inference import SCHEMAS
-from swesbi.inference.pool import Components, Pool
+from swesbi.artefacts import (
+    Part,
+    Variable,
+    build_dataset,
+    from_dataset,
+    from_groups,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    to_dataset,
+    values_of,
+)
+from swesbi.inference.pool import Pool
 from swesbi.inference.posterior import Posterior
-from swesbi.inference.standardisation import Standardisation
+from swesbi.inference.standardisation import FloatArray
 from swesbi.parameters import THETA_NAMES
 
-POOL = "pool"
-POSTERIOR = "posterior"
+POOL: Final = register("pool", schema_of(Pool), (*labels_of(Pool), "parameter"))
+COLUMNS: Final = {
+    "k0_kpa": Variable("", "kPa", "active stiffness scale k_0{of}"),
+    "k_atp_per_s": Variable("", "s-1", "contraction rate k_ATP{of}"),
+    "k_sr_per_s": Variable("", "s-1", "relaxation rate k_SR{of}"),
+    "passive_scale_kpa": Variable("", "kPa", "passive scale a{of}"),
+}
+"""One dataset a parameter of phi, of theta but for the last."""
+
+
+def columns_along(along: str, names: Sequence[str], of: str = "") -> dict[str, Variable]:
+    """Return the datasets of some parameters along dimensions; ``of`` ends their meanings."""
+    part = Part(along=along, words={"of": of})
+    return {name: part.place(replace(COLUMNS[name], name=name)) for name in names}
+
+
+CHAINS: Final = columns_along("chain draw", THETA_NAMES)
+SUMMARY: Final = schema_of(Posterior)
+SCHEMA: Final = {
+    "/": SUMMARY["/"],
+    "posterior": CHAINS,
+    "unfiltered": columns_along("draw", THETA_NAMES, ", not filtered") | SUMMARY["unfiltered"],
+}
+POSTERIOR: Final = register("posterior", SCHEMA, ("parameter", *labels_of(Posterior)))
 
 
 def pool_to_dataset(pool: Pool) -> xr.Dataset:
     """Return the pool with dimensions sample, parameter, component and subject."""
-    values = {
-        name: getattr(pool, name)
-        for name in ("theta", "z", "subject_index", "draw_index", "observed", "z_obs")
-    }
-    statistics = {"mean": pool.standardisation.mean, "scale": pool.standardisation.scale}
-    return build_dataset(SCHEMAS[POOL]["/"], {**values, **statistics}).assign_coords(
-        parameter=list(THETA_NAMES),
-        component=list(pool.components.names),
-        component_unit=("component", list(pool.components.units)),
-        subject=list(pool.subjects),
-    )
+    return to_dataset(pool, {"parameter": list(THETA_NAMES)})
 
 
 def pool_from_dataset(dataset: xr.Dataset) -> Pool:
     """Rebuild the pool from its dataset."""
-    return Pool(
-        components=Components(_texts(dataset["component"]), _texts(dataset["component_unit"])),
-        standardisation=Standardisation(dataset["mean"].to_numpy(), dataset["scale"].to_numpy()),
-        subjects=_texts(dataset["subject"]),
-        theta=dataset["theta"].to_numpy(),
-        z=dataset["z"].to_numpy(),
-        subject_index=dataset["subject_index"].to_numpy(),
-        draw_index=dataset["draw_index"].to_numpy(),
-        observed=dataset["observed"].to_numpy(),
-    )
+    return from_dataset(Pool, dataset)
 
 
 def read_pool(path: Path) -> Pool:
@@ -58,24 +75,22 @@ def read_pool(path: Path) -> Pool:
 
 def posterior_to_groups(posterior: Posterior) -> dict[str, xr.Dataset]:
     """Return the groups of ``posterior.h5``; the group ``posterior`` follows ArviZ: (chain, draw)."""
-    schema = SCHEMAS[POSTERIOR]
-    names = ("median", "interval", "interval_mass", "correlation", "z_obs")
-    summary = build_dataset(schema["/"], {name: getattr(posterior, name) for name in names}).assign_coords(
-        parameter=list(THETA_NAMES),
-        other_parameter=list(THETA_NAMES),
-        bound=["lower", "upper"],
-        component=list(posterior.component_names),
-    )
-    by_name = {name: posterior.theta[None, :, j] for j, name in enumerate(THETA_NAMES)}
-    draws = build_dataset(schema["posterior"], by_name).assign_coords(
-        chain=[0], draw=np.arange(len(posterior.theta))
-    )
-    by_name = {name: posterior.unfiltered[:, j] for j, name in enumerate(THETA_NAMES)}
-    in_prior = posterior.unfiltered_in_prior.astype(np.int8)
-    unfiltered = build_dataset(schema["unfiltered"], {**by_name, "in_prior": in_prior}).assign_coords(
-        draw=np.arange(len(in_prior))
-    )
-    return {"/": summary, "posterior": draws, "unfiltered": unfiltered}
+    labels = {
+        "parameter": list(THETA_NAMES),
+        "other_parameter": list(THETA_NAMES),
+        "bound": ["lower", "upper"],
+        "component": list(posterior.component_names),
+    }
+    values = values_of(posterior)
+    draws = {"chain": [0], "draw": np.arange(len(posterior.theta))}
+    chains = columns_of(posterior.theta[None], THETA_NAMES)
+    candidates = columns_of(posterior.unfiltered, THETA_NAMES) | values["unfiltered"]
+    first = {"draw": np.arange(len(posterior.unfiltered))}
+    return {
+        "/": build_dataset(SCHEMA["/"], values["/"], labels),
+        "posterior": build_dataset(SCHEMA["posterior"], chains, draws),
+        "unfiltered": build_dataset(SCHEMA["unfiltered"], candidates, first),
+    }
 
 
 def read_posterior(path: Path) -> Posterior:
@@ -84,19 +99,19 @@ def read_posterior(path: Path) -> Posterior:
     Raises:
         ArtefactError: The file is not a posterior.
     """
-    root, draws, unfiltered = (load(path, POSTERIOR, group)[0] for group in ("/", "posterior", "unfiltered"))
-    return Posterior(
-        theta=np.stack([draws[name].to_numpy()[0] for name in THETA_NAMES], axis=1),
-        unfiltered=np.stack([unfiltered[name].to_numpy() for name in THETA_NAMES], axis=1),
-        unfiltered_in_prior=unfiltered["in_prior"].to_numpy().astype(bool),
-        median=root["median"].to_numpy(),
-        interval=root["interval"].to_numpy(),
-        interval_mass=float(root["interval_mass"]),
-        correlation=root["correlation"].to_numpy(),
-        component_names=_texts(root["component"]),
-        z_obs=root["z_obs"].to_numpy(),
-    )
+    groups = {group: load(path, POSTERIOR, group)[0] for group in SCHEMA}
+    draws = {
+        "theta": rows_of(groups["posterior"].isel(chain=0), THETA_NAMES),
+        "unfiltered": rows_of(groups["unfiltered"], THETA_NAMES),
+    }
+    return from_groups(Posterior, groups, draws)
 
 
-def _texts(array: xr.DataArray) -> tuple[str, ...]:
-    return tuple(map(str, array.to_numpy()))
+def columns_of(draws: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:
+    """Return draws (..., parameters) by the parameter's name."""
+    return {name: draws[..., j] for j, name in enumerate(names)}
+
+
+def rows_of(group: xr.Dataset, names: Sequence[str]) -> FloatArray:
+    """Put the draws of some parameters together, shape (n, parameters)."""
+    return np.stack([group[name].to_numpy() for name in names], axis=1)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Labels, Part, Variable
 from swesbi.context import CONTEXT_NAMES, CONTEXT_UNITS, Context
 from swesbi.inference.observation_model import augment, noise_sd
 from swesbi.inference.settings import ObservationModelSettings
-from swesbi.inference.standardisation import FloatArray, Standardisation, fit_standardisation
+from swesbi.inference.standardisation import MIXED, FloatArray, Standardisation, fit_standardisation
+from swesbi.parameters import THETA_COLUMNS
 from swesbi.seeds import generator
 
 
@@ -38,8 +41,8 @@ class SubjectFeatures:
 class Components:
     """Names and units of the C components of the conditioning vector: features, then context."""
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
+    names: Annotated[tuple[str, ...], Labels("component")]
+    units: Annotated[tuple[str, ...], Labels("component", "component_unit")]
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -49,30 +52,37 @@ class Components:
 
 @dataclass(frozen=True)
 class Pool:
-    """The training set and the observed conditioning vectors.
+    """The training set, N rows, and the observed conditioning vectors of D subjects, C components.
 
-    Attributes:
-        components: Names and units of the C components.
-        standardisation: Pooled statistics of the raw components.
-        subjects: Names of the D subjects.
-        theta: (N, 3) parameters of each row, single precision, as training uses them.
-        z: (N, C) standardised conditioning vectors of each row, single precision.
-        subject_index: (N,) index into ``subjects``.
-        draw_index: (N,) number of the prior draw within its subject.
-        observed: (D, C) raw observed features and context of each subject.
+    Parameters and conditioning vectors are in single precision, as training uses them.
     """
 
-    components: Components
-    standardisation: Standardisation
-    subjects: tuple[str, ...]
-    theta: NDArray[np.float32]
-    z: NDArray[np.float32]
-    subject_index: NDArray[np.int16]
-    draw_index: NDArray[np.int32]
-    observed: FloatArray
+    components: Annotated[Components, Part()]
+    subjects: Annotated[tuple[str, ...], Labels("subject")]
+    theta: Annotated[
+        NDArray[np.float32], Variable("sample parameter", THETA_COLUMNS, "parameters of each row")
+    ]
+    z: Annotated[
+        NDArray[np.float32],
+        Variable("sample component", "1", "standardised conditioning vector of each row"),
+    ]
+    subject_index: Annotated[
+        NDArray[np.int16], Variable("sample", "1", "position of the row's subject in `subject`")
+    ]
+    draw_index: Annotated[
+        NDArray[np.int32], Variable("sample", "1", "number of the row's prior draw within its subject")
+    ]
+    standardisation: Annotated[Standardisation, Part()]
+    observed: Annotated[
+        FloatArray, Variable("subject component", MIXED, "observed features and context, raw")
+    ]
 
     @property
-    def z_obs(self) -> FloatArray:
+    def z_obs(
+        self,
+    ) -> Annotated[
+        FloatArray, Variable("subject component", "1", "standardised observed conditioning vector")
+    ]:
         """The standardised observed conditioning vectors, shape (D, C), without noise (paper, Eq. 6)."""
         return self.standardisation.apply(self.observed)
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Labels, Variable
 from swesbi.inference.settings import PosteriorSettings
 from swesbi.intervals import interval_levels
+from swesbi.parameters import THETA_COLUMNS
 from swesbi.prior import PriorSettings, in_bounds
 
 FloatArray = NDArray[np.float64]
@@ -21,24 +24,22 @@ class Posterior:
     Attributes:
         theta: (n, 3) draws within the prior's bounds; n may be zero.
         unfiltered: (m, 3) the first candidates as they came.
-        unfiltered_in_prior: (m,) whether each of them lies within the bounds.
-        median: (3,) medians of ``theta``.
-        interval: (3, 2) equal-tailed credible interval.
-        interval_mass: Its mass.
-        correlation: (3, 3) pairwise correlations of ``theta``.
-        component_names: Names of the C components of the conditioning vector.
-        z_obs: (C,) observed conditioning vector.
     """
 
     theta: FloatArray
     unfiltered: FloatArray
-    unfiltered_in_prior: NDArray[np.bool_]
-    median: FloatArray
-    interval: FloatArray
-    interval_mass: float
-    correlation: FloatArray
-    component_names: tuple[str, ...]
-    z_obs: FloatArray
+    unfiltered_in_prior: Annotated[
+        NDArray[np.bool_],
+        Variable("draw", "1", "whether the draw lies within the prior's bounds", "in_prior", "unfiltered"),
+    ]
+    median: Annotated[FloatArray, Variable("parameter", THETA_COLUMNS, "posterior median")]
+    interval: Annotated[
+        FloatArray, Variable("parameter bound", THETA_COLUMNS, "equal-tailed credible interval")
+    ]
+    interval_mass: Annotated[float, Variable("", "1", "mass of the credible interval")]
+    correlation: Annotated[FloatArray, Variable("parameter other_parameter", "1", "posterior correlation")]
+    component_names: Annotated[tuple[str, ...], Labels("component")]
+    z_obs: Annotated[FloatArray, Variable("component", "1", "standardised observed conditioning vector")]
 
 
 def summarise_posterior(

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
+
 FloatArray = NDArray[np.float64]
+MIXED: Final = "as listed in component_unit"
 RELATIVE_CONSTANT = 1e-10
 
 
@@ -15,8 +19,8 @@ RELATIVE_CONSTANT = 1e-10
 class Standardisation:
     """Mean and scale of each component, of shape (C,), in the component's unit."""
 
-    mean: FloatArray
-    scale: FloatArray
+    mean: Annotated[FloatArray, Variable("component", MIXED, "pooled mean, of the raw component")]
+    scale: Annotated[FloatArray, Variable("component", MIXED, "pooled standard deviation; 1 where constant")]
 
     def apply(self, values: FloatArray) -> FloatArray:
         """Return (values - mean) / scale for values of shape (..., C)."""

@@ -12,8 +12,7 @@ from typing import Any, Final, TypeVar
 import torch
 
 from swesbi.artefacts import DamagedArtefactError, Provenance, atomic_path, read_provenance
-from swesbi.artefacts.checksum import LENGTH, append_checksum
-from swesbi.artefacts.files import UNREADABLE, check_identity, check_whole
+from swesbi.artefacts.files import LENGTH, UNREADABLE, append_checksum, check_identity, check_whole
 from swesbi.inference.plain_content import check_plain
 
 Content = TypeVar("Content")

@@ -13,10 +13,14 @@ import xarray as xr
 import yaml
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, read_provenance
-from swesbi.artefacts.checksum import has_checksum
-from swesbi.artefacts.files import UNREADABLE, check_whole, hdf5_provenance
+from swesbi.artefacts.files import (
+    UNREADABLE,
+    check_self_contained,
+    check_whole,
+    has_checksum,
+    hdf5_provenance,
+)
 from swesbi.artefacts.provenance import SCHEMA_VERSION
-from swesbi.artefacts.self_contained import check_self_contained
 from swesbi.inspection.content import FACTS, FILES, KINDS, ORIGIN, SETTINGS, Array, Content, flatten
 
 OF_PROVENANCE: Final = tuple(Provenance("").attributes())

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Final, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from swesbi.artefacts.schema import Variable
 from swesbi.flow.conditioning import ConditioningSettings, raw_features
 from swesbi.misspecification.bounds import strip_mass
 from swesbi.misspecification.predictive import (
@@ -22,6 +23,7 @@ from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.prediction import PredictedSpeeds
 
 FloatArray = NDArray[np.float64]
+FEATURE_UNITS: Final = "log of kPa, or 1"
 
 
 class MisfitTest(NamedTuple):
@@ -83,23 +85,18 @@ class PosteriorDraws:
 
 @dataclass(frozen=True)
 class Checks:
-    """What the tests look at in n recordings.
+    """What the tests look at in n recordings; the features are not standardised."""
 
-    Attributes:
-        features: Features of the recordings as the network sees them, not standardised; shape (n, F).
-        tails: Predictive probability of a smaller value of each feature, given the recording; shape (n, F).
-        chi2_p: Posterior predictive p-value of chi2; shape (n,).
-        bound_mass: Posterior mass in the strip at each bound; shape (n, 4, 2).
-        k_hat: Pareto shape of the weights; shape (n,).
-        efficiency: Effective share of the weighted draws; shape (n,).
-    """
-
-    features: FloatArray
-    tails: FloatArray
-    chi2_p: FloatArray
-    bound_mass: FloatArray
-    k_hat: FloatArray
-    efficiency: FloatArray
+    features: Annotated[FloatArray, Variable("recording feature", FEATURE_UNITS, "{features}")]
+    tails: Annotated[
+        FloatArray, Variable("recording feature", "1", "predictive probability of a smaller value")
+    ]
+    chi2_p: Annotated[FloatArray, Variable("recording", "1", "posterior predictive p-value of chi2")]
+    bound_mass: Annotated[
+        FloatArray, Variable("recording parameter bound", "1", "posterior mass in the strip{bound}")
+    ]
+    k_hat: Annotated[FloatArray, Variable("recording", "1", "Pareto shape of the importance weights")]
+    efficiency: Annotated[FloatArray, Variable("recording", "1", "effective share of the weighted draws")]
 
     def __len__(self) -> int:
         return len(self.features)

@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import build_dataset, load
-from swesbi.artefacts.kinds.misspecification import SCHEMAS
+from swesbi.artefacts import (
+    Labels,
+    Part,
+    Variable,
+    build_dataset,
+    from_dataset,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    values_of,
+)
 from swesbi.misspecification.bounds import BOUNDS
-from swesbi.misspecification.checks import Checks
+from swesbi.misspecification.checks import FEATURE_UNITS, Checks
 from swesbi.misspecification.reference import Reference, fit_reference
 from swesbi.misspecification.settings import RuleSettings
 from swesbi.parameters import PHI_NAMES
 
 FloatArray = NDArray[np.float64]
-KIND: Final = "misspecification"
 NULL: Final = "null"
 OWN: Final = "own"
 ACQUIRED: Final = "acquired"
@@ -36,17 +45,18 @@ class SubjectChecks:
 
     Attributes:
         subject: Its name.
-        reference_features: Features of prior predictive recordings; shape (m, F).
-        feature_names: Their names.
-        prior_mass: Mass of the prior in the strip at each bound; shape (4, 2).
         recordings: The checks of each kind of recording; those of the volunteer may be none.
         refused: Recordings of each kind that ingestion refused.
     """
 
     subject: str
-    reference_features: FloatArray
-    feature_names: tuple[str, ...]
-    prior_mass: FloatArray
+    reference_features: Annotated[
+        FloatArray, Variable("reference feature", FEATURE_UNITS, "prior predictive features")
+    ]
+    feature_names: Annotated[tuple[str, ...], Labels("feature")]
+    prior_mass: Annotated[
+        FloatArray, Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass")
+    ]
     recordings: Mapping[str, Checks]
     refused: Mapping[str, int]
 
@@ -56,22 +66,27 @@ class SubjectChecks:
         return fit_reference(null, self.reference_features, self.feature_names, self.prior_mass, settings)
 
 
+LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), "bound": list(BOUNDS)}
+SEEN: Final = Part(words={"features": "features S(.) as the network sees them", "bound": " there"})
+RECORDED: Final = SEEN.place_all(schema_of(Checks)["/"])
+ROOT: Final = schema_of(SubjectChecks)["/"] | {
+    "refused": Variable("kind_of_recording", "1", "recordings that ingestion refused")
+}
+KIND: Final = register(
+    "misspecification",
+    {"/": ROOT, **dict.fromkeys(KINDS, RECORDED)},
+    (*LABELS, *labels_of(SubjectChecks), "kind_of_recording"),
+)
+
+
 def to_groups(checks: SubjectChecks) -> dict[str, xr.Dataset]:
     """Return the groups of ``misspecification.h5``."""
-    schema = SCHEMAS[KIND]
-    values = {
-        "reference_features": checks.reference_features,
-        "prior_strip_mass": checks.prior_mass,
-        "refused": np.array([checks.refused[kind] for kind in KINDS]),
-    }
-    bounds = {"parameter": list(PHI_NAMES), "bound": list(BOUNDS)}
-    features = {"feature": list(checks.feature_names)}
-    root = build_dataset(schema["/"], values, {**bounds, **features, "kind_of_recording": list(KINDS)})
+    values = values_of(checks)["/"] | {"refused": np.array([checks.refused[kind] for kind in KINDS])}
+    labels = {**LABELS, "feature": list(checks.feature_names), "kind_of_recording": list(KINDS)}
     of_kind = {
-        kind: build_dataset(schema[kind], _columns(checks.recordings[kind]), {**bounds, **features})
-        for kind in KINDS
+        kind: build_dataset(RECORDED, values_of(checks.recordings[kind])["/"], labels) for kind in KINDS
     }
-    return {"/": root, **of_kind}
+    return {"/": build_dataset(ROOT, values, labels), **of_kind}
 
 
 def read_subject_checks(path: Path, kinds: Sequence[str] = KINDS) -> SubjectChecks:
@@ -81,19 +96,10 @@ def read_subject_checks(path: Path, kinds: Sequence[str] = KINDS) -> SubjectChec
         ArtefactError: The file is no such artefact.
     """
     root, provenance = load(path, KIND)
-    return SubjectChecks(
+    return from_dataset(
+        SubjectChecks,
+        root,
         subject=provenance.subject,
-        reference_features=root["reference_features"].to_numpy(),
-        feature_names=tuple(map(str, root["feature"].to_numpy())),
-        prior_mass=root["prior_strip_mass"].to_numpy(),
-        recordings={kind: _checks(load(path, KIND, kind)[0]) for kind in kinds},
+        recordings={kind: from_dataset(Checks, load(path, KIND, kind)[0]) for kind in kinds},
         refused={kind: int(n) for kind, n in zip(KINDS, root["refused"].to_numpy(), strict=True)},
     )
-
-
-def _columns(checks: Checks) -> dict[str, FloatArray]:
-    return {field.name: getattr(checks, field.name) for field in fields(Checks)}
-
-
-def _checks(group: xr.Dataset) -> Checks:
-    return Checks(**{field.name: group[field.name].to_numpy() for field in fields(Checks)})

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
+from swesbi.artefacts.schema import Labels, Part, Variable
 from swesbi.flow.conditioning import ConditioningSettings, raw_features
 from swesbi.misspecification.checks import DISTANCES, MEMBERS, Checks, stack_checks
 from swesbi.misspecification.dataset import NULL, SubjectChecks
@@ -57,18 +59,19 @@ def prior_predictive(
 class PooledNull:
     """Null recordings of others, n of them.
 
-    Attributes:
-        checks: What the tests look at in each.
-        distance_level: Rank of each of ``DISTANCES`` among those of the same subject, within (0, 1);
-            shape (n, D). Spaces of other phases have other dimensions, so distances are compared by rank.
-        feature_names: Names of the F features.
-        prior_mass: Mass of the prior in the strip at each bound; shape (4, 2).
+    Spaces of other phases have other dimensions, so distances are compared by their rank among those of the
+    same subject, within (0, 1), in the order of ``DISTANCES``.
     """
 
-    checks: Checks
-    distance_level: FloatArray
-    feature_names: tuple[str, ...]
-    prior_mass: FloatArray
+    distance_level: Annotated[
+        FloatArray,
+        Variable("recording distance", "1", "share of the subject's own prior predictive that lies nearer"),
+    ]
+    checks: Annotated[Checks, Part(words={"features": "features S(.)", "bound": ""})]
+    feature_names: Annotated[tuple[str, ...], Labels("feature")]
+    prior_mass: Annotated[
+        FloatArray, Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass")
+    ]
 
 
 def pool_subjects(pool: Sequence[SubjectChecks], settings: RuleSettings) -> PooledNull:
@@ -81,8 +84,8 @@ def pool_subjects(pool: Sequence[SubjectChecks], settings: RuleSettings) -> Pool
     if any(one.feature_names != first.feature_names for one in pool):
         raise ValueError("the subjects' misspecification tests are of different features; rerun the study")
     return PooledNull(
-        stack_checks([one.recordings[NULL] for one in pool]),
         np.concatenate([_distance_level(one, settings) for one in pool]),
+        stack_checks([one.recordings[NULL] for one in pool]),
         first.feature_names,
         first.prior_mass,
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from swesbi.artefacts.errors import make_command
+from swesbi.artefacts.atomic import make_command
 
 OUTPUTS: Final = {
     "observation": "observation.h5",

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.stats import chi2
 
+from swesbi.artefacts.schema import Variable
 from swesbi.noise.components import ComponentEstimate, fit_components
 from swesbi.noise.levels import RepeatLevels, joined
 from swesbi.recording.speed import NoiseComponents
@@ -20,14 +22,14 @@ class NoiseEstimate:
     Attributes:
         repeat: Between repeats, common to the samples of one.
         sample: Between the spatial samples of a repeat.
-        repeats: Repeats with accepted samples, over the phases.
-        samples: Accepted samples.
+        repeats: Over the phases.
+        samples: Of all repeats.
     """
 
     repeat: ComponentEstimate
     sample: ComponentEstimate
-    repeats: int
-    samples: int
+    repeats: Annotated[int, Variable("", "1", "repeats with accepted samples")]
+    samples: Annotated[int, Variable("", "1", "accepted samples")]
 
 
 @dataclass(frozen=True)
@@ -37,15 +39,14 @@ class CohortNoise:
     Attributes:
         pooled: Components common to all recordings.
         by_subject: Those of each recording alone; for comparison, not used for standard errors.
-        interval: Mass of the intervals.
-        homogeneity_p: p-value of the likelihood-ratio test that all recordings share their components;
-            NaN for one recording.
+        interval: Of all of them.
+        homogeneity_p: By the likelihood ratio; NaN for one recording.
     """
 
     pooled: NoiseEstimate
     by_subject: Mapping[str, NoiseEstimate]
-    interval: float
-    homogeneity_p: float
+    interval: Annotated[float, Variable("", "1", "mass of the intervals")]
+    homogeneity_p: Annotated[float, Variable("", "1", "p-value: all recordings share their components")]
 
     @property
     def components(self) -> NoiseComponents:

@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
 
+from swesbi.artefacts.schema import Variable
 from swesbi.noise.levels import RepeatLevels
 
 LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement
@@ -29,19 +30,16 @@ STEP: Final = 0.02  # relative, of the second difference behind the standard err
 
 @dataclass(frozen=True)
 class ComponentEstimate:
-    """One variance component as a relative standard deviation of the speed.
+    """One variance component as a relative standard deviation of the speed, estimated by REML.
 
-    Attributes:
-        fraction: The REML estimate.
-        standard_error: From the curvature of the profile likelihood; NaN where the estimate is zero.
-        low: Lower limit of the profile-likelihood interval; 0 where zero is within it.
-        high: Upper limit.
+    The standard error is from the curvature of the profile likelihood; the lower limit is 0 where zero is
+    within the interval.
     """
 
-    fraction: float
-    standard_error: float
-    low: float
-    high: float
+    fraction: Annotated[float, Variable("", "1", "relative standard deviation of the speed, {whose}")]
+    standard_error: Annotated[float, Variable("", "1", "its standard error{none}")]
+    low: Annotated[float, Variable("", "1", "lower limit of its {kind}interval")]
+    high: Annotated[float, Variable("", "1", "upper limit")]
 
 
 def log_restricted_likelihood(levels: RepeatLevels, repeat_sd: float, sample_sd: float) -> float:

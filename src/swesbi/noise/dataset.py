@@ -9,15 +9,40 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import build_dataset, load
-from swesbi.artefacts.kinds.noise import SCHEMAS
+from swesbi.artefacts import (
+    Part,
+    Variable,
+    build_dataset,
+    from_dataset,
+    from_rows,
+    load,
+    register,
+    schema_of,
+    values_of,
+)
 from swesbi.noise.cohort import CohortNoise, NoiseEstimate
 from swesbi.noise.components import ComponentEstimate
 
-KIND: Final = "noise"
-SCHEMA: Final = SCHEMAS[KIND]["/"]
 COMPONENTS: Final = ("repeat", "sample")
-VALUES: Final = ("fraction", "standard_error", "low", "high")
+VALUES: Final = schema_of(ComponentEstimate)["/"]
+POOLED: Final = Part(
+    along="component",
+    words={"whose": "common to the cohort", "none": ", NaN at zero", "kind": "profile-likelihood "},
+)
+OWN: Final = Part(
+    "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
+)
+COUNTS: Final = schema_of(NoiseEstimate)["/"]
+SCHEMA: Final = {
+    "component": Variable("component", "1", "between repeats, between samples of a repeat"),
+    "subject": Variable("subject", "1", "subjects of the cohort"),
+    **POOLED.place_all(VALUES),
+    **COUNTS,
+    **OWN.place_all(VALUES),
+    **Part("subject_{}", "subject").place_all(COUNTS),
+    **schema_of(CohortNoise)["/"],
+}
+KIND: Final = register("noise", {"/": SCHEMA})
 
 
 def to_dataset(noise: CohortNoise) -> xr.Dataset:
@@ -25,17 +50,9 @@ def to_dataset(noise: CohortNoise) -> xr.Dataset:
     own = tuple(noise.by_subject.values())
     values: dict[str, Any] = {name: _table((noise.pooled,), name)[0] for name in VALUES}
     values |= {f"subject_{name}": _table(own, name) for name in VALUES}
-    values |= {
-        "component": list(COMPONENTS),
-        "subject": list(noise.by_subject),
-        "repeats": noise.pooled.repeats,
-        "samples": noise.pooled.samples,
-        "subject_repeats": np.array([one.repeats for one in own]),
-        "subject_samples": np.array([one.samples for one in own]),
-        "interval": noise.interval,
-        "homogeneity_p": noise.homogeneity_p,
-    }
-    return build_dataset(SCHEMA, values)
+    values |= {f"subject_{name}": np.array([getattr(one, name) for one in own]) for name in COUNTS}
+    values |= {"component": list(COMPONENTS), "subject": list(noise.by_subject)}
+    return build_dataset(SCHEMA, values | values_of(noise.pooled)["/"] | values_of(noise)["/"])
 
 
 def read_noise(path: Path) -> CohortNoise:
@@ -45,25 +62,18 @@ def read_noise(path: Path) -> CohortNoise:
         ArtefactError: The file is no such artefact.
     """
     data, _ = load(path, KIND)
+    names = [name for name in data if str(name).startswith("subject_")]
+    own = data[names].rename({name: str(name).removeprefix("subject_") for name in names})
     by_subject = {
-        str(name): _estimate(data.isel(subject=index), "subject_")
-        for index, name in enumerate(data["subject"].to_numpy())
+        str(name): _estimate(own.isel(subject=index)) for index, name in enumerate(own["subject"].to_numpy())
     }
-    return CohortNoise(
-        pooled=_estimate(data, ""),
-        by_subject=by_subject,
-        interval=data["interval"].item(),
-        homogeneity_p=data["homogeneity_p"].item(),
-    )
+    return from_dataset(CohortNoise, data, pooled=_estimate(data), by_subject=by_subject)
 
 
 def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.array([[getattr(getattr(one, part), name) for part in COMPONENTS] for one in estimates])
 
 
-def _estimate(data: xr.Dataset, prefix: str) -> NoiseEstimate:
-    repeat, sample = (
-        ComponentEstimate(**{name: data[prefix + name].to_numpy()[index].item() for name in VALUES})
-        for index in range(len(COMPONENTS))
-    )
-    return NoiseEstimate(repeat, sample, data[f"{prefix}repeats"].item(), data[f"{prefix}samples"].item())
+def _estimate(data: xr.Dataset) -> NoiseEstimate:
+    repeat, sample = from_rows(ComponentEstimate, data, "component")
+    return from_dataset(NoiseEstimate, data, repeat=repeat, sample=sample)

@@ -1,25 +1,14 @@
-"""The passive baseline as an artefact: dataclass to dataset and back."""
+"""The passive baseline as an artefact."""
 
 from __future__ import annotations
 
-from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Final
 
-import xarray as xr
-
-from swesbi.artefacts import build_dataset, load
-from swesbi.artefacts.kinds.observation import SCHEMAS
+from swesbi.artefacts import from_dataset, load, register, schema_of
 from swesbi.observation.passive import PassiveBaseline
 
-KIND = "passive"
-SCHEMA = SCHEMAS[KIND]["/"]
-
-
-def to_dataset(passive: PassiveBaseline) -> xr.Dataset:
-    """Return the passive baseline as a dataset with the dimension cycle."""
-    values = {name: getattr(passive, name) for name in SCHEMA}
-    return build_dataset(SCHEMA, values)
+KIND: Final = register("passive", schema_of(PassiveBaseline))
 
 
 def read_passive(path: Path) -> PassiveBaseline:
@@ -28,8 +17,4 @@ def read_passive(path: Path) -> PassiveBaseline:
     Raises:
         ArtefactError: The file is no such artefact.
     """
-    dataset, _ = load(path, KIND)
-    values: dict[str, Any] = {
-        field.name: dataset[field.name].to_numpy()[()] for field in fields(PassiveBaseline)
-    }
-    return PassiveBaseline(**values)
+    return from_dataset(PassiveBaseline, load(path, KIND)[0])

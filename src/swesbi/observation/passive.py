@@ -7,11 +7,12 @@ usual for passive myocardium (Fung). The stretch is that of one reference beat i
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
 from swesbi.observation.interpolation import sample_cycle
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings
 from swesbi.observation.stiffness_map import active_stiffness_map
@@ -30,23 +31,18 @@ class PassiveCalibrationError(ValueError):
 
 @dataclass(frozen=True)
 class PassiveBaseline:
-    """Passive stiffness along the reference beat, M cycle points.
+    """Passive stiffness along the reference beat, M cycle points."""
 
-    Attributes:
-        scale_kpa: The scale a_d, the passive stiffness at stretch 1.
-        cycle_phase: Phases of the simulated cycle; shape (M,).
-        stretch: Wall stretch lambda_ref of the reference beat; shape (M,).
-        stiffness_kpa: E_pass; shape (M,).
-        late_diastolic_observed_kpa: Observed mean in the late-diastolic window, which was met.
-        late_diastolic_active_kpa: The part of it that the reference beat's active stiffness makes up.
-    """
-
-    scale_kpa: float
-    cycle_phase: FloatArray
-    stretch: FloatArray
-    stiffness_kpa: FloatArray
-    late_diastolic_observed_kpa: float
-    late_diastolic_active_kpa: float
+    scale_kpa: Annotated[float, Variable("", "kPa", "scale a_d: passive stiffness at stretch 1")]
+    cycle_phase: Annotated[FloatArray, Variable("cycle", "1", "fraction of the cycle from the R peak")]
+    stretch: Annotated[FloatArray, Variable("cycle", "1", "wall stretch of the reference beat")]
+    stiffness_kpa: Annotated[FloatArray, Variable("cycle", "kPa", "passive stiffness E_pass")]
+    late_diastolic_observed_kpa: Annotated[
+        float, Variable("", "kPa", "observed late-diastolic mean, which is met")
+    ]
+    late_diastolic_active_kpa: Annotated[
+        float, Variable("", "kPa", "active part of it in the reference beat")
+    ]
 
 
 def passive_shape(stretch: FloatArray, exponent_b: float) -> FloatArray:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
 from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
 from swesbi.calibration.recordings import infer_recordings
 from swesbi.calibration.scores import Scores
@@ -30,13 +31,19 @@ class FreshInferred:
 
     Attributes:
         contexts: The contexts.
-        relative_se: Noise level of each recording; shape (n,).
         inferred: Scores and diagnostics.
         refused: Recordings that ingestion refused; they are not among the n.
     """
 
     contexts: tuple[Context, ...]
-    relative_se: FloatArray
+    relative_se: Annotated[
+        FloatArray,
+        Variable(
+            "recording",
+            "1",
+            "standard error of the mean speed of a phase without failed samples, over it",
+        ),
+    ]
     inferred: Inferred
     refused: int
 

@@ -6,31 +6,28 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import load
-from swesbi.artefacts.kinds.population import SCHEMAS
-from swesbi.calibration.dataset import diagnostics_of, inferred_dataset, ranked_of
+from swesbi.artefacts import build_dataset, from_dataset, load, register, schema_of, values_of
+from swesbi.calibration.dataset import REQUIRED, inferred_dataset
 from swesbi.calibration.ranked import Inferred
+from swesbi.context import Context
 from swesbi.population.calibration import FreshInferred
-from swesbi.population.context_dataset import context_values, contexts_of
 from swesbi.population.recordings import ACQUIRED, OWN
+from swesbi.recording.dataset import context_values, contexts_of
 
-KIND: Final = "population_calibration"
-SCHEMA: Final = SCHEMAS[KIND]
+ALONG: Final = "recording"
+OF_FRESH: Final = schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
+SCHEMA: Final = schema_of(Inferred)["/"] | OF_FRESH
+KIND: Final = register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
 REFUSED: Final = "refused"
 
 
 def fresh_dataset(found: FreshInferred) -> xr.Dataset:
     """Return the recordings of fresh contexts as one group."""
-    values = context_values(found.contexts) | {"relative_se": found.relative_se}
-    schema = SCHEMA[OWN]
-    added = {
-        name: ("recording", value, {"units": schema[name].units, "long_name": schema[name].meaning})
-        for name, value in values.items()
-    }
-    return inferred_dataset(found.inferred).assign(added).assign_attrs({REFUSED: found.refused})
+    added = build_dataset(OF_FRESH, values_of(found)["/"] | context_values(found.contexts))
+    inferred = inferred_dataset(found.inferred)
+    return inferred.assign(added.variables).assign_attrs({REFUSED: found.refused})
 
 
 def join(parts: Sequence[Path]) -> dict[str, xr.Dataset]:
@@ -49,9 +46,5 @@ def join(parts: Sequence[Path]) -> dict[str, xr.Dataset]:
 
 def fresh_of(dataset: xr.Dataset) -> FreshInferred:
     """Rebuild the recordings of fresh contexts from a group."""
-    return FreshInferred(
-        contexts=contexts_of(dataset),
-        relative_se=np.asarray(dataset["relative_se"].to_numpy()),
-        inferred=Inferred(ranked_of(dataset), diagnostics_of(dataset)),
-        refused=int(dataset.attrs[REFUSED]),
-    )
+    given = {"contexts": contexts_of(dataset, ALONG), "inferred": from_dataset(Inferred, dataset)}
+    return from_dataset(FreshInferred, dataset, refused=int(dataset.attrs[REFUSED]), **given)

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from swesbi.artefacts import ArtefactError, load
 from swesbi.context import Context
 from swesbi.evaluation.verdict import STATUSES, label_of_test, status
+from swesbi.inference.dataset import POSTERIOR
 from swesbi.inference.support import read_support
 from swesbi.parameters import PHI_NAMES
 
 FloatArray = NDArray[np.float64]
-POSTERIOR: Final = "posterior"
 REFUSED: Final = "refused"
 OUTCOMES: Final = (*STATUSES, REFUSED)
 LIMITS: Final = ("median", "low", "high")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Part
 from swesbi.context import Context
 from swesbi.flow.conditioning import ConditioningSettings
 from swesbi.flow.net import TrainedFlow
@@ -41,7 +43,7 @@ class PopulationNull:
     """Well-specified recordings of fresh contexts, n of them, and what the tests look at in each."""
 
     contexts: tuple[Context, ...]
-    pooled: PooledNull
+    pooled: Annotated[PooledNull, Part()]
 
 
 def draw_null(
@@ -76,7 +78,7 @@ def draw_null(
         progress.step()
     mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
     names = summary_names(conditioning.summary)
-    return PopulationNull(tuple(contexts), PooledNull(stack_checks(checks), np.stack(levels), names, mass))
+    return PopulationNull(tuple(contexts), PooledNull(np.stack(levels), stack_checks(checks), names, mass))
 
 
 def _check(

@@ -7,32 +7,43 @@ from typing import Any, Final
 
 import xarray as xr
 
-from swesbi.artefacts import build_dataset, load
-from swesbi.artefacts.kinds.population import SCHEMAS
+from swesbi.artefacts import (
+    Labels,
+    build_dataset,
+    from_dataset,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    values_of,
+)
+from swesbi.context import Context
 from swesbi.misspecification.bounds import BOUNDS
-from swesbi.misspecification.checks import DISTANCES, Checks
-from swesbi.misspecification.pooled import PooledNull
+from swesbi.misspecification.checks import DISTANCES
 from swesbi.parameters import PHI_NAMES
-from swesbi.population.context_dataset import context_values, contexts_of
 from swesbi.population.null import PopulationNull
+from swesbi.recording.dataset import context_values, contexts_of
 
-KIND: Final = "population_null"
-CHECKS: Final = tuple(Checks.__dataclass_fields__)
+ALONG: Final = "recording"
+SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationNull)["/"]
+LABELS: Final[dict[str, Any]] = {
+    "distance": list(DISTANCES),
+    "parameter": list(PHI_NAMES),
+    "bound": list(BOUNDS),
+}
+KIND: Final = register(
+    "population_null", {"/": SCHEMA}, (*LABELS, *labels_of(PopulationNull), Labels(ALONG, "subject"))
+)
 
 
 def to_dataset(null: PopulationNull) -> xr.Dataset:
     """Return the null recordings as a dataset with dimension recording."""
-    pooled = null.pooled
-    values: dict[str, Any] = {name: getattr(pooled.checks, name) for name in CHECKS}
-    values |= {"distance_level": pooled.distance_level, "prior_strip_mass": pooled.prior_mass}
     labels = {
-        "subject": ("recording", [one.subject for one in null.contexts]),
-        "distance": list(DISTANCES),
-        "feature": list(pooled.feature_names),
-        "parameter": list(PHI_NAMES),
-        "bound": list(BOUNDS),
+        "subject": (ALONG, [one.subject for one in null.contexts]),
+        "distance": LABELS["distance"],
+        "feature": list(null.pooled.feature_names),
     }
-    return build_dataset(SCHEMAS[KIND]["/"], values | context_values(null.contexts), labels)
+    return build_dataset(SCHEMA, values_of(null)["/"] | context_values(null.contexts), labels | LABELS)
 
 
 def read_null(path: Path) -> PopulationNull:
@@ -42,10 +53,4 @@ def read_null(path: Path) -> PopulationNull:
         ArtefactError: The file is no such artefact.
     """
     dataset, _ = load(path, KIND)
-    pooled = PooledNull(
-        checks=Checks(**{name: dataset[name].to_numpy() for name in CHECKS}),
-        distance_level=dataset["distance_level"].to_numpy(),
-        feature_names=tuple(map(str, dataset["feature"].to_numpy())),
-        prior_mass=dataset["prior_strip_mass"].to_numpy(),
-    )
-    return PopulationNull(contexts_of(dataset), pooled)
+    return from_dataset(PopulationNull, dataset, contexts=contexts_of(dataset, ALONG))

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
 from swesbi.context import Context
 from swesbi.observation.interpolation import sample_cycle, slope_cycle
+from swesbi.parameters import THETA_COLUMNS
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import log_centre
@@ -24,25 +27,24 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PopulationSimulations:
-    """m contexts with d draws of theta each, at the P nominal phases.
-
-    Attributes:
-        contexts: The m contexts.
-        theta: Parameters; shape (m, d, 3).
-        active_stiffness_kpa: Active stiffness at the phases; shape (m, d, P).
-        active_slope_kpa: Its slope per cycle; shape (m, d, P).
-        passive_shape: g along the reference beat of each context at the phases; shape (m, P).
-        passive_slope: Its slope per cycle; shape (m, P).
-        failures: Failed simulations of each context, by status, all drawn again; shape (m, statuses).
-    """
+    """m contexts with d draws of theta each, at the P nominal phases."""
 
     contexts: tuple[Context, ...]
-    theta: FloatArray
-    active_stiffness_kpa: FloatArray
-    active_slope_kpa: FloatArray
-    passive_shape: FloatArray
-    passive_slope: FloatArray
-    failures: NDArray[np.int64]
+    theta: Annotated[FloatArray, Variable("context draw parameter", THETA_COLUMNS, "prior draws")]
+    active_stiffness_kpa: Annotated[
+        FloatArray, Variable("context draw phase", "kPa", "active stiffness at the nominal phases")
+    ]
+    active_slope_kpa: Annotated[
+        FloatArray, Variable("context draw phase", "kPa", "its slope, per (unitless) cycle")
+    ]
+    passive_shape: Annotated[
+        FloatArray, Variable("context phase", "1", "g along the reference beat of the context")
+    ]
+    passive_slope: Annotated[FloatArray, Variable("context phase", "1", "its slope, per (unitless) cycle")]
+    failures: Annotated[
+        NDArray[np.int64],
+        Variable("context status", "1", "failed simulations by status, drawn again"),
+    ]
 
 
 def simulate_population(

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Part, Variable
 from swesbi.context import Context
 from swesbi.recording.quality import REASONS
 from swesbi.recording.speed import NoiseComponents
@@ -18,37 +20,43 @@ FloatArray = NDArray[np.float64]
 class Observation:
     """The observed curve E_obs,d of one subject (paper, Eq. 1), P phases, G grid points.
 
-    Attributes:
-        context: The subject's context c_d.
-        phase: Phases of the recording in [0, 1), ascending; shape (P,).
-        phase_index: Their indices in the recording; shape (P,).
-        measured: Which phases were measured; shape (P,).
-        speed_m_s: Mean shear-wave speed c_s; NaN where missing; shape (P,).
-        speed_se_m_s: Its standard error; NaN where missing; shape (P,).
-        stiffness_kpa: Apparent Young's modulus E = 3 rho c_s^2; NaN where missing; shape (P,).
-        stiffness_se_kpa: Its standard error; NaN where missing; shape (P,).
-        grid: Uniform analysis grid on [0, 1], both ends included; shape (G,).
-        curve_kpa: E on the grid, through the measured phases; shape (G,).
-        samples_accepted: Accepted samples per phase; shape (P,).
-        samples_by_repeat: Accepted samples of each phase and repeat, repeats ascending; shape (P, repeats).
-        samples_rejected: Rejected samples by reason and phase; shape (reasons, P), rows as ``REASONS``.
-        noise: Relative standard deviation between repeats and between samples, of this recording.
+    The phases are ascending in [0, 1), the grid runs over [0, 1] with both ends, the curve is through the
+    measured phases alone; repeats are ascending. ``noise`` is that of this recording.
     """
 
-    context: Context
-    phase: FloatArray
-    phase_index: NDArray[np.int64]
-    measured: NDArray[np.bool_]
-    speed_m_s: FloatArray
-    speed_se_m_s: FloatArray
-    stiffness_kpa: FloatArray
-    stiffness_se_kpa: FloatArray
-    grid: FloatArray
-    curve_kpa: FloatArray
-    samples_accepted: NDArray[np.int64]
-    samples_by_repeat: NDArray[np.int64]
-    samples_rejected: NDArray[np.int64]
-    noise: NoiseComponents
+    context: Annotated[Context, Part(group="context")]
+    phase: Annotated[
+        FloatArray, Variable("phase", "1", "phase of the recording, fraction of the cycle from the R peak")
+    ]
+    phase_index: Annotated[NDArray[np.int64], Variable("phase", "1", "index of the phase in the recording")]
+    measured: Annotated[
+        NDArray[np.bool_], Variable("phase", "1", "1 where the phase was measured, 0 where it is missing")
+    ]
+    speed_m_s: Annotated[
+        FloatArray, Variable("phase", "m s-1", "mean shear-wave speed c_s, NaN where missing")
+    ]
+    speed_se_m_s: Annotated[FloatArray, Variable("phase", "m s-1", "standard error of c_s")]
+    stiffness_kpa: Annotated[FloatArray, Variable("phase", "kPa", "apparent Young's modulus 3 rho c_s^2")]
+    stiffness_se_kpa: Annotated[FloatArray, Variable("phase", "kPa", "standard error of the stiffness")]
+    grid: Annotated[FloatArray, Variable("grid", "1", "uniform analysis grid, fraction of the cycle")]
+    curve_kpa: Annotated[FloatArray, Variable("grid", "kPa", "observed stiffness E_obs on the analysis grid")]
+    samples_accepted: Annotated[NDArray[np.int64], Variable("phase", "1", "accepted samples")]
+    samples_by_repeat: Annotated[
+        NDArray[np.int64], Variable("phase repeat", "1", "accepted samples of each repeat")
+    ]
+    samples_rejected: Annotated[
+        NDArray[np.int64], Variable("reason phase", "1", "rejected samples by reason")
+    ]
+    noise: Annotated[NoiseComponents, Part()]
+
+    @property
+    def reason(
+        self,
+    ) -> Annotated[
+        tuple[str, ...], Variable("reason", "1", "reasons of rejection", after="samples_by_repeat")
+    ]:
+        """What the rows of ``samples_rejected`` are of."""
+        return REASONS
 
     @property
     def subject(self) -> str:

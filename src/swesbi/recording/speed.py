@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
 from swesbi.recording.samples import Samples
 
 FloatArray = NDArray[np.float64]
@@ -17,8 +19,12 @@ FloatArray = NDArray[np.float64]
 class NoiseComponents:
     """Relative standard deviations of one recording: between repeats, and between samples of a repeat."""
 
-    repeat_fraction: float
-    sample_fraction: float
+    repeat_fraction: Annotated[
+        float, Variable("", "1", "relative standard deviation between repeats", "repeat_noise_fraction")
+    ]
+    sample_fraction: Annotated[
+        float, Variable("", "1", "relative standard deviation between samples", "sample_noise_fraction")
+    ]
 
 
 @dataclass(frozen=True)

@@ -3,34 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import ArtefactError, build_dataset, load
-from swesbi.artefacts.kinds.simulations import SCHEMAS
+from swesbi.artefacts import ArtefactError, from_dataset, load, register, schema_of
+from swesbi.artefacts import to_dataset as stored
 from swesbi.forward_model.periodic import Status
 from swesbi.parameters import THETA_NAMES
 from swesbi.simulations.draw import PriorSimulations
 
-KIND = "simulations"
-SCHEMA = SCHEMAS[KIND]["/"]
+LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
+KIND: Final = register("simulations", schema_of(PriorSimulations), LABELS)
 
 
 def to_dataset(simulations: PriorSimulations) -> xr.Dataset:
     """Return the simulations as a dataset with dimensions simulation, parameter, cycle and status."""
-    values = {name: getattr(simulations, name) for name in SCHEMA}
-    labels = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
-    return build_dataset(SCHEMA, values, labels)
-
-
-def from_dataset(dataset: xr.Dataset) -> PriorSimulations:
-    """Rebuild the simulations from a shard's dataset."""
-    return PriorSimulations(
-        **{field.name: dataset[field.name].to_numpy() for field in fields(PriorSimulations)}
-    )
+    return stored(simulations, LABELS)
 
 
 def read_simulations(shards: Sequence[Path]) -> PriorSimulations:
@@ -52,7 +43,7 @@ def read_simulations(shards: Sequence[Path]) -> PriorSimulations:
         raise ArtefactError(
             f"{shards[0]} and others: draws are missing or doubled; delete these shards and rerun"
         )
-    return from_dataset(merged)
+    return from_dataset(PriorSimulations, merged)
 
 
 def group_by_subject(shards: Sequence[Path]) -> dict[str, list[Path]]:

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.schema import Variable
 from swesbi.context import Context
 from swesbi.forward_model.beats import Beats
 from swesbi.forward_model.periodic import Status
 from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.forward_model.simulate import simulate
-from swesbi.parameters import THETA
+from swesbi.parameters import THETA, THETA_COLUMNS
 from swesbi.prior import PriorSettings, quantile
 from swesbi.seeds import generator
 
@@ -31,29 +33,21 @@ class SimulationFailure(RuntimeError):
 
 @dataclass(frozen=True)
 class PriorSimulations:
-    """n successful simulations of one subject.
+    """n successful simulations of one subject; one attempt means that none failed."""
 
-    Attributes:
-        draw_index: (n,) number of each draw, from 0 within the subject.
-        theta: (n, 3) parameters, in the order of ``THETA_NAMES``.
-        attempts: (n,) theta drawn until one succeeded; 1 means none failed.
-        failures: (n, number of statuses) failed attempts by status.
-        cycle_phase: (M,) phases of the simulated cycle.
-        active_stiffness_kpa: (n, M) active stiffness k_c over the cycle.
-        end_diastolic_volume_ml: (n,) largest cavity volume of the beat.
-        end_systolic_volume_ml: (n,) smallest cavity volume of the beat.
-        beats: (n,) beats run until the state was periodic.
-    """
-
-    draw_index: NDArray[np.int64]
-    theta: FloatArray
-    attempts: NDArray[np.int64]
-    failures: NDArray[np.int64]
-    cycle_phase: FloatArray
-    active_stiffness_kpa: FloatArray
-    end_diastolic_volume_ml: FloatArray
-    end_systolic_volume_ml: FloatArray
-    beats: NDArray[np.int64]
+    draw_index: Annotated[
+        NDArray[np.int64], Variable("simulation", "1", "number of the draw within the subject")
+    ]
+    theta: Annotated[FloatArray, Variable("simulation parameter", THETA_COLUMNS, "active parameters")]
+    attempts: Annotated[
+        NDArray[np.int64], Variable("simulation", "1", "theta drawn until a simulation succeeded")
+    ]
+    failures: Annotated[NDArray[np.int64], Variable("simulation status", "1", "failed attempts by status")]
+    cycle_phase: Annotated[FloatArray, Variable("cycle", "1", "fraction of the cycle from the R peak")]
+    active_stiffness_kpa: Annotated[FloatArray, Variable("simulation cycle", "kPa", "active stiffness k_c")]
+    end_diastolic_volume_ml: Annotated[FloatArray, Variable("simulation", "mL", "largest cavity volume")]
+    end_systolic_volume_ml: Annotated[FloatArray, Variable("simulation", "mL", "smallest cavity volume")]
+    beats: Annotated[NDArray[np.int64], Variable("simulation", "1", "beats until periodic")]
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from swesbi.artefacts import load
-from swesbi.artefacts.kinds.identifiability import SCHEMAS
 from swesbi.figures import design
 from swesbi.figures import identifiability as told
 from swesbi.figures.style import save_figure
-from swesbi.identifiability.dataset import KIND
+from swesbi.identifiability.dataset import KIND, SCHEMA
 from swesbi.settings import Settings
 from swesbi.stages.origin import Origin
 
@@ -35,6 +34,6 @@ def run(
     Raises:
         ArtefactError: The file is not such an artefact.
     """
-    groups = {name: load(identifiability, KIND, name)[0] for name in SCHEMAS[KIND]}
+    groups = {name: load(identifiability, KIND, name)[0] for name in SCHEMA}
     save_figure(told.draw(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
     save_figure(design.draw(groups, settings.cohort_title), design_pdf, design_png)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from swesbi.artefacts import save
+from swesbi.artefacts import save, to_groups
 from swesbi.observation.settings import MeasurementSettings
-from swesbi.recording.dataset import KIND, to_datasets
+from swesbi.recording.dataset import KIND
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.reader import read_samples
@@ -36,7 +36,7 @@ def run(*, recording: Path, observation: Path, settings: IngestStageSettings, or
     observed = ingest(
         samples, settings.context.to_context(), settings.recording, settings.measurement.grid_points
     )
-    save(observation, to_datasets(observed), origin.provenance(KIND, settings))
+    save(observation, to_groups(observed), origin.provenance(KIND, settings))
     LOGGER.info("%s", _account(observed))
 
 

@@ -1,13 +1,15 @@
 """Stage: the raw recordings of a batch of subjects become their observed curves, one after the other."""
 
 from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+
 from swesbi.code_hash import stage_hash
 from swesbi.observation.settings import MeasurementSettings
 from swesbi.progress import Progress
-from swesbi.recording.settings import (ContextRow, RecordingSettings)
+from swesbi.recording.settings import ContextRow, RecordingSettings
 from swesbi.settings import Settings
 from swesbi.stages import ingest
 from swesbi.stages.origin import Origin

@@ -14,9 +14,7 @@ from swesbi.noise.cohort import CohortNoise, fit_noise
 from swesbi.noise.dataset import KIND, to_dataset
 from swesbi.noise.levels import RepeatLevels, repeat_levels
 from swesbi.noise.settings import NoiseSettings
-from swesbi.recording.contexts import KIND as CONTEXTS
-from swesbi.recording.contexts import contexts_dataset
-from swesbi.recording.dataset import read_observation
+from swesbi.recording.dataset import CONTEXTS, contexts_dataset, read_observation
 from swesbi.recording.observation import Observation
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.recording.reader import read_samples

@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from swesbi.artefacts import save
+from swesbi.artefacts import save, to_dataset
 from swesbi.forward_model.settings import ForwardModelSettings
 from swesbi.forward_model.simulate import simulate
-from swesbi.observation.dataset import KIND, to_dataset
+from swesbi.observation.dataset import KIND
 from swesbi.observation.passive import calibrate_passive
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings, log_centre

@@ -86,7 +86,8 @@ def _infer(
         return _with_fixed_scale(model, flow, scales[subject], settings)
     seed = integer_seed(settings.seed, "exact", subject)
     found = exact_posterior(model, flow_proposal(flow, model.recording), settings.exact, seed)
-    return VariantPosterior(subject, found.phi, found.sampler, found.k_hat, found.efficiency, found.converged)
+    by_mcmc = found.sampler == "mcmc"
+    return VariantPosterior(subject, found.phi, by_mcmc, found.k_hat, found.efficiency, found.converged)
 
 
 def _with_fixed_scale(
@@ -104,4 +105,4 @@ def _with_fixed_scale(
     start[:, SCALE] = quantile(rng.random(start.shape), prior)[:, SCALE]
     sampled = sample_mcmc(held, start, mcmc, seed)
     phi = sampled.thinned(settings.exact.draws, rng)
-    return VariantPosterior(subject, phi, "mcmc", float("nan"), float("nan"), sampled.converged)
+    return VariantPosterior(subject, phi, True, float("nan"), float("nan"), sampled.converged)

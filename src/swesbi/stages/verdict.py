@@ -23,7 +23,7 @@ from swesbi.misspecification.verdict import grade, make_support, null_tests
 from swesbi.misspecification.volumes import volume_tests
 from swesbi.observation.settings import SummarySettings
 from swesbi.parameters import SCALE
-from swesbi.recording.contexts import read_contexts
+from swesbi.recording.dataset import read_contexts
 from swesbi.seeds import generator
 from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModel, SpeedModelSettings
