@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 
 import arviz
 import h5py
@@ -11,9 +13,17 @@ import pytest
 import xarray as xr
 from study_copy import StudyCopy
 
+import swesbi
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 from swesbi.artefacts.schema import SCHEMAS
 from swesbi.theta import THETA_NAMES
+
+for module in walk_packages(swesbi.__path__, "swesbi."):  # a kind is known once its package's module is
+    if module.name.endswith("dataset") or module.name in {
+        "swesbi.flow.pool",
+        "swesbi.sensitivity.posteriors",
+    }:
+        import_module(module.name)
 
 PHONY = "This is a netCDF dimension but not a netCDF variable"
 
