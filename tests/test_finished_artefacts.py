@@ -18,7 +18,7 @@ from swesbi.artefacts.provenance import SCHEMA_VERSION
 from swesbi.artefacts.schema import SCHEMAS
 from swesbi.theta import THETA_NAMES
 
-for module in walk_packages(swesbi.__path__, "swesbi."):  # a kind is known once its package's module is
+for module in walk_packages(swesbi.__path__, "swesbi."):  # which make kinds known
     if module.name.endswith("dataset") or module.name in {
         "swesbi.flow.pool",
         "swesbi.sensitivity.posteriors",
