@@ -1,19 +1,26 @@
 """Every artefact of a finished study is worth opening: units, named dimensions, provenance."""
 
 from __future__ import annotations
-
-import json
-from pathlib import Path
-
 import arviz
 import h5py
+import json
 import pytest
+import swesbi
 import xarray as xr
+from importlib import import_module
+from pathlib import Path
+from pkgutil import walk_packages
 from study_copy import StudyCopy
-
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 from swesbi.artefacts.schema import SCHEMAS
 from swesbi.parameters import THETA_NAMES
+
+for module in walk_packages(swesbi.__path__, "swesbi."):  # which make kinds known
+    if module.name.endswith("dataset") or module.name in {
+        "swesbi.flow.pool",
+        "swesbi.sensitivity.posteriors",
+    }:
+        import_module(module.name)
 
 PHONY = "This is a netCDF dimension but not a netCDF variable"
 
