@@ -69,6 +69,9 @@ class BoxPrior(Protocol):
     def parameters(self) -> tuple[ParameterPrior, ...]:
         """The priors of the d parameters, in order."""
 
+    def __hash__(self) -> int:
+        """Equal priors have equal hashes, so that what follows from one can be kept."""
+
 
 def log_centre(prior: BoxPrior) -> FloatArray:
     """Return the parameters of shape (d,) on which the prior is log-centred."""

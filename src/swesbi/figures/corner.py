@@ -57,7 +57,7 @@ def draw_marginal(axes: Axes, draws: FloatArray, prior: ParameterPrior, color: s
     density = per_log / theta
     axes.fill_between(theta, density / density.max(), color=PRIOR, alpha=0.3, lw=0)
     draw_density(axes, draws, color=color)
-    low, median, high = median_and_interval(draws, interval)
+    low, median, high = map(float, median_and_interval(draws, interval))
     axes.axvline(median, color="black", lw=0.8)
     for end in (low, high):
         axes.axvline(end, color="black", lw=0.7, ls=(0, (3, 2)))
