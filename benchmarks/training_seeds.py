@@ -33,8 +33,8 @@ from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
 from swesbi.inference.support import read_support
 from swesbi.inference.training import TRAINERS, train
 from swesbi.simulations.prior import in_bounds
-from swesbi.stages.recovery import RecoveryStageSettings
-from swesbi.stages.train import TrainStageSettings
+from swesbi.stages.inference import RecoveryStageSettings
+from swesbi.stages.training import TrainStageSettings
 from swesbi.theta import THETA_NAMES
 
 DRAWS = 2000

@@ -23,7 +23,7 @@ from swesbi.figures.style import EXCLUDED_BACKGROUND, save_figure
 from swesbi.figures.workflow_panels import WorkflowPicture, groups
 from swesbi.observation import SCALAR_NAMES, SUMMARY_NAMES
 from swesbi.stages.places import Place
-from swesbi.stages.workflow_figure import shown_place
+from swesbi.stages.study_figures import shown_place
 from swesbi.theta import THETA_NAMES
 
 K_ATP = THETA_NAMES.index("k_atp_per_s")

@@ -4,12 +4,12 @@ import sys
 
 from snakemake.io import expand as expand_names
 
-from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, load_study
 from swesbi.config.slices import stage_settings
 from swesbi.population.settings import MOST_SHOWN
 from swesbi.running.workflow import current_run, guard_execution
 from swesbi.stages.job import RUN
+from swesbi.stages.registry import stage_code
 
 try:
     STUDY = load_study(
@@ -77,7 +77,8 @@ def stage(name, **fixed):
 
     def params(wildcards):
         return {
-            "code": stage_hash(f"swesbi.stages.{name}"),
+            "code": stage_code(name),
+            "name": name,
             "seed": CONFIG.seed,
             "settings": stage_settings(STUDY, name, **fixed, **dict(wildcards.items())),
             "subject": wildcards.get("subject", ""),

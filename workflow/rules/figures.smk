@@ -34,7 +34,7 @@ rule subject_figures:
     message:
         "Figures of {wildcards.subject}: predictive check and posterior ('{wildcards.experiment}')"
     script:
-        "../scripts/subject_figures.py"
+        "../scripts/stage.py"
 
 
 rule exact_subject_figures:
@@ -71,7 +71,7 @@ rule exact_subject_figures:
     message:
         "Figures of {wildcards.subject}: predictive check and exact posterior ('{wildcards.experiment}')"
     script:
-        "../scripts/exact_subject_figures.py"
+        "../scripts/stage.py"
 
 
 rule exact_figures:
@@ -107,7 +107,7 @@ rule exact_figures:
     message:
         "Figures: predictive checks and exact posteriors of the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/exact_figures.py"
+        "../scripts/stage.py"
 
 
 rule cohort_figures:
@@ -138,7 +138,7 @@ rule cohort_figures:
     message:
         "Figures 2 and 3: predictive checks and posteriors of the cohort"
     script:
-        "../scripts/cohort_figures.py"
+        "../scripts/stage.py"
 
 
 rule training_figure:
@@ -162,7 +162,7 @@ rule training_figure:
     message:
         "Figure: training of the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/training_figure.py"
+        "../scripts/stage.py"
 
 
 rule workflow_figure:
@@ -197,7 +197,7 @@ rule workflow_figure:
     message:
         "Figure 1: the workflow"
     script:
-        "../scripts/workflow_figure.py"
+        "../scripts/stage.py"
 
 
 rule experiments_figure:
@@ -231,7 +231,7 @@ rule experiments_figure:
     message:
         "Figure: the experiments beside each other"
     script:
-        "../scripts/experiments_figure.py"
+        "../scripts/stage.py"
 
 
 rule epochs_figure:
@@ -256,4 +256,4 @@ rule epochs_figure:
     message:
         "Figure: inference by epoch of training"
     script:
-        "../scripts/epochs_figure.py"
+        "../scripts/stage.py"

@@ -85,4 +85,4 @@ rule report:
     message:
         "Landing page of the results"
     script:
-        "../scripts/report.py"
+        "../scripts/stage.py"

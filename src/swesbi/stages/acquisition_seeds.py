@@ -1,4 +1,4 @@
-"""Stage: the virtual volunteers recorded anew under other acquisition seeds, judged by a trained network."""
+"""The virtual volunteers recorded anew under other acquisition seeds, judged by a trained network."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ from swesbi.settings import Settings
 from swesbi.simulations.dataset import group_by_subject, read_simulations
 from swesbi.simulations.draw import PriorSimulations
 from swesbi.simulations.prior import PriorSettings, in_bounds, log_centre
+from swesbi.stages.inference import check_components
 from swesbi.stages.origin import Origin
-from swesbi.stages.posterior import check_components
 from swesbi.tables.acquisition_seeds import SeedRow, medians_table, seeds_table
 from swesbi.tables.files import write_csv
 from swesbi.virtual_cohort import ACQUISITION_SEED, VOLUNTEERS, Truth, record, simulate_truth
@@ -77,7 +77,7 @@ class _Judge:
     seed: int
 
 
-def run(
+def acquisition_seeds(
     *,
     pool: Path,
     estimator: Path,

@@ -1,4 +1,4 @@
-"""Stage: how recovery, posteriors and predictions of an experiment evolve with the epochs of training."""
+"""How recovery, posteriors and predictions of an experiment evolve with the epochs of training."""
 
 from __future__ import annotations
 
@@ -17,12 +17,7 @@ from swesbi.evaluation.settings import PredictiveSettings
 from swesbi.evaluation.subject_model import SubjectModel
 from swesbi.inference.checkpoints import Checkpoint, load_checkpoints
 from swesbi.inference.dataset import read_pool
-from swesbi.inference.recovery import (
-    NothingRecoveredError,
-    prior_variance,
-    recover,
-    score_recovery,
-)
+from swesbi.inference.recovery import NothingRecoveredError, prior_variance, recover, score_recovery
 from swesbi.inference.sampling import draw_candidates, draw_until, losses
 from swesbi.inference.settings import SupportSettings
 from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
@@ -30,10 +25,14 @@ from swesbi.inference.support import read_support
 from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
 from swesbi.simulations.prior import in_bounds
+from swesbi.stages.inference import (
+    RecoveryStageSettings,
+    check_components,
+    posterior_seed,
+    synthetic_recordings,
+)
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place
-from swesbi.stages.posterior import check_components
-from swesbi.stages.recovery import RecoveryStageSettings, posterior_seed, synthetic_recordings
 from swesbi.tables.epochs import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
@@ -61,7 +60,7 @@ class EpochsStageSettings(RecoveryStageSettings):
     candidate_draws: int = Field(ge=1, description="draws from each checkpoint for a subject, at most")
 
 
-def run(
+def epochs(
     *,
     pool: Path,
     checkpoints: Path,
