@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import copy
 from pathlib import Path
 from typing import Any
@@ -7,7 +8,8 @@ from typing import Any
 import pytest
 
 from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml
-from swesbi.config.slices import POPULATION_STAGES, SPEED_STAGES, STAGES, stage_settings
+from swesbi.config.slices import stage_settings
+from swesbi.stages.registry import STAGES
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
@@ -16,9 +18,11 @@ WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
 
 
 def settings_of(study: Study, stage: str) -> dict[str, Any]:
-    kinds = {"calibrated": SPEED_STAGES, "amortised": POPULATION_STAGES}
-    experiment = next((name for name, stages in kinds.items() if stage in stages), "paper")
-    return stage_settings(study, stage, **(WILDCARDS | {"experiment": experiment}))
+    """Return the settings of a stage for the first kind of experiment that has it."""
+    for experiment in ("paper", "calibrated"):
+        with contextlib.suppress(ConfigError):
+            return stage_settings(study, stage, **(WILDCARDS | {"experiment": experiment}))
+    return stage_settings(study, stage, **(WILDCARDS | {"experiment": "amortised"}))
 
 
 def changed(**changes: object) -> dict[str, Any]:
