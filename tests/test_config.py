@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml
+from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml, slices
 from swesbi.config.slices import stage_settings
 from swesbi.stages.registry import STAGES
 
@@ -19,7 +19,8 @@ WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
 
 def settings_of(study: Study, stage: str) -> dict[str, Any]:
     """Return the settings of a stage for the first kind of experiment that has it."""
-    for experiment in ("paper", "calibrated"):
+    # those of features have all that the pool on speeds is made of, too
+    for experiment in ("calibrated",) if stage == "speed_pool" else ("paper", "calibrated"):
         with contextlib.suppress(ConfigError):
             return stage_settings(study, stage, **(WILDCARDS | {"experiment": experiment}))
     return stage_settings(study, stage, **(WILDCARDS | {"experiment": "amortised"}))
@@ -284,6 +285,11 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
 def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"new_subjects\.cohort = .*subjects.csv"):
         load_study(changed(new_subjects__cohort=str(tmp_path)))
+
+
+def test_every_stage_has_settings_and_the_table_no_other() -> None:
+    assert {*slices.SOURCES, *slices.COMPOSED} == set(STAGES)
+    assert not slices.SOURCES.keys() & slices.COMPOSED.keys()
 
 
 def test_an_unknown_subject_or_a_missing_wildcard_is_refused() -> None:

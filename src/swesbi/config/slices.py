@@ -75,7 +75,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "tables": "cohort_title",
     "truth": "",
 }
-"""The fields of each stage's settings: ``field=source``, or the source alone where it ends on the field's name.
+"""Fields of each stage's settings: ``field=source``, or the source alone where it ends on the field's name.
 
 `value_of` says what a source is; ``stage.`` before a name stands for the settings of that stage.
 """
@@ -93,9 +93,7 @@ def stage_settings(study: Study, stage: str, **wildcards: str) -> dict[str, Any]
 
 def _slice(study: Study, wildcards: Wildcards, stage: str) -> dict[str, Any]:
     return (
-        _COMPOSED[stage](study, wildcards)
-        if stage in _COMPOSED
-        else _fields(study, wildcards, SOURCES[stage])
+        COMPOSED[stage](study, wildcards) if stage in COMPOSED else _fields(study, wildcards, SOURCES[stage])
     )
 
 
@@ -200,7 +198,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     }
 
 
-_COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
+COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "discrepancy": _discrepancy,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,
