@@ -178,13 +178,7 @@ rule population_cohort:
             labels={"result": "answers and verdicts"},
         ),
         figure_pdf=f"{RESULTS}/figures/cohort-{{experiment}}.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/cohort-{{experiment}}.png",
-            caption="../report/population_cohort.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "overview of the cohort"},
-        ),
+        figure_png=drawn("population_cohort", "cohort"),
     log:
         f"{RESULTS}/logs/population_cohort/{{experiment}}.log",
     benchmark:
@@ -205,13 +199,7 @@ rule strata_figure:
         strata=rules.population_scores.output.strata,
     output:
         figure_pdf=f"{RESULTS}/figures/strata-{{experiment}}.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/strata-{{experiment}}.png",
-            caption="../report/strata_figure.rst",
-            category="Experiment {experiment}",
-            subcategory="Calibration",
-            labels={"result": "coverage by stratum, drawn"},
-        ),
+        figure_png=drawn("strata_figure", "strata"),
     log:
         f"{RESULTS}/logs/strata_figure/{{experiment}}.log",
     benchmark:

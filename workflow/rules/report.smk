@@ -52,7 +52,7 @@ rule report:
         truth_csv=[f"{RESULTS}/tables/truth.csv" for _ in truth_files()],
         exact_pngs=expand(
             f"{RESULTS}/figures/{{figure}}-{{experiment}}.png",
-            figure=EXACT_FIGURES,
+            figure=names_of("speeds"),
             experiment=SPEED_EXPERIMENTS,
         )
         + ([f"{RESULTS}/figures/noise.png"] if SPEED_EXPERIMENTS else []),
@@ -64,7 +64,7 @@ rule report:
         ),
         population_pngs=expand(
             f"{RESULTS}/figures/{{figure}}-{{experiment}}.png",
-            figure=POPULATION_FIGURES,
+            figure=[*names_of("population"), *names_of("experiment")],
             experiment=POPULATIONS,
         ),
         artefacts=linked_artefacts(),

@@ -157,13 +157,7 @@ rule misspecification_figure:
         ),
     output:
         figure_pdf=f"{RESULTS}/figures/misspecification-{{experiment}}.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/misspecification-{{experiment}}.png",
-            caption="../report/misspecification.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "misspecification tests"},
-        ),
+        figure_png=drawn("misspecification_figure", "misspecification"),
     log:
         f"{RESULTS}/logs/misspecification_figure/{{experiment}}.log",
     benchmark:
@@ -246,21 +240,9 @@ rule identifiability_figures:
         identifiability=rules.identifiability.output.identifiability,
     output:
         identifiability_pdf=f"{RESULTS}/figures/identifiability-{{experiment}}.pdf",
-        identifiability_png=report(
-            f"{RESULTS}/figures/identifiability-{{experiment}}.png",
-            caption="../report/identifiability.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "what the recordings tell"},
-        ),
+        identifiability_png=drawn("identifiability_figures", "identifiability"),
         design_pdf=f"{RESULTS}/figures/design-{{experiment}}.pdf",
-        design_png=report(
-            f"{RESULTS}/figures/design-{{experiment}}.png",
-            caption="../report/design.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "more repeats or phases"},
-        ),
+        design_png=drawn("identifiability_figures", "design"),
     log:
         f"{RESULTS}/logs/identifiability_figures/{{experiment}}.log",
     benchmark:
@@ -374,13 +356,7 @@ rule calibration_figure:
         table=rules.calibration.output.table,
     output:
         figure_pdf=f"{RESULTS}/figures/calibration-{{experiment}}.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/calibration-{{experiment}}.png",
-            caption="../report/calibration.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "calibration"},
-        ),
+        figure_png=drawn("calibration_figure", "calibration"),
     log:
         f"{RESULTS}/logs/calibration_figure/{{experiment}}.log",
     benchmark:
