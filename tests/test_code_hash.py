@@ -62,7 +62,7 @@ def test_an_unknown_module_is_refused(package: Path) -> None:
 
 
 def test_simulators_and_plotters_do_not_import_the_network() -> None:
-    for stage in ("ingest", "passive", "simulate", "predictive", "cmaes", "cohort_figures", "tables"):
+    for stage in ("cohort", "simulation", "predictive", "cmaes", "subject_figures", "tables"):
         assert not any(
             name.startswith("swesbi.inference.train") for name in imported_modules(f"swesbi.stages.{stage}")
         )
