@@ -33,7 +33,7 @@ from swesbi.flow.files import load_flow
 from swesbi.flow.net import TrainedFlow
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.subjects import read_speed_model
-from swesbi.stages.exact_posterior import ExactPosteriorStageSettings
+from swesbi.stages.exact import ExactPosteriorStageSettings
 
 SEED = 1
 Result = TypeVar("Result")

@@ -33,7 +33,7 @@ from swesbi.simulations.draw import draw_simulations
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.subjects import read_speed_models
 from swesbi.speed_model.synthetic import own_recordings
-from swesbi.stages.train_flow import TrainFlowStageSettings
+from swesbi.stages.flow_training import TrainFlowStageSettings
 from swesbi.tables.files import write_csv
 
 EXPERIMENT: Final = "calibrated"

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import swesbi
 from swesbi.code_hash import Package, Place
-from swesbi.config.slices import STAGES
+from swesbi.stages.registry import STAGES
 
 SOURCE = Path(swesbi.__file__).parent
 NO_SCIENCE = ("stages", "config")

@@ -52,7 +52,7 @@ from swesbi.new_subject.files import finished_study
 from swesbi.speed_model.model import SpeedModel, speed_model
 from swesbi.speed_model.subjects import read_speed_model
 from swesbi.speed_model.synthetic import own_recordings
-from swesbi.stages.calibration_local import CalibrationLocalStageSettings
+from swesbi.stages.two_samples import CalibrationLocalStageSettings
 
 FIRST_UNSEEN = 50  # the numbers below made the choice of the discrepancy
 SEED = 1

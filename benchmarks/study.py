@@ -85,7 +85,10 @@ def imports_s(stage: str) -> float:
 
 def _imports_once_s(stage: str) -> float:
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([sys.executable, "-c", f"import swesbi.stages.{stage}"], check=True)
+    subprocess.run(
+        [sys.executable, "-c", f"from swesbi.stages.registry import stage_function as load; load('{stage}')"],
+        check=True,
+    )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
 

@@ -38,8 +38,8 @@ from swesbi.inference.torch_prior import torch_prior
 from swesbi.inference.training import TRAINERS
 from swesbi.prior import PriorSettings
 from swesbi.seeds import integer_seed
-from swesbi.stages.recovery import RecoveryStageSettings, synthetic_recordings
-from swesbi.stages.train import TrainStageSettings
+from swesbi.stages.inference import RecoveryStageSettings, synthetic_recordings
+from swesbi.stages.training import TrainStageSettings
 
 STEPS_BELOW: Final = (0.0, 0.5, 1.0, 2.0)
 """Levels of log q at which times are compared, in nats below the one that every procedure reached."""

@@ -34,8 +34,8 @@ from swesbi.inference.support import read_support
 from swesbi.inference.training import TRAINERS, train
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds
-from swesbi.stages.recovery import RecoveryStageSettings
-from swesbi.stages.train import TrainStageSettings
+from swesbi.stages.inference import RecoveryStageSettings
+from swesbi.stages.training import TrainStageSettings
 
 DRAWS = 2000
 LEVEL = 0.9

@@ -26,7 +26,7 @@ from swesbi.prior import log_centre
 from swesbi.recording.ingest import ingest
 from swesbi.simulations.dataset import to_dataset as simulations_to_dataset
 from swesbi.simulations.draw import draw_simulations
-from swesbi.stages import pool, posterior, recovery, train
+from swesbi.stages import inference, simulation, training
 from swesbi.stages.origin import Origin
 
 DRAWS = 60
@@ -44,20 +44,20 @@ NOISE = ObservationModelSettings(
     },
     augmentations=3,
 )
-POOL = pool.PoolStageSettings(
+POOL = simulation.PoolStageSettings(
     simulations_per_subject=DRAWS, measurement=MEASUREMENT, summary=SUMMARY, observation_model=NOISE
 )
-TRAIN = train.TrainStageSettings(
+TRAIN = training.TrainStageSettings(
     prior=PAPER_PRIOR,
     estimator=estimator_settings(procedure="fast", max_num_epochs=6, learning_rate=2e-3),
     checkpoint_epochs=(1, 3),
 )
-POSTERIOR = posterior.PosteriorStageSettings(
+POSTERIOR = inference.PosteriorStageSettings(
     prior=PAPER_PRIOR,
     support=SupportSettings(max_abs_z=3.0, min_in_prior_draws=50, candidate_draws=2000),
     posterior=PosteriorSettings(draws=300, unfiltered_draws=100, interval=0.9),
 )
-RECOVERY = recovery.RecoveryStageSettings(
+RECOVERY = inference.RecoveryStageSettings(
     prior=PAPER_PRIOR,
     forward_model=FORWARD_MODEL,
     measurement=MEASUREMENT,

@@ -38,7 +38,7 @@ def settings_of(study: StudyCopy, **changes: object) -> acquisition_seeds.Acquis
 
 def judge(study: StudyCopy, folder: Path, settings: acquisition_seeds.AcquisitionSeedsStageSettings) -> None:
     results = study.results
-    acquisition_seeds.run(
+    acquisition_seeds.acquisition_seeds(
         pool=results / "paper" / "pool.h5",
         estimator=results / "paper" / "estimator.pt",
         observations=[results / "cohort" / name / "observation.h5" for name in SUBJECTS],

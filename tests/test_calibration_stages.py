@@ -29,9 +29,9 @@ from swesbi.calibration.settings import JudgementSettings
 from swesbi.calibration.table import COLUMNS, POOLED
 from swesbi.config import ConfigError, parse_config, read_yaml
 from swesbi.figures.calibration import CalibrationCase, draw
-from swesbi.stages import calibration, calibration_figure
+from swesbi.stages import calibration, check_figures
 from swesbi.stages.calibration import CalibrationStageSettings
-from swesbi.stages.calibration_figure import CalibrationFigureSettings
+from swesbi.stages.check_figures import CalibrationFigureSettings
 from swesbi.stages.origin import Origin
 
 ROOT = Path(__file__).parents[1]
@@ -92,7 +92,7 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Path], list[Pa
 @pytest.fixture(scope="module")
 def results(parts: tuple[list[Path], list[Path]], tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("calibration")
-    calibration.run(
+    calibration.calibration(
         recordings=parts[0],
         local_parts=parts[1],
         calibration=folder / "calibration.h5",
@@ -178,7 +178,7 @@ def test_a_classifier_that_finds_a_difference_or_nothing_is_flagged(results: Pat
 
 def test_a_part_of_another_kind_is_refused(parts: tuple[list[Path], list[Path]], tmp_path: Path) -> None:
     with pytest.raises(ArtefactError, match="local-A.h5"):
-        calibration.run(
+        calibration.calibration(
             recordings=parts[1],
             local_parts=parts[1],
             **{name: tmp_path / name for name in ("calibration", "table", "recovery")},
@@ -208,7 +208,7 @@ def test_more_draws_than_a_posterior_keeps_are_refused(key: str, value: int, num
 
 
 def test_the_figure_is_written_from_the_results(results: Path, tmp_path: Path) -> None:
-    calibration_figure.run(
+    check_figures.calibration_figure(
         calibration=results / "calibration.h5",
         table=results / "calibration.csv",
         figure_pdf=tmp_path / "figure.pdf",
@@ -223,7 +223,7 @@ def test_the_figure_is_written_from_the_results(results: Path, tmp_path: Path) -
 def test_a_table_without_its_columns_is_refused(results: Path, tmp_path: Path) -> None:
     pd.read_csv(results / "calibration.csv").drop(columns="limit").to_csv(tmp_path / "table.csv")
     with pytest.raises(ArtefactError, match="lacks the columns limit"):
-        calibration_figure.run(
+        check_figures.calibration_figure(
             calibration=results / "calibration.h5",
             table=tmp_path / "table.csv",
             figure_pdf=tmp_path / "figure.pdf",

@@ -8,7 +8,7 @@ import pytest
 
 from swesbi.__main__ import main
 from swesbi.artefacts import load
-from swesbi.config.slices import STAGES
+from swesbi.stages.registry import STAGES
 
 ROOT = Path(__file__).parents[1]
 RECORDING = "data/virtual_volunteers/swe/A.csv"

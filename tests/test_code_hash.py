@@ -21,10 +21,10 @@ from traced import SOURCE, Trace
 
 from swesbi.__main__ import main
 from swesbi.code_hash import Package, Place, stage_hash
-from swesbi.config.slices import STAGES
 from swesbi.recording.settings import ContextRow
-from swesbi.stages import cmaes, ingest, passive, pool, posterior, predictive, recovery, simulate, train
+from swesbi.stages import cmaes, cohort, inference, predictive, simulation, training
 from swesbi.stages.origin import Origin
+from swesbi.stages.registry import STAGES, stage_place
 
 ROOT = Path(__file__).parents[1]
 LAW = "from toy.part import law\ndef run(): return law(1)\n"
@@ -288,7 +288,7 @@ def test_a_data_file_counts_for_the_definitions_that_name_it(toy: Toy) -> None:
 
 
 def entry(stage: str) -> Place:
-    return Place(f"swesbi.stages.{stage}", "run")
+    return Place(*stage_place(stage))
 
 
 def first_function(folder: Path) -> Place:
@@ -328,7 +328,7 @@ def test_an_edit_reruns_the_stages_that_reach_it(folder: Path, copied: Path) -> 
     path.write_text(ast.unparse(tree))
     after = Package(copied)
     # all other modules are what they were
-    PACKAGE.hash(*entry(STAGES[0]))
+    PACKAGE.hash(*entry(next(iter(STAGES))))
     after._sources = {name: source for name, source in PACKAGE._sources.items() if name != edited.module}
     changed = {stage for stage in STAGES if after.hash(*entry(stage)) != PACKAGE.hash(*entry(stage))}
     path.write_text(text)
@@ -351,8 +351,8 @@ def test_every_stage_has_a_hash_of_its_own() -> None:
     assert len({stage_hash(*entry(stage)) for stage in STAGES}) == len(STAGES)
 
 
-def assert_followed(trace: Trace, stage: ModuleType, at_least: int) -> None:
-    places = PACKAGE.followed(stage.__name__, "run")
+def assert_followed(trace: Trace, stage: str, at_least: int) -> None:
+    places = PACKAGE.followed(*entry(stage))
     spans = [(place.module, span) for place in places for span in PACKAGE.definition(place).lines]
     lines = {(module, number) for module, (first, last) in spans for number in range(first, last + 1)}
     assert len(trace.ran) >= at_least
@@ -372,9 +372,9 @@ def by_hand(stage: str, folder: Path) -> None:
 def test_what_ingestion_runs_is_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     trace = Trace()
-    monkeypatch.setattr(ingest, "run", trace.of(ingest.run))
+    monkeypatch.setattr(cohort, "ingest", trace.of(cohort.ingest))
     by_hand("ingest", tmp_path)
-    assert_followed(trace, ingest, at_least=80)
+    assert_followed(trace, "ingest", at_least=80)
 
 
 @pytest.mark.slow
@@ -390,10 +390,10 @@ def passive_by_hand(folder: str) -> None:
     """Run ingestion and the passive stage, and check what the latter ran."""
     by_hand("ingest", Path(folder))
     trace = Trace()
-    passive.run = trace.of(passive.run)
+    cohort.passive = trace.of(cohort.passive)
     by_hand("passive", Path(folder))
     assert any(module == "swesbi.forward_model.equations" for module, _ in trace.ran)
-    assert_followed(trace, passive, at_least=80)
+    assert_followed(trace, "passive", at_least=80)
 
 
 def test_what_simulation_and_its_settings_run_is_followed(tmp_path: Path) -> None:
@@ -408,18 +408,24 @@ def test_what_simulation_and_its_settings_run_is_followed(tmp_path: Path) -> Non
             lvesv_ml=34.0,
             ivsd_cm=0.8,
         )
-        settings = simulate.SimulateSettings(
+        settings = simulation.SimulateSettings(
             context=row, prior=PAPER_PRIOR, forward_model=FORWARD_MODEL, draws=(0, 3)
         )
-        simulate.run(shard=tmp_path / "shard.h5", settings=settings, origin=Origin(1, "A"))
+        simulation.simulate(shard=tmp_path / "shard.h5", settings=settings, origin=Origin(1, "A"))
 
     trace = Trace()
     trace.of(simulated)()
-    assert_followed(trace, simulate, at_least=40)
+    assert_followed(trace, "simulate", at_least=40)
 
 
 def test_what_training_and_recovery_run_is_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    traces = trace_stages(monkeypatch, pool, train, posterior, recovery)
+    traces = trace_stages(
+        monkeypatch,
+        (simulation, "pool"),
+        (training, "train"),
+        (inference, "posterior"),
+        (inference, "recovery"),
+    )
     inputs = write_inputs(tmp_path)
     run_all(tmp_path, inputs, inputs.shards)
     for stage, trace in traces.items():
@@ -429,7 +435,7 @@ def test_what_training_and_recovery_run_is_followed(tmp_path: Path, monkeypatch:
 def test_what_predictive_checks_and_cmaes_run_is_followed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    traces = trace_stages(monkeypatch, predictive, cmaes)
+    traces = trace_stages(monkeypatch, (predictive, "predictive"), (cmaes, "cmaes"))
     files = next(iter(write_study(tmp_path).values()))
     run_predictive(files, tmp_path / "predictive.h5")
     run_cmaes(files, tmp_path / "cmaes.h5")
@@ -437,8 +443,8 @@ def test_what_predictive_checks_and_cmaes_run_is_followed(
         assert_followed(trace, stage, at_least=40)
 
 
-def trace_stages(monkeypatch: pytest.MonkeyPatch, *stages: ModuleType) -> dict[ModuleType, Trace]:
-    traces = {stage: Trace() for stage in stages}
-    for stage, trace in traces.items():
-        monkeypatch.setattr(stage, "run", trace.of(stage.run))
+def trace_stages(monkeypatch: pytest.MonkeyPatch, *stages: tuple[ModuleType, str]) -> dict[str, Trace]:
+    traces = {name: Trace() for _, name in stages}
+    for module, name in stages:
+        monkeypatch.setattr(module, name, traces[name].of(getattr(module, name)))
     return traces

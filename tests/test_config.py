@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import copy
 import re
 import subprocess
@@ -9,8 +10,9 @@ from typing import Any
 
 import pytest
 
-from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml
-from swesbi.config.slices import POPULATION_STAGES, SPEED_STAGES, STAGES, stage_settings
+from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml, slices
+from swesbi.config.slices import stage_settings
+from swesbi.stages.registry import STAGES
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
@@ -33,9 +35,12 @@ WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
 
 
 def settings_of(study: Study, stage: str) -> dict[str, Any]:
-    kinds = {"calibrated": SPEED_STAGES, "amortised": POPULATION_STAGES}
-    experiment = next((name for name, stages in kinds.items() if stage in stages), "paper")
-    return stage_settings(study, stage, **(WILDCARDS | {"experiment": experiment}))
+    """Return the settings of a stage for the first kind of experiment that has it."""
+    # those of features have all that the pool on speeds is made of, too
+    for experiment in ("calibrated",) if stage == "speed_pool" else ("paper", "calibrated"):
+        with contextlib.suppress(ConfigError):
+            return stage_settings(study, stage, **(WILDCARDS | {"experiment": experiment}))
+    return stage_settings(study, stage, **(WILDCARDS | {"experiment": "amortised"}))
 
 
 def changed(**changes: object) -> dict[str, Any]:
@@ -297,6 +302,11 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
 def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"new_subjects\.cohort = .*subjects.csv"):
         load_study(changed(new_subjects__cohort=str(tmp_path)))
+
+
+def test_every_stage_has_settings_and_the_table_no_other() -> None:
+    assert {*slices.SOURCES, *slices.COMPOSED} == set(STAGES)
+    assert not slices.SOURCES.keys() & slices.COMPOSED.keys()
 
 
 def test_an_unknown_subject_or_a_missing_wildcard_is_refused() -> None:

@@ -23,7 +23,7 @@ from swesbi.figures.discrepancy import draw_discrepancy
 from swesbi.recording.settings import ContextRow
 from swesbi.speed_model.settings import DiscrepancySettings
 from swesbi.speed_model.synthetic import own_recordings
-from swesbi.stages import discrepancy as stage
+from swesbi.stages import sensitivity as stage
 from swesbi.stages.origin import Origin
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
@@ -168,7 +168,7 @@ def test_the_stage_writes_table_and_figure_and_repeats(tmp_path: Path) -> None:
     tables = []
     for name in ("one", "two"):
         files = {key: tmp_path / f"{name}{suffix}" for key, suffix in FILES.items()}
-        stage.run(
+        stage.discrepancy(
             **files, settings=stage.DiscrepancyStageSettings.from_plain(plain), origin=Origin(7, "", "c")
         )
         assert all(path.stat().st_size > 0 for path in files.values())

@@ -136,7 +136,7 @@ def run(
     study: StudyCopy, path: Path, settings: epochs.EpochsStageSettings, subjects: tuple[str, ...]
 ) -> None:
     results = study.results
-    epochs.run(
+    epochs.epochs(
         pool=results / "paper" / "pool.h5",
         checkpoints=results / "paper" / "checkpoints.pt",
         observations=[results / "cohort" / name / "observation.h5" for name in SUBJECTS],

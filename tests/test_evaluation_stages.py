@@ -25,10 +25,9 @@ from evaluation_study import (
 
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.stages import cmaes, cohort_figures, predictive, subject_figures, tables
-from swesbi.stages.cohort_figures import CohortFiguresSettings
+from swesbi.stages import cmaes, predictive, subject_figures, tables
 from swesbi.stages.origin import Origin
-from swesbi.stages.subject_figures import SubjectFiguresSettings
+from swesbi.stages.subject_figures import CohortFiguresSettings, SubjectFiguresSettings
 from swesbi.stages.tables import TablesSettings
 from swesbi.tables.features import COLUMNS as FEATURE_COLUMNS
 from swesbi.tables.posterior import COLUMNS as POSTERIOR_COLUMNS
@@ -41,7 +40,7 @@ LIGHT_STAGES += ("exact_subject_figures", "exact_figures", "truth", "report")
 
 
 def run_predictive(files: Files, output: Path) -> None:
-    predictive.run(
+    predictive.predictive(
         posterior=files.folder / "posterior.h5",
         support=files.folder / "support.json",
         observation=files.observation,
@@ -54,7 +53,7 @@ def run_predictive(files: Files, output: Path) -> None:
 
 
 def run_cmaes(files: Files, output: Path) -> None:
-    cmaes.run(
+    cmaes.cmaes(
         observation=files.observation,
         passive=files.passive,
         cmaes=output,
@@ -90,7 +89,7 @@ def table_files(study: dict[str, Files], tmp_path_factory: pytest.TempPathFactor
         for key, name in {**names, "ppc_tex": "ppc.tex", "posterior_tex": "posterior.tex"}.items()
     }
     settings = TablesSettings(cohort_title=TITLE)
-    tables.run(**cohort_inputs(study), **files, settings=settings, origin=Origin(SEED))
+    tables.tables(**cohort_inputs(study), **files, settings=settings, origin=Origin(SEED))
     return files
 
 
@@ -172,7 +171,7 @@ def test_cmaes_history_is_complete_and_within_the_bounds(study: dict[str, Files]
 def test_figures_of_one_subject(study: dict[str, Files], tmp_path: Path) -> None:
     for files in study.values():
         ppc, marginals = (tmp_path / f"{name}-{files.subject}.png" for name in ("ppc", "posterior"))
-        subject_figures.run(
+        subject_figures.subject_figures(
             predictive=files.folder / "predictive.h5",
             posterior=files.folder / "posterior.h5",
             support=files.folder / "support.json",
@@ -190,7 +189,7 @@ def test_cohort_figures_in_both_formats(study: dict[str, Files], tmp_path: Path)
     names = ("ppc_pdf", "ppc_png", "posterior_pdf", "posterior_png")
     outputs = {name: tmp_path / name.replace("_", ".") for name in names}
     settings = CohortFiguresSettings(cohort_title=TITLE, prior=PRIOR)
-    cohort_figures.run(**cohort_inputs(study), **outputs, settings=settings, origin=Origin(SEED))
+    subject_figures.cohort_figures(**cohort_inputs(study), **outputs, settings=settings, origin=Origin(SEED))
     assert all(path.stat().st_size > 10_000 for path in outputs.values())
 
 
@@ -241,7 +240,8 @@ def test_posterior_table(table_files: dict[str, Path]) -> None:
 
 
 def test_readers_and_figures_leave_torch_and_pyplot_alone() -> None:
-    imports = "; ".join(f"import swesbi.stages.{name}" for name in (*LIGHT_STAGES, "training_figure"))
-    code = f"{imports}; import sys; print([m for m in ('torch', 'matplotlib.pyplot') if m in sys.modules])"
+    names = (*LIGHT_STAGES, "training_figure")
+    load = f"from swesbi.stages.registry import stage_function; [stage_function(n) for n in {names}]"
+    code = f"{load}; import sys; print([m for m in ('torch', 'matplotlib.pyplot') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

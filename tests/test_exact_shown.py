@@ -24,7 +24,7 @@ from swesbi.figures.style import EXCLUDED_BACKGROUND, STRAINED, TRUTH
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.posterior import Posterior
 from swesbi.inference.support import read_support
-from swesbi.stages import truth as truth_stage
+from swesbi.stages import tables as truth_stage
 from swesbi.stages.origin import Origin
 from swesbi.tables.truth import COLUMNS, Answer, truth_table
 
@@ -141,7 +141,7 @@ def test_the_truth_stage_writes_every_experiment(tmp_path: Path) -> None:
         supports.append(folder / "support.json")
     source = tmp_path / "truth.csv"
     source.write_text("subject,k0_kpa,k_atp_per_s,k_sr_per_s\nA,58,6,280\nF,60,80,30\n")
-    truth_stage.run(
+    truth_stage.truth(
         posteriors=posteriors,
         supports=supports,
         truth=source,

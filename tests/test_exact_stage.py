@@ -30,7 +30,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.speed_model.prediction import active_at_phases
 from swesbi.speed_model.subjects import read_speed_model
-from swesbi.stages import exact_posterior as stage
+from swesbi.stages import exact as stage
 from swesbi.stages.origin import Origin
 
 EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]
@@ -77,7 +77,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 def posterior(inputs: dict[str, Path], path: Path, seed: int = 1) -> Path:
     settings = stage.ExactPosteriorStageSettings(model=speed_case.settings(), exact=EXACT)
-    stage.run(**inputs, posterior=path, settings=settings, origin=Origin(seed, "T", "c"))
+    stage.exact_posterior(**inputs, posterior=path, settings=settings, origin=Origin(seed, "T", "c"))
     return path
 
 

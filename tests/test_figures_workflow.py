@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -13,18 +14,20 @@ import pytest
 from comparison_case import context, posterior
 from evaluation_cases import INTERVAL, PRIOR, TITLE, check, posterior_theta, support
 from figure_text import assert_text_apart, text_boxes
+from jinja2 import Environment
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from swesbi.context import CONTEXT_NAMES
 from swesbi.figures import experiments, workflow
 from swesbi.figures.experiments import ExperimentScore
+from swesbi.figures.registry import captions
 from swesbi.figures.style import EXCLUDED_BACKGROUND, save_figure
 from swesbi.figures.workflow_panels import WorkflowPicture, groups
 from swesbi.observation.settings import SCALAR_NAMES, SUMMARY_NAMES
 from swesbi.parameters import THETA_NAMES
 from swesbi.stages.places import Place
-from swesbi.stages.workflow_figure import shown_place
+from swesbi.stages.study_figures import shown_place
 
 K_ATP = THETA_NAMES.index("k_atp_per_s")
 GREY = tuple(int(EXCLUDED_BACKGROUND[i : i + 2], 16) / 255 for i in (1, 3, 5))
@@ -198,3 +201,23 @@ def test_figures_are_the_same_twice(tmp_path: Path) -> None:
         assert (tmp_path / f"one-{name}").read_bytes() == (tmp_path / f"other-{name}").read_bytes()
     content = (tmp_path / "one-1.pdf").read_bytes()
     assert b"/FontFile2" in content and b"/Type3" not in content
+
+
+@pytest.mark.parametrize("rule", captions())
+def test_the_report_has_a_caption_for_every_figure_of_a_rule(rule: str) -> None:
+    template = (Path(__file__).parents[1] / "workflow" / "report" / "figure.rst").read_text(encoding="utf-8")
+    job = SimpleNamespace(
+        rule=rule,
+        wildcards={"experiment": "amortised", "subject": "A"},
+        config={
+            "cohort_title": "volunteers",
+            "population_experiments": {"amortised": {}},
+            "figure_captions": captions(),
+        },
+    )
+    paragraphs = Environment(autoescape=False).from_string(template).render(snakemake=job).split("\n\n")  # noqa: S701
+    shown = [text.strip() for text in paragraphs if text.strip()]
+    assert len(shown) == len(captions()[rule])
+    assert not any("{cohort}" in text or "{experiment}" in text or "{{" in text for text in shown)
+    if rule == "training_figure":
+        assert "contexts drawn from its population" in shown[0]

@@ -1,16 +1,19 @@
 """Every artefact of a finished study is worth opening: units, named dimensions, provenance."""
 
 from __future__ import annotations
-import arviz
-import h5py
+
 import json
-import pytest
-import swesbi
-import xarray as xr
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
+
+import arviz
+import h5py
+import pytest
+import xarray as xr
 from study_copy import StudyCopy
+
+import swesbi
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 from swesbi.artefacts.schema import SCHEMAS
 from swesbi.parameters import THETA_NAMES

@@ -40,6 +40,6 @@ def test_weights_of_another_size_are_refused() -> None:
 
 
 def test_drawing_does_not_wait_for_sbi() -> None:
-    script = "import sys, swesbi.stages.posterior; print('sbi' in sys.modules)"
+    script = "import sys, swesbi.stages.inference; print('sbi' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -27,7 +27,7 @@ from swesbi.observation.interpolation import sample_cycle
 from swesbi.observation.passive import late_diastolic
 from swesbi.observation.settings import summary_names
 from swesbi.prior import log_centre
-from swesbi.stages import pool, recovery_acquisition, train
+from swesbi.stages import inference, simulation, training
 from swesbi.stages.origin import Origin
 from swesbi.virtual_cohort.settings import ACQUISITION, AcquisitionSettings
 
@@ -40,7 +40,7 @@ SILENT = ACQUISITION.model_copy(
         "outlier_fraction": 0.0,
     }
 )
-SETTINGS = recovery_acquisition.RecoveryAcquisitionStageSettings(
+SETTINGS = inference.RecoveryAcquisitionStageSettings(
     **{
         name: getattr(RECOVERY, name)
         for name in ("prior", "forward_model", "measurement", "summary", "recovery")
@@ -108,7 +108,7 @@ def test_noise_differs_between_recordings_and_repeats_with_the_seed() -> None:
 def trained(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Inputs]:
     folder = tmp_path_factory.mktemp("study")
     inputs = write_inputs(folder)
-    pool.run(
+    simulation.pool(
         observations=inputs.observations,
         passives=inputs.passives,
         shards=inputs.shards,
@@ -116,7 +116,7 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Inputs]:
         settings=POOL,
         origin=Origin(9),
     )
-    train.run(
+    training.train(
         pool=folder / "pool.h5",
         estimator=folder / "estimator.pt",
         training=folder / "training.csv",
@@ -129,10 +129,10 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Inputs]:
 
 
 def score(
-    trained: tuple[Path, Inputs], path: Path, settings: recovery_acquisition.RecoveryAcquisitionStageSettings
+    trained: tuple[Path, Inputs], path: Path, settings: inference.RecoveryAcquisitionStageSettings
 ) -> Path:
     folder, inputs = trained
-    recovery_acquisition.run(
+    inference.recovery_acquisition(
         pool=folder / "pool.h5",
         estimator=folder / "estimator.pt",
         passives=inputs.passives,

@@ -24,7 +24,7 @@ from swesbi.observation.dataset import read_passive
 from swesbi.observation.settings import summary_names
 from swesbi.seeds import integer_seed
 from swesbi.simulations.draw import draw_simulations
-from swesbi.stages import pool, posterior, recovery, train
+from swesbi.stages import inference, simulation, training
 from swesbi.stages.origin import Origin
 
 
@@ -40,8 +40,10 @@ def results(inputs: Inputs, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def make_pool(path: Path, inputs: Inputs, shards: Sequence[Path], settings: pool.PoolStageSettings) -> None:
-    pool.run(
+def make_pool(
+    path: Path, inputs: Inputs, shards: Sequence[Path], settings: simulation.PoolStageSettings
+) -> None:
+    simulation.pool(
         observations=inputs.observations,
         passives=inputs.passives,
         shards=shards,
@@ -54,18 +56,18 @@ def make_pool(path: Path, inputs: Inputs, shards: Sequence[Path], settings: pool
 def run_all(folder: Path, inputs: Inputs, shards: Sequence[Path]) -> None:
     pooled, estimator = folder / "pool.h5", folder / "estimator.pt"
     make_pool(pooled, inputs, shards, POOL)
-    training = folder / "training.csv"
-    train.run(
+    losses = folder / "training.csv"
+    training.train(
         pool=pooled,
         estimator=estimator,
-        training=training,
+        training=losses,
         checkpoints=folder / "checkpoints.pt",
         settings=TRAIN,
         origin=Origin(9),
         device="cpu",
     )
     for context in CONTEXTS:
-        posterior.run(
+        inference.posterior(
             pool=pooled,
             estimator=estimator,
             posterior=folder / f"{context.subject}.h5",
@@ -73,7 +75,7 @@ def run_all(folder: Path, inputs: Inputs, shards: Sequence[Path]) -> None:
             settings=POSTERIOR,
             origin=Origin(9, context.subject),
         )
-    recovery.run(
+    inference.recovery(
         pool=pooled,
         estimator=estimator,
         passives=inputs.passives[::-1],
@@ -144,7 +146,7 @@ def test_recovery_uses_theta_that_training_has_not_seen(results: Path) -> None:
 
 def test_recordings_are_inferred_with_the_statistics_of_the_pool(results: Path) -> None:
     data, (estimator, _) = read_pool(results / "pool.h5"), load_estimator(results / "estimator.pt")
-    drawn = recovery.infer(results / "pool.h5", results / "estimator.pt", data.observed, 50, 9)
+    drawn = inference.infer(results / "pool.h5", results / "estimator.pt", data.observed, 50, 9)
     seed = integer_seed(9, "recovery", "posterior")
     np.testing.assert_array_equal(drawn, draw_candidates(estimator, data.z_obs, 50, seed))
 
@@ -192,7 +194,7 @@ def test_estimator_of_other_features_is_refused(results: Path, inputs: Inputs, t
     make_pool(tmp_path / "pool.h5", inputs, inputs.shards, POOL.model_copy(update={"summary": scalars}))
     assert read_pool(tmp_path / "pool.h5").z.shape[1] == 16 + 7
     with pytest.raises(ArtefactError, match=r"estimator\.pt: takes the components"):
-        posterior.run(
+        inference.posterior(
             pool=tmp_path / "pool.h5",
             estimator=results / "estimator.pt",
             posterior=tmp_path / "A.h5",

@@ -26,7 +26,7 @@ from swesbi.recording.samples import Samples
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.speed_model.recording import measured_speeds
-from swesbi.stages import noise as stage
+from swesbi.stages import cohort as stage
 from swesbi.stages.origin import Origin
 from swesbi.virtual_cohort.acquisition import acquire
 from swesbi.virtual_cohort.settings import ACQUISITION
@@ -188,7 +188,7 @@ def write_inputs(folder: Path) -> tuple[list[Path], list[Path]]:
 def test_the_stage_writes_what_the_fit_found(tmp_path: Path) -> None:
     recordings, observations = write_inputs(tmp_path)
     target = tmp_path / "noise.h5"
-    stage.run(
+    stage.noise(
         recordings=recordings,
         observations=observations,
         noise=target,
@@ -208,7 +208,7 @@ def test_the_stage_writes_what_the_fit_found(tmp_path: Path) -> None:
 def test_curves_of_other_recordings_are_refused(tmp_path: Path) -> None:
     recordings, observations = write_inputs(tmp_path)
     with pytest.raises(ArtefactError, match=r"Q\.csv.*subject P"):
-        stage.run(
+        stage.noise(
             recordings=recordings[::-1],
             observations=observations,
             noise=tmp_path / "noise.h5",

@@ -207,7 +207,7 @@ def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
 
     from swesbi.artefacts import save, to_groups
     from swesbi.prior import ParameterPrior, PriorSettings
-    from swesbi.stages import passive as stage
+    from swesbi.stages import cohort as stage
     from swesbi.stages.origin import Origin
 
     ranges = {"k0_kpa": (45, 0.5, 10, 200), "k_atp_per_s": (5, 0.6, 2, 30), "k_sr_per_s": (30, 0.45, 2, 60)}
@@ -223,7 +223,7 @@ def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
     )
     origin, observation = Origin(1, "T"), observe()
     save(tmp_path / "observation.h5", to_groups(observation), origin.provenance("observation", settings))
-    stage.run(
+    stage.passive(
         observation=tmp_path / "observation.h5",
         passive=tmp_path / "passive.h5",
         settings=settings,

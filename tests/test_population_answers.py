@@ -27,7 +27,7 @@ from swesbi.population.null import draw_null
 from swesbi.population.null_dataset import KIND as NULL
 from swesbi.population.null_dataset import read_null, to_dataset
 from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh, recorded
-from swesbi.stages import population_answers as stage
+from swesbi.stages import population as stage
 from swesbi.stages.origin import Origin
 
 BASE = case.CONFIG.speed_experiments[case.EXPERIMENT.base]
@@ -172,7 +172,7 @@ def answer(study: dict[str, Path], folder: Path, subjects: tuple[str, ...]) -> d
         for subject in subjects
     }
     posteriors, supports, predictives = zip(*made.values(), strict=True)
-    stage.run(
+    stage.population_answers(
         observations=[study[subject] for subject in subjects],
         noise=study["noise"], estimator=study["estimator"], null=study["null"],
         posteriors=posteriors, supports=supports, predictives=predictives,

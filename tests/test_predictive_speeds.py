@@ -30,7 +30,7 @@ from swesbi.simulations import dataset as simulations_dataset
 from swesbi.simulations.draw import PriorSimulations, draw_simulations
 from swesbi.speed_model.model import speed_model
 from swesbi.speed_model.recording import measured_speeds
-from swesbi.stages import predictive_speeds
+from swesbi.stages import predictive
 from swesbi.stages.origin import Origin
 
 DRAWS = 4000
@@ -150,14 +150,14 @@ def write_inputs(folder: Path, subject: str) -> dict[str, Path]:
 def test_the_stage_scores_who_is_not_unsupported(tmp_path: Path, subject: str, scored: bool) -> None:
     paths = write_inputs(tmp_path, subject)
     experiment = speed_case.shipped().speed_experiments["calibrated"]
-    predictive_speeds.run(
+    predictive.predictive_speeds(
         posterior=paths["posterior"],
         support=paths["support"],
         observation=paths["observation"],
         noise=paths["noise"],
         shards=[paths["shard"]],
         predictive=tmp_path / "predictive.h5",
-        settings=predictive_speeds.PredictiveSpeedsStageSettings(
+        settings=predictive.PredictiveSpeedsStageSettings(
             model=speed_case.settings(),
             summary=experiment.summary,
             predictive=experiment.predictive.model_copy(update={"draws": 200}),

@@ -18,7 +18,7 @@ from swesbi.recording.samples import Samples
 from swesbi.recording.settings import ContextRow
 from swesbi.recording.speed import estimate_noise, repeat_means
 from swesbi.seeds import generator
-from swesbi.stages import ingest as stage
+from swesbi.stages import cohort as stage
 from swesbi.stages.origin import Origin
 from swesbi.virtual_cohort.acquisition import acquire
 from swesbi.virtual_cohort.settings import ACQUISITION
@@ -236,7 +236,7 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
         recording=RECORDING,
         measurement=MeasurementSettings(grid_points=100, active_stiffness_map="identity"),
     )
-    stage.run(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
+    stage.ingest(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
     direct, read = ingest(samples, CONTEXT, RECORDING, 100), read_observation(artefact)
     assert read.context == CONTEXT
     assert read.noise == direct.noise
@@ -245,6 +245,6 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.curve_kpa, direct.curve_kpa)
     np.testing.assert_array_equal(read.samples_rejected, direct.samples_rejected)
     first = artefact.read_bytes()
-    stage.run(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
+    stage.ingest(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
     assert artefact.read_bytes() == first
     assert list(load(artefact, "observation")[0]["reason"].to_numpy()) == list(REASONS)

@@ -12,7 +12,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.figures.style import save_figure
 from swesbi.report.population import OverPopulation, cohort_table, strata_table
 from swesbi.report.population_section import make_population_section, population_figures
-from swesbi.stages.population_results import read_populations
+from swesbi.stages.report import read_populations
 
 SETTINGS = {
     "base": "calibrated",

@@ -69,7 +69,7 @@ def test_a_finished_study_has_nothing_to_do(finished: StudyCopy) -> None:
             "from swesbi.progress import Progress\n\nNEW = 1",
             TRAINED,
         ),
-        ("src/swesbi/stages/train.py", '"""Stage: training', '"""Stage: the training', set()),
+        ("src/swesbi/stages/training.py", '"""Train q', '"""Fit q', set()),
         ("src/swesbi/forward_model/simulate.py", '"""', '"""A word. ', set()),
     ],
     ids=[

@@ -11,10 +11,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, add_options, load_study, read_merged
-from swesbi.config.slices import STAGES, stage_settings
+from swesbi.config.slices import stage_settings
 from swesbi.stages.origin import Origin
+from swesbi.stages.registry import STAGES, stage_code, stage_function
 
 EXIT_USAGE = 2
 WILDCARDS = ("subject", "experiment", "prior", "shard", "part", "batch")
@@ -44,46 +44,44 @@ def _overview(given: Sequence[str]) -> int:
     """Show the lists of commands and stages; anything but a call for help is a mistake."""
     parser = argparse.ArgumentParser(
         prog="python -m swesbi",
-        description="Commands around a cohort, and the stages of the study, one at a time, in the order of\n"
-        "the workflow. `snakemake --cores 2` runs all stages; `python -m swesbi NAME --help` says what\n"
-        "each needs.",
+        description="Commands around a cohort, and the stages of the study, one at a time.\n"
+        "`snakemake --cores 2` runs all stages; `python -m swesbi NAME --help` says what each needs.",
     )
-    stages = {name: f"swesbi.stages.{name}" for name in STAGES}
+    commands = {name: _summary(module) for name, module in COMMANDS.items()}
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.epilog = f"commands:\n{_listing(COMMANDS)}\n\nstages:\n{_listing(stages)}"
+    parser.epilog = f"commands:\n{_listing(commands)}\n\nstages:\n{_listing(STAGES)}"
     parser.add_argument("name", choices=[*COMMANDS, *STAGES], metavar="NAME", help="one of those below")
     parser.parse_args(given)
     return 0
 
 
-def _listing(modules: Mapping[str, str]) -> str:
+def _listing(lines: Mapping[str, str]) -> str:
     width = max(map(len, STAGES)) + 2
-    return "\n".join(f"  {name:<{width}}{_summary(module)}" for name, module in modules.items())
+    return "\n".join(f"  {name:<{width}}{line}" for name, line in lines.items())
 
 
 def _summary(module: str) -> str:
     """Return the first line of a module's docstring, without importing it."""
     path = Path(__file__).parent.joinpath(*module.split(".")[1:]).with_suffix(".py")
-    first = path.read_text(encoding="utf-8").split('"""')[1].splitlines()[0]
-    return first.removeprefix("Stage: ")
+    return path.read_text(encoding="utf-8").split('"""')[1].splitlines()[0]
 
 
 def _run_stage(name: str, given: Sequence[str]) -> int:
-    module = importlib.import_module(f"swesbi.stages.{name}")
-    options = vars(_parser(name, module.run, str(module.__doc__)).parse_args(given))
+    run = stage_function(name)
+    options = vars(_parser(name, run).parse_args(given))
     config: Path = options.pop("config")
     study = load_study(read_merged(config, options.pop("overlay")), str(config))
     wildcards = {key: options.pop(key) for key in WILDCARDS if options.get(key) is not None}
     files = {key: value for key, value in options.items() if key not in WILDCARDS}
-    settings = get_type_hints(module.run)["settings"].from_plain(stage_settings(study, name, **wildcards))
-    origin = Origin(study.config.seed, wildcards.get("subject", ""), stage_hash(module.__name__))
-    module.run(**files, settings=settings, origin=origin)
+    settings = get_type_hints(run)["settings"].from_plain(stage_settings(study, name, **wildcards))
+    origin = Origin(study.config.seed, wildcards.get("subject", ""), stage_code(name))
+    run(**files, settings=settings, origin=origin)
     return 0
 
 
-def _parser(name: str, run: Callable[..., None], description: str) -> argparse.ArgumentParser:
-    """Build a stage's parser: an option for every file of its ``run``, and what chooses its settings."""
-    parser = argparse.ArgumentParser(prog=f"python -m swesbi {name}", description=description)
+def _parser(name: str, run: Callable[..., None]) -> argparse.ArgumentParser:
+    """Build a stage's parser: an option for every file of its function, and what chooses its settings."""
+    parser = argparse.ArgumentParser(prog=f"python -m swesbi {name}", description=STAGES[name])
     add_options(parser)
     for wildcard in WILDCARDS:
         parser.add_argument(f"--{wildcard}", help=f"which {wildcard}, where the stage has several")

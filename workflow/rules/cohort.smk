@@ -21,7 +21,7 @@ if batched(SUBJECTS):
             message:
                 f"Recordings of {', '.join(batch)}: quality control and observed stiffness curves"
             script:
-                "../scripts/ingest_batch.py"
+                "../scripts/stage.py"
 
 else:
 
@@ -44,7 +44,7 @@ else:
         message:
             "Recording of {wildcards.subject}: quality control and observed stiffness curve"
         script:
-            "../scripts/ingest.py"
+            "../scripts/stage.py"
 
 
 rule passive:
@@ -62,7 +62,7 @@ rule passive:
     message:
         "Passive baseline of {wildcards.subject}"
     script:
-        "../scripts/passive.py"
+        "../scripts/stage.py"
 
 
 rule noise:
@@ -82,4 +82,4 @@ rule noise:
     message:
         "Noise of the measured speeds, from the repeats of the cohort"
     script:
-        "../scripts/noise.py"
+        "../scripts/stage.py"

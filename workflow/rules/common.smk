@@ -4,12 +4,13 @@ import sys
 
 from snakemake.io import expand as expand_names
 
-from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, load_study
 from swesbi.config.slices import stage_settings
+from swesbi.figures.registry import captions, figure_of, names_of
 from swesbi.population.settings import MOST_SHOWN
 from swesbi.running.parent import RUN
 from swesbi.running.workflow import current_run, guard_execution
+from swesbi.stages.registry import stage_code
 
 try:
     STUDY = load_study(
@@ -31,11 +32,8 @@ FEATURE_EXPERIMENTS = [
     name for name in EXPERIMENTS if name in CONFIG.feature_experiments
 ]
 SPEED_EXPERIMENTS = [name for name in EXPERIMENTS if name in CONFIG.speed_experiments]
-EXACT_FIGURES = ["ppc", "posterior", "calibration", "misspecification"]
-EXACT_FIGURES += ["identifiability", "design"]
 EXACT_TABLES = ["calibration", "misspecification"]
 EXACT_TABLES += ["identifiability", "information", "design"]
-POPULATION_FIGURES = ["cohort", "strata", "training"]
 POPULATION_TABLES = ["strata", "calibration", "recovery", "recovery_acquisition"]
 POPULATION_TABLES += ["cohort"]
 NONE = "(?!)"  # a pattern that matches no name
@@ -46,6 +44,7 @@ EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or
 
 guard_execution(workflow, RESULTS)
 config[RUN] = current_run(workflow)
+config["figure_captions"] = captions()  # for report/figure.rst
 
 
 def expand(patterns, **values):
@@ -77,7 +76,8 @@ def stage(name, **fixed):
 
     def params(wildcards):
         return {
-            "code": stage_hash(f"swesbi.stages.{name}"),
+            "code": stage_code(name),
+            "name": name,
             "seed": CONFIG.seed,
             "settings": stage_settings(STUDY, name, **fixed, **dict(wildcards.items())),
             "subject": wildcards.get("subject", ""),
@@ -94,6 +94,30 @@ def stage_of_new_subject(name):
         return stage(name, subject=subject)(wildcards) | {"subject": subject}
 
     return params
+
+
+def drawn(rule, name):
+    """Return a rule's figure with its place in the report, which the registry of figures knows."""
+    figure = figure_of(rule, name)
+    if figure.of == "cohort":
+        return report(
+            f"{RESULTS}/figures/{name}.png",
+            caption="../report/figure.rst",
+            category="Cohort",
+            labels={"result": figure.label},
+        )
+    of_subject = figure.of == "subject"
+    return report(
+        (
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{name}.png"
+            if of_subject
+            else f"{RESULTS}/figures/{name}-{{experiment}}.png"
+        ),
+        caption="../report/figure.rst",
+        category="Experiment {experiment}",
+        subcategory="Subject {subject}" if of_subject else figure.subcategory,
+        labels={"result": figure.label},
+    )
 
 
 def of_subjects(pattern):
@@ -193,7 +217,7 @@ def population_outputs():
         *expand(
             f"{RESULTS}/figures/{{figure}}-{{experiment}}.{{image}}",
             experiment=POPULATIONS,
-            figure=POPULATION_FIGURES,
+            figure=[*names_of("population"), *names_of("experiment")],
             image=["pdf", "png"],
         ),
         *(
@@ -216,7 +240,7 @@ def cohort_outputs():
         f"{RESULTS}/report.html",
         *expand(
             f"{RESULTS}/figures/{{figure}}.{{image}}",
-            figure=["workflow", "ppc", "posterior", "experiments", "epochs"],
+            figure=names_of("cohort"),
             image=["pdf", "png"],
         ),
         *expand(
@@ -241,7 +265,7 @@ def cohort_outputs():
         *(f"{RESULTS}/tables/truth.csv" for _ in truth_files()),
         *expand(
             f"{RESULTS}/figures/{{figure}}-{{experiment}}.{{image}}",
-            figure=EXACT_FIGURES,
+            figure=names_of("speeds"),
             experiment=SPEED_EXPERIMENTS,
             image=["pdf", "png"],
         ),

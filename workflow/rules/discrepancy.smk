@@ -16,4 +16,4 @@ rule discrepancy:
     message:
         "Choice of the discrepancy on a generated cohort (minutes; progress below)"
     script:
-        "../scripts/discrepancy.py"
+        "../scripts/stage.py"

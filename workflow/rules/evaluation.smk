@@ -22,7 +22,7 @@ rule predictive:
     message:
         "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
     script:
-        "../scripts/predictive.py"
+        "../scripts/stage.py"
 
 
 rule predictive_speeds:
@@ -46,7 +46,7 @@ rule predictive_speeds:
     message:
         "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
     script:
-        "../scripts/predictive_speeds.py"
+        "../scripts/stage.py"
 
 
 rule cmaes:
@@ -64,7 +64,7 @@ rule cmaes:
     message:
         "CMA-ES reference fit of {wildcards.subject}"
     script:
-        "../scripts/cmaes.py"
+        "../scripts/stage.py"
 
 
 rule acquisition_seeds:
@@ -87,7 +87,7 @@ rule acquisition_seeds:
     message:
         "Virtual volunteers under other acquisition seeds"
     script:
-        "../scripts/acquisition_seeds.py"
+        "../scripts/stage.py"
 
 
 rule epochs:
@@ -111,4 +111,4 @@ rule epochs:
     message:
         "Recovery and posteriors by epoch of training ('{wildcards.experiment}')"
     script:
-        "../scripts/epochs.py"
+        "../scripts/stage.py"

@@ -9,20 +9,8 @@ rule subject_figures:
         support=rules.posterior.output.support,
         cmaes=rules.cmaes.output.cmaes,
     output:
-        ppc_png=report(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/ppc.png",
-            caption="../report/ppc.rst",
-            category="Experiment {experiment}",
-            subcategory="Subject {subject}",
-            labels={"result": "predictive check"},
-        ),
-        posterior_png=report(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.png",
-            caption="../report/posterior.rst",
-            category="Experiment {experiment}",
-            subcategory="Subject {subject}",
-            labels={"result": "posterior"},
-        ),
+        ppc_png=drawn("subject_figures", "ppc"),
+        posterior_png=drawn("subject_figures", "posterior"),
     log:
         f"{RESULTS}/logs/subject_figures/{{experiment}}/{{subject}}.log",
     benchmark:
@@ -34,7 +22,7 @@ rule subject_figures:
     message:
         "Figures of {wildcards.subject}: predictive check and posterior ('{wildcards.experiment}')"
     script:
-        "../scripts/subject_figures.py"
+        "../scripts/stage.py"
 
 
 rule exact_subject_figures:
@@ -46,20 +34,8 @@ rule exact_subject_figures:
         cmaes=rules.cmaes.output.cmaes,
         truth=truth_files(),
     output:
-        ppc_png=report(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/ppc.png",
-            caption="../report/ppc.rst",
-            category="Experiment {experiment}",
-            subcategory="Subject {subject}",
-            labels={"result": "predictive check"},
-        ),
-        posterior_png=report(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.png",
-            caption="../report/exact_posterior.rst",
-            category="Experiment {experiment}",
-            subcategory="Subject {subject}",
-            labels={"result": "exact posterior"},
-        ),
+        ppc_png=drawn("exact_subject_figures", "ppc"),
+        posterior_png=drawn("exact_subject_figures", "posterior"),
     log:
         f"{RESULTS}/logs/exact_subject_figures/{{experiment}}/{{subject}}.log",
     benchmark:
@@ -71,7 +47,7 @@ rule exact_subject_figures:
     message:
         "Figures of {wildcards.subject}: predictive check and exact posterior ('{wildcards.experiment}')"
     script:
-        "../scripts/exact_subject_figures.py"
+        "../scripts/stage.py"
 
 
 rule exact_figures:
@@ -81,21 +57,9 @@ rule exact_figures:
         truth=truth_files(),
     output:
         ppc_pdf=f"{RESULTS}/figures/ppc-{{experiment}}.pdf",
-        ppc_png=report(
-            f"{RESULTS}/figures/ppc-{{experiment}}.png",
-            caption="../report/exact_cohort_ppc.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "predictive checks"},
-        ),
+        ppc_png=drawn("exact_figures", "ppc"),
         posterior_pdf=f"{RESULTS}/figures/posterior-{{experiment}}.pdf",
-        posterior_png=report(
-            f"{RESULTS}/figures/posterior-{{experiment}}.png",
-            caption="../report/exact_cohort_posterior.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "exact posteriors"},
-        ),
+        posterior_png=drawn("exact_figures", "posterior"),
     log:
         f"{RESULTS}/logs/exact_figures/{{experiment}}.log",
     benchmark:
@@ -107,7 +71,7 @@ rule exact_figures:
     message:
         "Figures: predictive checks and exact posteriors of the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/exact_figures.py"
+        "../scripts/stage.py"
 
 
 rule cohort_figures:
@@ -116,19 +80,9 @@ rule cohort_figures:
         unpack(of_cohort(MAIN)),
     output:
         ppc_pdf=f"{RESULTS}/figures/ppc.pdf",
-        ppc_png=report(
-            f"{RESULTS}/figures/ppc.png",
-            caption="../report/cohort_ppc.rst",
-            category="Cohort",
-            labels={"result": "figure 2: predictive checks"},
-        ),
+        ppc_png=drawn("cohort_figures", "ppc"),
         posterior_pdf=f"{RESULTS}/figures/posterior.pdf",
-        posterior_png=report(
-            f"{RESULTS}/figures/posterior.png",
-            caption="../report/cohort_posterior.rst",
-            category="Cohort",
-            labels={"result": "figure 3: posteriors"},
-        ),
+        posterior_png=drawn("cohort_figures", "posterior"),
     log:
         f"{RESULTS}/logs/cohort_figures.log",
     benchmark:
@@ -138,7 +92,7 @@ rule cohort_figures:
     message:
         "Figures 2 and 3: predictive checks and posteriors of the cohort"
     script:
-        "../scripts/cohort_figures.py"
+        "../scripts/stage.py"
 
 
 rule training_figure:
@@ -146,13 +100,7 @@ rule training_figure:
         training=rules.train.output.training,
     output:
         figure_pdf=f"{RESULTS}/figures/training-{{experiment}}.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/training-{{experiment}}.png",
-            caption="../report/training.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "training"},
-        ),
+        figure_png=drawn("training_figure", "training"),
     log:
         f"{RESULTS}/logs/training_figure/{{experiment}}.log",
     benchmark:
@@ -162,7 +110,7 @@ rule training_figure:
     message:
         "Figure: training of the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/training_figure.py"
+        "../scripts/stage.py"
 
 
 rule workflow_figure:
@@ -182,12 +130,7 @@ rule workflow_figure:
         ),
     output:
         figure_pdf=f"{RESULTS}/figures/workflow.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/workflow.png",
-            caption="../report/workflow.rst",
-            category="Cohort",
-            labels={"result": "figure 1: workflow"},
-        ),
+        figure_png=drawn("workflow_figure", "workflow"),
     log:
         f"{RESULTS}/logs/workflow_figure.log",
     benchmark:
@@ -197,7 +140,7 @@ rule workflow_figure:
     message:
         "Figure 1: the workflow"
     script:
-        "../scripts/workflow_figure.py"
+        "../scripts/stage.py"
 
 
 rule experiments_figure:
@@ -216,12 +159,7 @@ rule experiments_figure:
         ),
     output:
         figure_pdf=f"{RESULTS}/figures/experiments.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/experiments.png",
-            caption="../report/experiments.rst",
-            category="Cohort",
-            labels={"result": "experiments beside each other"},
-        ),
+        figure_png=drawn("experiments_figure", "experiments"),
     log:
         f"{RESULTS}/logs/experiments_figure.log",
     benchmark:
@@ -231,7 +169,7 @@ rule experiments_figure:
     message:
         "Figure: the experiments beside each other"
     script:
-        "../scripts/experiments_figure.py"
+        "../scripts/stage.py"
 
 
 rule epochs_figure:
@@ -241,12 +179,7 @@ rule epochs_figure:
         training=expand(rules.train.output.training, experiment=MAIN),
     output:
         figure_pdf=f"{RESULTS}/figures/epochs.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/epochs.png",
-            caption="../report/epochs.rst",
-            category="Cohort",
-            labels={"result": "recovery and coverage by epoch"},
-        ),
+        figure_png=drawn("epochs_figure", "epochs"),
     log:
         f"{RESULTS}/logs/epochs_figure.log",
     benchmark:
@@ -256,4 +189,4 @@ rule epochs_figure:
     message:
         "Figure: inference by epoch of training"
     script:
-        "../scripts/epochs_figure.py"
+        "../scripts/stage.py"

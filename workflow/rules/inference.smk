@@ -20,7 +20,7 @@ rule pool:
     message:
         "Pooled training set of the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/pool.py"
+        "../scripts/stage.py"
 
 
 rule train:
@@ -43,7 +43,7 @@ rule train:
     message:
         "Training the network of the experiment '{wildcards.experiment}' (minutes; progress below)"
     script:
-        "../scripts/train.py"
+        "../scripts/stage.py"
 
 
 rule posterior:
@@ -70,7 +70,7 @@ rule posterior:
     message:
         "Prior support and posterior of {wildcards.subject} ('{wildcards.experiment}')"
     script:
-        "../scripts/posterior.py"
+        "../scripts/stage.py"
 
 
 rule recovery:
@@ -99,7 +99,7 @@ rule recovery:
     message:
         "Synthetic recovery of the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/recovery.py"
+        "../scripts/stage.py"
 
 
 rule recovery_acquisition:
@@ -128,4 +128,4 @@ rule recovery_acquisition:
     message:
         "Recovery from synthetic recordings, the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/recovery_acquisition.py"
+        "../scripts/stage.py"

@@ -35,7 +35,7 @@ rule new_subject:
     message:
         "The network of '{wildcards.experiment}' answers {wildcards.new_subject}"
     script:
-        "../scripts/new_subject.py"
+        "../scripts/stage.py"
 
 
 rule new_subject_of_population:
@@ -59,7 +59,7 @@ rule new_subject_of_population:
     message:
         "The network of '{wildcards.experiment}' answers {wildcards.new_subject}"
     script:
-        "../scripts/new_subject_of_population.py"
+        "../scripts/stage.py"
 
 
 rule new_subjects:

@@ -17,7 +17,7 @@ rule population_simulate:
     message:
         "Simulations over the population of '{wildcards.experiment}', shard {wildcards.shard}"
     script:
-        "../scripts/population_simulate.py"
+        "../scripts/stage.py"
 
 
 rule train_population:
@@ -40,7 +40,7 @@ rule train_population:
     message:
         "Training the network of '{wildcards.experiment}' over its population (minutes; progress below)"
     script:
-        "../scripts/train_population.py"
+        "../scripts/stage.py"
 
 
 rule population_calibration:
@@ -60,7 +60,7 @@ rule population_calibration:
     message:
         "Calibration of '{wildcards.experiment}' on fresh contexts, part {wildcards.part}"
     script:
-        "../scripts/population_calibration.py"
+        "../scripts/stage.py"
 
 
 rule population_scores:
@@ -98,7 +98,7 @@ rule population_scores:
     message:
         "Calibration of '{wildcards.experiment}', over all fresh contexts and by stratum"
     script:
-        "../scripts/population_scores.py"
+        "../scripts/stage.py"
 
 
 rule population_null:
@@ -118,7 +118,7 @@ rule population_null:
     message:
         "Nulls of the misspecification tests over the population of '{wildcards.experiment}'"
     script:
-        "../scripts/population_null.py"
+        "../scripts/stage.py"
 
 
 # A rule a batch: files of a batch have no name in common that a wildcard could stand for.
@@ -160,7 +160,7 @@ for experiment, number, batch in batches_of_populations():
         message:
             f"Answers of '{experiment}' for {', '.join(batch)}"
         script:
-            "../scripts/population_answers.py"
+            "../scripts/stage.py"
 
 
 rule population_cohort:
@@ -178,13 +178,7 @@ rule population_cohort:
             labels={"result": "answers and verdicts"},
         ),
         figure_pdf=f"{RESULTS}/figures/cohort-{{experiment}}.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/cohort-{{experiment}}.png",
-            caption="../report/population_cohort.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "overview of the cohort"},
-        ),
+        figure_png=drawn("population_cohort", "cohort"),
     log:
         f"{RESULTS}/logs/population_cohort/{{experiment}}.log",
     benchmark:
@@ -196,7 +190,7 @@ rule population_cohort:
     message:
         "The cohort as '{wildcards.experiment}' answers it, in one table and one figure"
     script:
-        "../scripts/population_cohort.py"
+        "../scripts/stage.py"
 
 
 rule strata_figure:
@@ -205,13 +199,7 @@ rule strata_figure:
         strata=rules.population_scores.output.strata,
     output:
         figure_pdf=f"{RESULTS}/figures/strata-{{experiment}}.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/strata-{{experiment}}.png",
-            caption="../report/strata_figure.rst",
-            category="Experiment {experiment}",
-            subcategory="Calibration",
-            labels={"result": "coverage by stratum, drawn"},
-        ),
+        figure_png=drawn("strata_figure", "strata"),
     log:
         f"{RESULTS}/logs/strata_figure/{{experiment}}.log",
     benchmark:
@@ -223,7 +211,7 @@ rule strata_figure:
     message:
         "Figure: calibration of '{wildcards.experiment}' by stratum"
     script:
-        "../scripts/strata_figure.py"
+        "../scripts/stage.py"
 
 
 rule population_agreement:
@@ -250,4 +238,4 @@ rule population_agreement:
     message:
         "Do '{wildcards.experiment}' and the network of the cohort give the same posteriors?"
     script:
-        "../scripts/population_agreement.py"
+        "../scripts/stage.py"

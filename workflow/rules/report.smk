@@ -52,7 +52,7 @@ rule report:
         truth_csv=[f"{RESULTS}/tables/truth.csv" for _ in truth_files()],
         exact_pngs=expand(
             f"{RESULTS}/figures/{{figure}}-{{experiment}}.png",
-            figure=EXACT_FIGURES,
+            figure=names_of("speeds"),
             experiment=SPEED_EXPERIMENTS,
         )
         + ([f"{RESULTS}/figures/noise.png"] if SPEED_EXPERIMENTS else []),
@@ -64,7 +64,7 @@ rule report:
         ),
         population_pngs=expand(
             f"{RESULTS}/figures/{{figure}}-{{experiment}}.png",
-            figure=POPULATION_FIGURES,
+            figure=[*names_of("population"), *names_of("experiment")],
             experiment=POPULATIONS,
         ),
         artefacts=linked_artefacts(),
@@ -85,4 +85,4 @@ rule report:
     message:
         "Landing page of the results"
     script:
-        "../scripts/report.py"
+        "../scripts/stage.py"

@@ -21,7 +21,7 @@ rule sensitivity_run:
     message:
         "Posteriors under the variant '{wildcards.variant}' (minutes; progress below)"
     script:
-        "../scripts/sensitivity_run.py"
+        "../scripts/stage.py"
 
 
 rule sensitivity:
@@ -43,4 +43,4 @@ rule sensitivity:
     message:
         "Table and figure of what each variant changes"
     script:
-        "../scripts/sensitivity.py"
+        "../scripts/stage.py"

@@ -13,4 +13,4 @@ rule simulate:
     message:
         "Simulations of {wildcards.subject} from the prior '{wildcards.prior}', shard {wildcards.shard}"
     script:
-        "../scripts/simulate.py"
+        "../scripts/stage.py"

@@ -19,7 +19,7 @@ rule speed_pool:
     message:
         "Simulations at the measured phases for the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/speed_pool.py"
+        "../scripts/stage.py"
 
 
 rule train_flow:
@@ -42,7 +42,7 @@ rule train_flow:
     message:
         "Training the flow of the experiment '{wildcards.experiment}' (minutes; progress below)"
     script:
-        "../scripts/train_flow.py"
+        "../scripts/stage.py"
 
 
 rule exact_posterior:
@@ -64,7 +64,7 @@ rule exact_posterior:
     message:
         "Exact posterior of {wildcards.subject} ('{wildcards.experiment}')"
     script:
-        "../scripts/exact_posterior.py"
+        "../scripts/stage.py"
 
 
 rule misspecification:
@@ -86,7 +86,7 @@ rule misspecification:
     message:
         "Null distributions of {wildcards.subject}'s misspecification tests ('{wildcards.experiment}')"
     script:
-        "../scripts/misspecification.py"
+        "../scripts/stage.py"
 
 
 rule verdict:
@@ -116,7 +116,7 @@ rule verdict:
     message:
         "Verdict on {wildcards.subject} ('{wildcards.experiment}')"
     script:
-        "../scripts/verdict.py"
+        "../scripts/stage.py"
 
 
 rule misspecification_table:
@@ -146,7 +146,7 @@ rule misspecification_table:
     message:
         "False alarms and power of the misspecification tests ('{wildcards.experiment}')"
     script:
-        "../scripts/misspecification_table.py"
+        "../scripts/stage.py"
 
 
 rule misspecification_figure:
@@ -157,13 +157,7 @@ rule misspecification_figure:
         ),
     output:
         figure_pdf=f"{RESULTS}/figures/misspecification-{{experiment}}.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/misspecification-{{experiment}}.png",
-            caption="../report/misspecification.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "misspecification tests"},
-        ),
+        figure_png=drawn("misspecification_figure", "misspecification"),
     log:
         f"{RESULTS}/logs/misspecification_figure/{{experiment}}.log",
     benchmark:
@@ -175,7 +169,7 @@ rule misspecification_figure:
     message:
         "Figure: misspecification tests of '{wildcards.experiment}'"
     script:
-        "../scripts/misspecification_figure.py"
+        "../scripts/stage.py"
 
 
 rule noise_figure:
@@ -194,7 +188,7 @@ rule noise_figure:
     message:
         "Figure: noise of the measured speeds"
     script:
-        "../scripts/noise_figure.py"
+        "../scripts/stage.py"
 
 
 rule identifiability:
@@ -237,7 +231,7 @@ rule identifiability:
     message:
         "Identifiability in '{wildcards.experiment}': profiles, information of the phases, designs"
     script:
-        "../scripts/identifiability.py"
+        "../scripts/stage.py"
 
 
 rule identifiability_figures:
@@ -246,21 +240,9 @@ rule identifiability_figures:
         identifiability=rules.identifiability.output.identifiability,
     output:
         identifiability_pdf=f"{RESULTS}/figures/identifiability-{{experiment}}.pdf",
-        identifiability_png=report(
-            f"{RESULTS}/figures/identifiability-{{experiment}}.png",
-            caption="../report/identifiability.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "what the recordings tell"},
-        ),
+        identifiability_png=drawn("identifiability_figures", "identifiability"),
         design_pdf=f"{RESULTS}/figures/design-{{experiment}}.pdf",
-        design_png=report(
-            f"{RESULTS}/figures/design-{{experiment}}.png",
-            caption="../report/design.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "more repeats or phases"},
-        ),
+        design_png=drawn("identifiability_figures", "design"),
     log:
         f"{RESULTS}/logs/identifiability_figures/{{experiment}}.log",
     benchmark:
@@ -272,7 +254,7 @@ rule identifiability_figures:
     message:
         "Figures: identifiability and designs of '{wildcards.experiment}'"
     script:
-        "../scripts/identifiability_figures.py"
+        "../scripts/stage.py"
 
 
 rule calibration_recordings:
@@ -294,7 +276,7 @@ rule calibration_recordings:
     message:
         "Recordings of known parameters like {wildcards.subject}'s ('{wildcards.experiment}', minutes)"
     script:
-        "../scripts/calibration_recordings.py"
+        "../scripts/stage.py"
 
 
 rule calibration_local:
@@ -317,7 +299,7 @@ rule calibration_local:
     message:
         "Calibration at {wildcards.subject}'s own data ('{wildcards.experiment}')"
     script:
-        "../scripts/calibration_local.py"
+        "../scripts/stage.py"
 
 
 rule calibration:
@@ -365,7 +347,7 @@ rule calibration:
     message:
         "Checks of calibration of the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/calibration.py"
+        "../scripts/stage.py"
 
 
 rule calibration_figure:
@@ -374,13 +356,7 @@ rule calibration_figure:
         table=rules.calibration.output.table,
     output:
         figure_pdf=f"{RESULTS}/figures/calibration-{{experiment}}.pdf",
-        figure_png=report(
-            f"{RESULTS}/figures/calibration-{{experiment}}.png",
-            caption="../report/calibration.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "calibration"},
-        ),
+        figure_png=drawn("calibration_figure", "calibration"),
     log:
         f"{RESULTS}/logs/calibration_figure/{{experiment}}.log",
     benchmark:
@@ -392,4 +368,4 @@ rule calibration_figure:
     message:
         "Figure: calibration of the experiment '{wildcards.experiment}'"
     script:
-        "../scripts/calibration_figure.py"
+        "../scripts/stage.py"

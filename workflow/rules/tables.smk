@@ -34,7 +34,7 @@ rule tables:
     message:
         "Tables of every experiment: table 1, features, posteriors"
     script:
-        "../scripts/tables.py"
+        "../scripts/stage.py"
 
 
 rule truth:
@@ -67,7 +67,7 @@ rule truth:
     message:
         "Table: credible intervals beside the truth"
     script:
-        "../scripts/truth.py"
+        "../scripts/stage.py"
 
 
 rule paper_comparison:
@@ -104,4 +104,4 @@ rule paper_comparison:
     message:
         "Table: every number of the paper beside this study's"
     script:
-        "../scripts/paper_comparison.py"
+        "../scripts/stage.py"

@@ -1,51 +1,48 @@
-"""Parts of the configuration, and the names that wildcards must have, from which slices are made."""
+"""Values of the configuration that slices are made of: looked up by a path, or worked out under a name."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Final
 
 from swesbi.config.errors import ConfigError
-from swesbi.config.models import Config
+from swesbi.config.models import PopulationExperimentSettings
 from swesbi.config.study import Study
+from swesbi.settings import Settings
+from swesbi.simulations.shards import shard_draws
 
 Wildcards = Mapping[str, str]
+EXPERIMENT: Final = "experiment."
+POPULATION: Final = "population."
 
 
-def common(config: Config, *names: str) -> dict[str, Any]:
-    """Return parts of the configuration that are the same for every experiment."""
-    return {name: getattr(config, name).to_plain() for name in names}
+def value_of(study: Study, wildcards: Wildcards, source: str) -> Any:  # noqa: ANN401
+    """Return the plain value that a source names.
 
+    A source is a key of `NAMED`; or a dotted path, ``experiment.`` before it in the section of the experiment
+    that the wildcard names (of its base, for one over a population), ``population.`` in the section of an
+    experiment over a population, neither in the configuration as a whole.
 
-def of_experiment(study: Study, wildcards: Wildcards, *names: str) -> dict[str, Any]:
-    """Return parts of one experiment's section; its prior as the prior itself, not its name.
-
-    An experiment over a population has those of its base.
+    Raises:
+        ConfigError: A wildcard is missing or names nothing that the study has, or the experiment is of a kind
+            that has no such part.
     """
-    config = study.config
-    experiment = config.experiments[config.base_of(named(study, wildcards, "experiment"))]
-    plain = experiment.to_plain() | {"prior": config.priors[experiment.prior].to_plain()}
-    if missing := [name for name in names if name not in plain]:
-        raise ConfigError(
-            f"the experiment {wildcards['experiment']!r} is of kind {experiment.kind!r} and has no "
-            f"{missing[0]}; this stage is for experiments of another kind"
-        )
-    return {name: plain[name] for name in names}
-
-
-def figure(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what every figure depends on: what it calls the subjects."""
-    return {"cohort_title": study.config.cohort_title}
-
-
-def context_of(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return the row of the subject that a wildcard names."""
-    return study.context_rows[named(study, wildcards, "subject")].to_plain()
+    if source in NAMED:
+        return NAMED[source](study, wildcards)
+    if source.startswith(EXPERIMENT):
+        return _of_experiment(study, wildcards, source.removeprefix(EXPERIMENT))
+    if source.startswith(POPULATION):
+        return _at(_population(study, wildcards), source.removeprefix(POPULATION))
+    return _at(study.config, source)
 
 
 def named(study: Study, wildcards: Wildcards, kind: str) -> str:
-    """Return a wildcard that must name a subject, an experiment or a prior of the study."""
-    name = wildcard(wildcards, kind)
+    """Return a wildcard that must name a subject, an experiment, a prior or a variant of the study.
+
+    Raises:
+        ConfigError: It is missing, or the study has no such thing.
+    """
+    name = _wildcard(wildcards, kind)
     known = {
         "subject": study.context_rows,
         "experiment": (*study.config.experiments, *study.config.population_experiments),
@@ -57,8 +54,139 @@ def named(study: Study, wildcards: Wildcards, kind: str) -> str:
     return name
 
 
-def wildcard(wildcards: Wildcards, kind: str) -> str:
-    """Return a wildcard that must be there."""
+def _wildcard(wildcards: Wildcards, kind: str) -> str:
     if kind not in wildcards:
         raise ConfigError(f"say which {kind}: --{kind} NAME")
     return wildcards[kind]
+
+
+def _at(section: Settings, path: str) -> Any:  # noqa: ANN401
+    found: Any = section
+    for name in path.split("."):
+        found = getattr(found, name)
+    if isinstance(found, Settings):
+        return found.to_plain()
+    return list(found) if isinstance(found, tuple) else found
+
+
+def _of_experiment(study: Study, wildcards: Wildcards, path: str) -> Any:  # noqa: ANN401
+    experiment = study.config.experiments[study.config.base_of(named(study, wildcards, "experiment"))]
+    part = path.split(".", maxsplit=1)[0]
+    if not hasattr(experiment, part):
+        raise ConfigError(
+            f"the experiment {wildcards['experiment']!r} is of kind {experiment.kind!r} and has no "
+            f"{part}; this stage is for experiments of another kind"
+        )
+    return _at(experiment, path)
+
+
+def _population(study: Study, wildcards: Wildcards) -> PopulationExperimentSettings:
+    name = named(study, wildcards, "experiment")
+    if name not in study.config.population_experiments:
+        known = ", ".join(study.config.population_experiments) or "none"
+        raise ConfigError(f"experiment = {name!r}: not one over a population; those are {known}")
+    return study.config.population_experiments[name]
+
+
+def _prior(study: Study, name: str) -> dict[str, Any]:
+    return study.config.priors[name].to_plain()
+
+
+def _prior_of_experiment(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _prior(study, _of_experiment(study, wildcards, "prior"))
+
+
+def _reference_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return _prior(study, study.config.passive_reference_prior)
+
+
+def _joint_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return the prior of the parameters and the passive scale, in an experiment on speeds."""
+    scale = _of_experiment(study, wildcards, "passive_scale_kpa")
+    return {"theta": _prior_of_experiment(study, wildcards), "passive_scale_kpa": scale}
+
+
+def _model(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return the settings of the model of a recording, shared by the stages of experiments on speeds."""
+    sources = {
+        "prior": "joint_prior",
+        "discrepancy": "experiment.observation_model.discrepancy",
+        "passive": "passive",
+        "passive_reference_prior": "reference_prior",
+        "density_kg_m3": "recording.density_kg_m3",
+        "forward_model": "forward_model",
+        "measurement": "measurement",
+    }
+    return {key: value_of(study, wildcards, source) for key, source in sources.items()}
+
+
+def _fresh(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what recordings of fresh contexts of a population depend on."""
+    sources = ("population.population", "population.conditions", "model", "acquisition", "recording")
+    return {source.split(".")[-1]: value_of(study, wildcards, source) for source in sources}
+
+
+def _draws_of_shard(study: Study, wildcards: Wildcards) -> list[int]:
+    draws = study.config.simulations_per_subject(named(study, wildcards, "prior"))
+    return _share(_wildcard(wildcards, "shard"), study.config.resources.shards_per_subject, draws)
+
+
+def _part_of(kind: str, total: str) -> Callable[[Study, Wildcards], list[int]]:
+    """Return what gives the numbers, of so many in all, that fall to one job over a population."""
+
+    def numbers(study: Study, wildcards: Wildcards) -> list[int]:
+        count = _at(_population(study, wildcards), total)
+        return _share(_wildcard(wildcards, kind), study.config.resources.population_parts, count)
+
+    return numbers
+
+
+def _share(number: str, parts: int, total: int) -> list[int]:
+    share = shard_draws(int(number), parts, total)
+    return [share.start, share.stop]
+
+
+def _batch(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
+    subjects = study.batches(study.subjects)[int(_wildcard(wildcards, "batch"))]
+    return [study.context_rows[subject].to_plain() for subject in subjects]
+
+
+def _title_of_experiment(study: Study, wildcards: Wildcards) -> str:
+    named(study, wildcards, "experiment")
+    return study.config.cohort_title
+
+
+def _title_of_training(study: Study, wildcards: Wildcards) -> str:
+    """Return whose simulations a network was trained on."""
+    name = named(study, wildcards, "experiment")
+    over_population = name in study.config.population_experiments
+    return f"contexts of the population of '{name}'" if over_population else study.config.cohort_title
+
+
+def _name_of_population(study: Study, wildcards: Wildcards) -> str:
+    _population(study, wildcards)
+    return wildcards["experiment"]
+
+
+NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
+    "context": lambda study, by: study.context_rows[named(study, by, "subject")].to_plain(),
+    "contexts": lambda study, _: [row.to_plain() for row in study.context_rows.values()],
+    "contexts_of_batch": _batch,
+    "contexts_of_shard": _part_of("shard", "simulations.contexts"),
+    "own_of_part": _part_of("part", "calibration.own"),
+    "acquired_of_part": _part_of("part", "calibration.acquired"),
+    "draws_of_shard": _draws_of_shard,
+    "prior": _prior_of_experiment,
+    "prior_of_cmaes": lambda study, _: _prior(study, study.config.cmaes.prior),
+    "prior_simulated": lambda study, by: _prior(study, named(study, by, "prior")),
+    "reference_prior": _reference_prior,
+    "joint_prior": _joint_prior,
+    "model": _model,
+    "fresh": _fresh,
+    "name": lambda study, by: named(study, by, "experiment"),
+    "name_of_population": _name_of_population,
+    "refused": lambda study, by: study.refused(_name_of_population(study, by)),
+    "title_of_experiment": _title_of_experiment,
+    "title_of_training": _title_of_training,
+}
+"""Values that are no part of the configuration as it stands."""

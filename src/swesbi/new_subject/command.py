@@ -5,11 +5,9 @@ from __future__ import annotations
 import argparse
 import tempfile
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from swesbi.code_hash import stage_hash
 from swesbi.config import ConfigError, Study, add_options, load_study, overlay, read_merged, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.new_subject.files import (
@@ -21,6 +19,7 @@ from swesbi.new_subject.files import (
     finished_study,
 )
 from swesbi.stages.origin import Origin
+from swesbi.stages.registry import stage_code, stage_function
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -63,7 +62,7 @@ def _answer(
 ) -> None:
     """Run the stage and put what it made into ``folder``, all of it or nothing."""
     # torch and matplotlib take seconds to import; what is refused above should not wait for them
-    run = import_module(f"swesbi.stages.{stage}").run
+    run = stage_function(stage)
     settings = get_type_hints(run)["settings"].from_plain(plain)
     # a refused subject leaves no folder behind
     existing = next(path for path in folder.absolute().parents if path.is_dir())
@@ -74,7 +73,7 @@ def _answer(
             **vars(finished),
             **outputs,
             settings=settings,
-            origin=Origin(study.config.seed, subject, stage_hash(f"swesbi.stages.{stage}")),
+            origin=Origin(study.config.seed, subject, stage_code(stage)),
         )
         folder.mkdir(parents=True, exist_ok=True)
         for path in outputs.values():

@@ -1,4 +1,4 @@
-"""Stage: the virtual volunteers recorded anew under other acquisition seeds, judged by a trained network."""
+"""The virtual volunteers recorded anew under other acquisition seeds, judged by a trained network."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
 from swesbi.simulations.dataset import group_by_subject, read_simulations
 from swesbi.simulations.draw import PriorSimulations
+from swesbi.stages.inference import check_components
 from swesbi.stages.origin import Origin
-from swesbi.stages.posterior import check_components
 from swesbi.tables.acquisition_seeds import SeedRow, medians_table, seeds_table
 from swesbi.tables.files import write_csv
 from swesbi.virtual_cohort.record import record
@@ -79,7 +79,7 @@ class _Judge:
     seed: int
 
 
-def run(
+def acquisition_seeds(
     *,
     pool: Path,
     estimator: Path,

@@ -1,4 +1,4 @@
-"""Stage: every check of calibration over the whole cohort, and the coverage of known parameters."""
+"""Every check of calibration over the whole cohort, and the coverage of known parameters."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class CalibrationStageSettings(Settings):
     judgement: JudgementSettings
 
 
-def run(
+def calibration(
     *,
     recordings: Sequence[Path],
     local_parts: Sequence[Path],

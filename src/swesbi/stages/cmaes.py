@@ -1,4 +1,4 @@
-"""Stage: the CMA-ES reference fit of one subject."""
+"""The CMA-ES reference fit of one subject."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class CmaesFailure(RuntimeError):
     """No simulation of the search succeeded."""
 
 
-def run(
+def cmaes(
     *, observation: Path, passive: Path, cmaes: Path, settings: CmaesStageSettings, origin: Origin
 ) -> None:
     """Fit theta to the observed curve, once a seed, and write every run's history and the best fit.

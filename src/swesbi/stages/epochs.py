@@ -1,4 +1,4 @@
-"""Stage: how recovery, posteriors and predictions of an experiment evolve with the epochs of training."""
+"""How recovery, posteriors and predictions of an experiment evolve with the epochs of training."""
 
 from __future__ import annotations
 
@@ -26,10 +26,14 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds, prior_variance
 from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
+from swesbi.stages.inference import (
+    RecoveryStageSettings,
+    check_components,
+    posterior_seed,
+    synthetic_recordings,
+)
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place
-from swesbi.stages.posterior import check_components
-from swesbi.stages.recovery import RecoveryStageSettings, posterior_seed, synthetic_recordings
 from swesbi.tables.epochs import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
@@ -56,7 +60,7 @@ class EpochsStageSettings(RecoveryStageSettings):
     candidate_draws: int = Field(ge=1, description="draws from each checkpoint for a subject, at most")
 
 
-def run(
+def epochs(
     *,
     pool: Path,
     checkpoints: Path,

@@ -1,4 +1,4 @@
-"""Stage: what the recordings can tell about the parameters, and what other recordings would."""
+"""What the recordings can tell about the parameters, and what other recordings would; its figures."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.artefacts import ArtefactError, save
+from swesbi.artefacts import ArtefactError, load, save
 from swesbi.exact.dataset import read_exact_posterior
+from swesbi.figures import design
+from swesbi.figures import identifiability as told
+from swesbi.figures.style import save_figure
 from swesbi.identifiability.cohort import CohortIdentifiability, identify_cohort
-from swesbi.identifiability.dataset import KIND, to_groups
+from swesbi.identifiability.dataset import KIND, SCHEMA, to_groups
 from swesbi.identifiability.design import single_repeat_variance
 from swesbi.identifiability.quantities import QUANTITY_NAMES
 from swesbi.identifiability.settings import IdentifiabilitySettings
@@ -36,7 +39,7 @@ class IdentifiabilityStageSettings(Settings):
     identifiability: IdentifiabilitySettings
 
 
-def run(
+def identifiability(
     *,
     posteriors: Sequence[Path],
     observations: Sequence[Path],
@@ -99,3 +102,29 @@ def _log(found: CohortIdentifiability) -> None:
             f"{name} {value:.2f}" for name, value in zip(QUANTITY_NAMES, np.round(ratio, 2), strict=True)
         )
         LOGGER.info("subject %s: expected / found posterior sd: %s", one.subject, parts)
+
+
+class IdentifiabilityFiguresSettings(Settings):
+    """What the figures call the subjects."""
+
+    cohort_title: str
+
+
+def identifiability_figures(
+    *,
+    identifiability: Path,
+    identifiability_pdf: Path,
+    identifiability_png: Path,
+    design_pdf: Path,
+    design_png: Path,
+    settings: IdentifiabilityFiguresSettings,
+    origin: Origin,
+) -> None:
+    """Draw what the recordings tell, and what others would.
+
+    Raises:
+        ArtefactError: The file is not such an artefact.
+    """
+    groups = {name: load(identifiability, KIND, name)[0] for name in SCHEMA}
+    save_figure(told.draw(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
+    save_figure(design.draw(groups, settings.cohort_title), design_pdf, design_png)

@@ -16,6 +16,7 @@ from typing import Any, Protocol, TextIO, get_type_hints
 from swesbi.artefacts import DamagedArtefactError
 from swesbi.running.parent import RUN, end_with
 from swesbi.stages.origin import Origin
+from swesbi.stages.registry import stage_function
 
 LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
@@ -35,22 +36,25 @@ class SnakemakeJob(Protocol):
     log: Any
 
 
-def run_job(snakemake: SnakemakeJob, run: Callable[..., None], **resources: object) -> None:
-    """Run a stage for one Snakemake job.
+def run_job(snakemake: SnakemakeJob) -> None:
+    """Run the stage of one Snakemake job.
 
-    The rule's named inputs and outputs become the arguments of the same names; ``params.stage`` holds
-    settings, seed, subject and code hash. ``resources`` are passed on; they must not change a result.
-    The job ends when the run that started it is gone.
+    The rule's named inputs and outputs become the arguments of the same names; ``params.stage`` holds the
+    stage's name, settings, seed, subject and code hash. A resource of the configuration goes to a stage that
+    has an argument of its name; it must not change a result. The job ends when the run that started it is
+    gone.
 
     Raises:
         SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
     """
+    stage = snakemake.params["stage"]
+    run = stage_function(stage["name"])
     files = {**dict(snakemake.input.items()), **dict(snakemake.output.items())}
     run_now = snakemake.config[RUN]
     end_with(run_now["process"])
     with logging_to(Path(str(snakemake.log[0])), run_now["options"]):
         print(f"{START_UP}{time.process_time():.3f} s")
-        run(**_arguments(run, files, snakemake.params["stage"]), **resources)
+        run(**_arguments(run, files, stage), **_resources(run, snakemake.config["resources"]))
         print(f"{PROCESSOR_TIME}{_processor_time_s():.3f} s")
 
 
@@ -70,6 +74,11 @@ def _arguments(
     arguments["settings"] = hints["settings"].from_plain(stage["settings"])
     arguments["origin"] = Origin(stage["seed"], stage["subject"], stage["code"])
     return arguments
+
+
+def _resources(run: Callable[..., None], configured: Mapping[str, Any]) -> dict[str, Any]:
+    wanted = inspect.signature(run).parameters
+    return {name: value for name, value in configured.items() if name in wanted}
 
 
 def _as_paths(value: Any, hint: object) -> Path | tuple[Path, ...]:  # noqa: ANN401

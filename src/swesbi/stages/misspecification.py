@@ -1,4 +1,4 @@
-"""Stage: null distributions of one subject's misspecification tests, and the recordings for their power."""
+"""Null distributions of the misspecification tests, of one subject or over a population."""
 
 from __future__ import annotations
 
@@ -14,12 +14,17 @@ from swesbi.flow.conditioning import ConditioningSettings, conditioning_of, raw_
 from swesbi.flow.files import load_flow
 from swesbi.misspecification.bounds import prior_strip_mass
 from swesbi.misspecification.checks import no_checks
-from swesbi.misspecification.dataset import ACQUIRED, KIND, NULL, OWN, VOLUNTEER, SubjectChecks, to_groups
+from swesbi.misspecification.dataset import ACQUIRED, NULL, OWN, VOLUNTEER, SubjectChecks, to_groups
+from swesbi.misspecification.dataset import KIND as CHECKS
 from swesbi.misspecification.posteriors import check_recordings
-from swesbi.misspecification.settings import SyntheticSettings
+from swesbi.misspecification.settings import RuleSettings, SyntheticSettings
 from swesbi.misspecification.volunteers import find_volunteer, volunteer_recordings
 from swesbi.noise.dataset import read_noise
 from swesbi.observation.settings import SummarySettings, summary_names
+from swesbi.population.null import NullSettings, draw_null
+from swesbi.population.null_dataset import KIND as NULLS
+from swesbi.population.null_dataset import to_dataset
+from swesbi.population.recordings import FreshSettings
 from swesbi.recording.dataset import read_observation
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
@@ -55,7 +60,7 @@ class _Made(NamedTuple):
     refused: int
 
 
-def run(
+def misspecification(
     *,
     observation: Path,
     noise: Path,
@@ -96,7 +101,7 @@ def run(
         recordings=checks,
         refused={kind: part.refused for kind, part in made.items()},
     )
-    save(misspecification, to_groups(result), origin.provenance(KIND, settings))
+    save(misspecification, to_groups(result), origin.provenance(CHECKS, settings))
 
 
 def _make(
@@ -125,3 +130,29 @@ def _make(
         )
         made[VOLUNTEER] = _Made(recordings, refused)
     return made
+
+
+class PopulationNullStageSettings(Settings):
+    """What the nulls depend on, beside the network."""
+
+    fresh: FreshSettings
+    summary: SummarySettings
+    sizes: NullSettings
+    rule: RuleSettings
+
+
+def population_null(
+    *, estimator: Path, null: Path, settings: PopulationNullStageSettings, origin: Origin
+) -> None:
+    """Make well-specified recordings of fresh contexts, infer each, and keep what the tests look at.
+
+    Raises:
+        ArtefactError: The network is no such artefact.
+    """
+    conditioning = conditioning_of(settings.summary, settings.fresh.model)
+    flow, _ = load_flow(estimator)
+    found = draw_null(
+        range(settings.sizes.recordings), flow, settings.fresh, conditioning, settings.sizes, settings.rule,
+        origin.seed,
+    )  # fmt: skip
+    save(null, to_dataset(found), origin.provenance(NULLS, settings))

@@ -1,4 +1,4 @@
-"""Stage: every number of the paper beside this study's, as CSV and LaTeX."""
+"""Every number of the paper beside this study's, as CSV and LaTeX."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class PaperComparisonSettings(Settings):
     recording: RecordingSettings
 
 
-def run(
+def paper_comparison(
     *,
     protocol: Path,
     ppc: Path,

@@ -1,4 +1,4 @@
-"""Stage: the landing page of the results, readable without the workflow."""
+"""The landing page of the results, readable without the workflow."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ from pydantic import JsonValue
 
 from swesbi import __version__
 from swesbi.artefacts import ArtefactError, atomic_path
+from swesbi.evaluation.exact_result import read_exact_result
+from swesbi.figures.strata import read_strata
 from swesbi.figures.training import read_history
 from swesbi.inference.support import read_support
+from swesbi.noise.dataset import read_noise
+from swesbi.population.cohort import read_cohort
 from swesbi.recording.dataset import read_observation
 from swesbi.report import captions
 from swesbi.report.exact import Exact
@@ -23,14 +27,96 @@ from swesbi.report.files import file_groups, relative
 from swesbi.report.names import protocol_entry
 from swesbi.report.page import Cohort, Figures, Provenance, as_yaml, make_page, render
 from swesbi.report.paper import read_comparison
+from swesbi.report.population import OverPopulation
 from swesbi.report.population_section import make_population_section, population_figures
 from swesbi.report.provenance import provenance_table, software_table
 from swesbi.report.results import Experiment, Recovery, Results
 from swesbi.settings import Settings
-from swesbi.stages.exact_results import read_exact
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place
-from swesbi.stages.population_results import read_populations
+
+
+def read_exact(
+    experiments: Sequence[Experiment],
+    posteriors: Sequence[Path],
+    tables: Mapping[str, Sequence[Path]],
+    noise: Sequence[Path],
+    truth: Sequence[Path],
+) -> tuple[Exact, ...]:
+    """Read what only experiments on speeds have, in the order of the experiments.
+
+    Args:
+        experiments: All experiments.
+        posteriors: ``posterior.h5`` of every subject in every experiment on speeds.
+        tables: By kind, ``<kind>.csv`` of every experiment on speeds.
+        noise: The cohort's noise; none without an experiment on speeds.
+        truth: ``truth.csv``, or none.
+
+    Raises:
+        ArtefactError: A file of an experiment is missing.
+    """
+    chosen = [experiment for experiment in experiments if experiment.exact]
+    if chosen and not noise:
+        raise ArtefactError("the cohort's noise is not given")
+    truths = _truth(truth)
+    found = by_place(posteriors)
+    return tuple(
+        Exact(
+            experiment=experiment,
+            results={
+                place.subject: read_exact_result(path)
+                for place, path in found.items()
+                if place.experiment == experiment.name
+            },
+            noise=read_noise(noise[0]),
+            truth=truths[truths["experiment"] == experiment.name],
+            **{kind: _table(paths, kind, experiment.name) for kind, paths in tables.items()},
+        )
+        for experiment in chosen
+    )
+
+
+def _table(paths: Sequence[Path], kind: str, experiment: str) -> pd.DataFrame:
+    by_experiment = {path.parent.name: path for path in paths}
+    if experiment not in by_experiment:
+        raise ArtefactError(f"experiment {experiment!r}: no file of {kind} is given")
+    return pd.read_csv(by_experiment[experiment], converters={"subject": str})
+
+
+def _truth(paths: Sequence[Path]) -> pd.DataFrame:
+    if not paths:
+        return pd.DataFrame(columns=["experiment"])
+    return pd.read_csv(paths[0], converters={"experiment": str, "subject": str})
+
+
+def read_populations(
+    sections: Mapping[str, Mapping[str, JsonValue]], cohorts: Sequence[Path], strata: Sequence[Path]
+) -> tuple[OverPopulation, ...]:
+    """Read the experiments over a population, in the order of their sections.
+
+    Args:
+        sections: Of the configuration, by experiment, with the mass of the credible intervals.
+        cohorts: ``cohort.csv`` of every experiment, in its folder.
+        strata: ``strata.csv`` likewise.
+
+    Raises:
+        ArtefactError: A file of an experiment is missing, or not what its name says.
+    """
+    files = {"cohort": cohorts, "strata": strata}
+    by_kind = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
+    for name in sections:
+        if missing := [kind for kind, paths in by_kind.items() if name not in paths]:
+            raise ArtefactError(f"experiment {name!r}: no file of {', '.join(missing)} is given")
+    return tuple(
+        OverPopulation(
+            name=name,
+            settings=plain,
+            interval=float(str(plain["interval"])),
+            cohort=read_cohort(by_kind["cohort"][name]),
+            strata=read_strata(by_kind["strata"][name]),
+        )
+        for name, plain in sections.items()
+    )
 
 
 class ReportSettings(Settings):
@@ -51,7 +137,7 @@ class ReportSettings(Settings):
     configuration: dict[str, JsonValue]
 
 
-def run(
+def report(
     *,
     recording: Path,
     observations: Sequence[Path],

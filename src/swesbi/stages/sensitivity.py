@@ -1,17 +1,77 @@
-"""Stage: the table and the figure of what each variant changes."""
+"""What follows from choices: tables and figures of the discrepancy and of variants of an experiment."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 
+from swesbi.discrepancy.cohort import generate_cohort
+from swesbi.discrepancy.evidence import score_subject
+from swesbi.discrepancy.settings import DiscrepancyStudySettings
+from swesbi.discrepancy.table import best_pair, discrepancy_table
+from swesbi.figures.discrepancy import draw_discrepancy
 from swesbi.figures.sensitivity import draw_sensitivity
 from swesbi.figures.style import save_figure
+from swesbi.progress import Progress
+from swesbi.recording.settings import RecordingSettings
+from swesbi.seeds import generator
 from swesbi.sensitivity.posteriors import read_posteriors
 from swesbi.sensitivity.table import sensitivity_table
 from swesbi.settings import Settings
+from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.stages.origin import Origin
 from swesbi.tables.files import write_csv
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class DiscrepancyStageSettings(Settings):
+    """What the choice depends on: the model, the protocol of the recordings, grid and effort.
+
+    The grid takes the place of the model's own discrepancy, which is not used.
+    """
+
+    model: SpeedModelSettings
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    study: DiscrepancyStudySettings
+
+
+def discrepancy(
+    *, table: Path, figure_pdf: Path, figure_png: Path, settings: DiscrepancyStageSettings, origin: Origin
+) -> None:
+    """Generate and record the cohort, score every pair on every subject, and write what they add up to.
+
+    Raises:
+        RuntimeError: A subject could not be recorded.
+    """
+    model, study = settings.model, settings.study
+    cohort = generate_cohort(
+        study.subjects,
+        model.prior.theta,
+        settings.acquisition,
+        settings.recording,
+        model.measurement.grid_points,
+        origin.seed,
+    )
+    progress, scores = Progress("discrepancy", len(cohort), unit="subject"), []
+    for index, subject in enumerate(cohort):
+        rng = generator(origin.seed, "discrepancy", "bank", index)
+        scores.append(score_subject(subject, model, study, rng))
+        progress.step()
+    phases = [len(subject.recording.phase) for subject in cohort]
+    frame = discrepancy_table(study.pairs, scores, phases, study.interval)
+    write_csv(table, frame)
+    save_figure(draw_discrepancy(frame, study.interval), figure_pdf, figure_png)
+    best = best_pair(frame)
+    LOGGER.info(
+        "highest total log evidence over %d generated subjects: speed_fraction %g, timing_cycle %g",
+        len(cohort),
+        best.speed_fraction,
+        best.timing_cycle,
+    )
 
 
 class SensitivityStageSettings(Settings):
@@ -22,7 +82,7 @@ class SensitivityStageSettings(Settings):
     labels: dict[str, str]
 
 
-def run(
+def sensitivity(
     *,
     variants: Sequence[Path],
     table: Path,

@@ -1,19 +1,30 @@
-"""Stage: the figures of one subject, predictive check and posterior."""
+"""Predictive checks and posteriors, drawn for one subject and for a whole cohort."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.evaluation.cmaes_dataset import read_cmaes
+from swesbi.evaluation.exact_result import read_exact_result
 from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.figures import posterior_subject, ppc_subject
-from swesbi.figures.panels import PosteriorPanel, PredictivePanel
+from swesbi.evaluation.truth import read_truth
+from swesbi.figures import (
+    exact_cohort,
+    exact_subject,
+    posterior_cohort,
+    posterior_subject,
+    ppc_cohort,
+    ppc_subject,
+)
+from swesbi.figures.panels import ExactPanel, PosteriorPanel, PredictivePanel
 from swesbi.figures.style import save_figure
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
-from swesbi.prior import PriorSettings
+from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.settings import Settings
 from swesbi.stages.origin import Origin
+from swesbi.stages.places import by_place, by_subject, pick
 
 
 class SubjectFiguresSettings(Settings):
@@ -23,7 +34,7 @@ class SubjectFiguresSettings(Settings):
     prior: PriorSettings
 
 
-def run(
+def subject_figures(
     *,
     predictive: Path,
     posterior: Path,
@@ -53,3 +64,127 @@ def save_predictive_check(
     fit, _ = read_cmaes(cmaes)
     panel = PredictivePanel(provenance.subject, check, fit, read_support(support))
     save_figure(ppc_subject.draw(panel, cohort_title), figure)
+
+
+class ExactSubjectFiguresSettings(Settings):
+    """What the figures call the subjects, and the joint prior shown for scale."""
+
+    cohort_title: str
+    prior: JointPriorSettings
+
+
+def exact_subject_figures(
+    *,
+    predictive: Path,
+    posterior: Path,
+    support: Path,
+    cmaes: Path,
+    truth: Sequence[Path],
+    ppc_png: Path,
+    posterior_png: Path,
+    settings: ExactSubjectFiguresSettings,
+    origin: Origin,
+) -> None:
+    """Draw predictive check and posterior.
+
+    ``truth`` is the file of true parameters of a generated cohort, or nothing.
+    """
+    save_predictive_check(predictive, support, cmaes, ppc_png, settings.cohort_title)
+    save_exact_posterior(posterior, support, cmaes, truth, posterior_png, settings)
+
+
+def save_exact_posterior(
+    posterior: Path,
+    support: Path,
+    cmaes: Path,
+    truth: Sequence[Path],
+    figure: Path,
+    settings: ExactSubjectFiguresSettings,
+) -> None:
+    """Draw the exact posterior; ``figure`` is a .png or .pdf, ``truth`` as in ``run``."""
+    fit, provenance = read_cmaes(cmaes)
+    subject = provenance.subject
+    panel = ExactPanel(
+        subject=subject,
+        result=read_exact_result(posterior),
+        fit_theta=fit.theta,
+        support=read_support(support),
+        truth=read_truth(truth).get(subject),
+    )
+    save_figure(exact_subject.draw(panel, settings.prior, settings.cohort_title), figure)
+
+
+class CohortFiguresSettings(Settings):
+    """What the figures call the subjects, and the prior shown for scale."""
+
+    cohort_title: str
+    prior: PriorSettings
+
+
+def cohort_figures(
+    *,
+    predictives: Sequence[Path],
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    cmaes: Sequence[Path],
+    ppc_pdf: Path,
+    ppc_png: Path,
+    posterior_pdf: Path,
+    posterior_png: Path,
+    settings: CohortFiguresSettings,
+    origin: Origin,
+) -> None:
+    """Draw both figures of one experiment, subjects in the order of ``predictives``."""
+    support_of, posterior_of, fit_of = by_place(supports), by_place(posteriors), by_subject(cmaes)
+    checks, marginals, interval = [], [], 0.0
+    for place, path in by_place(predictives).items():
+        support = read_support(pick(support_of, place, "support verdict"))
+        fit, _ = read_cmaes(fit_of[place.subject])
+        posterior = read_posterior(pick(posterior_of, place, "posterior"))
+        interval = posterior.interval_mass
+        checks.append(PredictivePanel(place.subject, read_predictive(path)[0], fit, support))
+        marginals.append(
+            PosteriorPanel(place.subject, posterior.theta, posterior.unfiltered, fit.theta, support)
+        )
+    title = settings.cohort_title
+    save_figure(ppc_cohort.draw(checks, title), ppc_pdf, ppc_png)
+    save_figure(
+        posterior_cohort.draw(marginals, settings.prior, interval, title), posterior_pdf, posterior_png
+    )
+
+
+class ExactFiguresSettings(ExactSubjectFiguresSettings):
+    """What the figures call the subjects, and the joint prior shown for scale."""
+
+
+def exact_figures(
+    *,
+    predictives: Sequence[Path],
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    cmaes: Sequence[Path],
+    truth: Sequence[Path],
+    ppc_pdf: Path,
+    ppc_png: Path,
+    posterior_pdf: Path,
+    posterior_png: Path,
+    settings: ExactFiguresSettings,
+    origin: Origin,
+) -> None:
+    """Draw both figures of one experiment, subjects in the order of ``predictives``.
+
+    ``truth`` is the file of true parameters of a generated cohort, or nothing.
+    """
+    support_of, posterior_of, fit_of = by_place(supports), by_place(posteriors), by_subject(cmaes)
+    truths = read_truth(truth)
+    checks, marginals = [], []
+    for place, path in by_place(predictives).items():
+        support = read_support(pick(support_of, place, "support verdict"))
+        fit, _ = read_cmaes(fit_of[place.subject])
+        result = read_exact_result(pick(posterior_of, place, "posterior"))
+        checks.append(PredictivePanel(place.subject, read_predictive(path)[0], fit, support))
+        true_phi = truths.get(place.subject)
+        marginals.append(ExactPanel(place.subject, result, fit.theta, support, true_phi))
+    title = settings.cohort_title
+    save_figure(ppc_cohort.draw(checks, title), ppc_pdf, ppc_png)
+    save_figure(exact_cohort.draw(marginals, settings.prior, title), posterior_pdf, posterior_png)

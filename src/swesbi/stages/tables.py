@@ -1,13 +1,15 @@
-"""Stage: the tables of every experiment, as CSV and LaTeX."""
+"""The tables of every experiment, as CSV and LaTeX, and of true parameters."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.artefacts import atomic_path
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.predictive_dataset import read_predictive
+from swesbi.evaluation.truth import read_truth
 from swesbi.evaluation.verdict import verdict_numbers
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
@@ -21,6 +23,9 @@ from swesbi.tables.latex import ppc_latex
 from swesbi.tables.posterior import posterior_table
 from swesbi.tables.posterior_latex import posterior_latex
 from swesbi.tables.ppc import ppc_table
+from swesbi.tables.truth import Answer, truth_table
+
+LOGGER = logging.getLogger("swesbi")
 
 
 class TablesSettings(Settings):
@@ -29,7 +34,7 @@ class TablesSettings(Settings):
     cohort_title: str
 
 
-def run(
+def tables(
     *,
     predictives: Sequence[Path],
     posteriors: Sequence[Path],
@@ -83,3 +88,38 @@ def read_cases(
 def _write_text(path: Path, text: str) -> None:
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+class TruthSettings(Settings):
+    """Nothing of the configuration: the table says what the posteriors and the truth say."""
+
+
+def truth(
+    *,
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    truth: Path,
+    truth_csv: Path,
+    settings: TruthSettings,
+    origin: Origin,
+) -> None:
+    """Write the table of every experiment and subject whose posterior is given.
+
+    Raises:
+        ArtefactError: A verdict is missing, or a file cannot be read.
+    """
+    support_of = by_place(supports)
+    answers = [
+        Answer(
+            place.experiment,
+            place.subject,
+            read_posterior(path),
+            read_support(pick(support_of, place, "support verdict")),
+        )
+        for place, path in by_place(posteriors).items()
+    ]
+    table = truth_table(answers, read_truth([truth]))
+    write_csv(truth_csv, table)
+    for experiment, part in table.dropna(subset="inside").groupby("experiment", sort=False):
+        inside = part["inside"].astype(bool)
+        LOGGER.info("%s: %d of %d true parameters inside", experiment, inside.sum(), len(inside))

@@ -1,10 +1,13 @@
-"""Stage: the verdict on one subject of an experiment on measured speeds."""
+"""The verdict on one subject, and how often the tests behind it raise an alarm."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
+
+import pandas as pd
 
 from swesbi.artefacts import ArtefactError, write_json
 from swesbi.context import Context
@@ -16,7 +19,8 @@ from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import Support, SupportTest
 from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording
 from swesbi.misspecification.cohort_context import context_tests
-from swesbi.misspecification.dataset import read_subject_checks
+from swesbi.misspecification.dataset import ACQUIRED, OWN, read_subject_checks
+from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, alarm_rows
 from swesbi.misspecification.reference import Reference, Status
 from swesbi.misspecification.settings import RuleSettings
 from swesbi.misspecification.verdict import grade, make_support, null_tests
@@ -29,6 +33,7 @@ from swesbi.settings import Settings
 from swesbi.speed_model.model import SpeedModel, SpeedModelSettings
 from swesbi.speed_model.subjects import read_speed_model
 from swesbi.stages.origin import Origin
+from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -47,7 +52,7 @@ class VerdictStageSettings(Settings):
         return conditioning_of(self.summary, self.model)
 
 
-def run(
+def verdict(
     *,
     posterior: Path,
     misspecification: Path,
@@ -138,3 +143,30 @@ def _check(
     )
     rng = generator(origin.seed, "verdict", origin.subject)
     return check_recording(model, draws, settings.conditioning, settings.strip_fraction, rng)
+
+
+class MisspecificationTableStageSettings(Settings):
+    """The rule whose alarms are counted."""
+
+    rule: RuleSettings
+
+
+def misspecification_table(
+    *,
+    misspecifications: Sequence[Path],
+    table: Path,
+    settings: MisspecificationTableStageSettings,
+    origin: Origin,
+) -> None:
+    """Count alarms on well-specified recordings and on the virtual volunteers recorded anew.
+
+    Raises:
+        ArtefactError: An input is no such artefact.
+    """
+    rows = alarm_rows([read_subject_checks(path) for path in misspecifications], settings.rule)
+    write_csv(table, pd.DataFrame([asdict(row) for row in rows]), float_format=None)
+    for row in rows:
+        if row.alarm == STRAINED_OR_WORSE and (
+            row.subject == COHORT or row.recordings not in (OWN, ACQUIRED)
+        ):
+            LOGGER.info("%s, %s: alarm on %.1f %% of %d", row.subject, row.recordings, 100 * row.rate, row.n)

@@ -1,0 +1,114 @@
+"""Training the flow of an experiment on measured speeds, or of one over a population."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+from swesbi.flow.conditioning import ConditioningSettings, conditioning_of
+from swesbi.flow.files import KIND, save_flow
+from swesbi.flow.phases import PhaseSettings
+from swesbi.flow.pool import of_subject, read_pool
+from swesbi.flow.settings import FlowSettings
+from swesbi.flow.simulations import SubjectSimulations
+from swesbi.flow.training import train_flow as train_on_pool
+from swesbi.observation.settings import SummarySettings
+from swesbi.population.conditions import ConditionSettings
+from swesbi.population.dataset import read_population
+from swesbi.population.rows import RowMaker
+from swesbi.population.training import train_population as train_on_population
+from swesbi.recording.settings import RecordingSettings
+from swesbi.seeds import integer_seed
+from swesbi.settings import Settings
+from swesbi.speed_model.model import SpeedModelSettings
+from swesbi.speed_model.subjects import read_speed_models
+from swesbi.stages.origin import Origin
+from swesbi.tables.training import write_epochs
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class TrainFlowStageSettings(Settings):
+    """What the trained flow depends on, beside its input files."""
+
+    model: SpeedModelSettings
+    summary: SummarySettings
+    estimator: FlowSettings
+
+    @property
+    def conditioning(self) -> ConditioningSettings:
+        """How measured speeds become the flow's input."""
+        return conditioning_of(self.summary, self.model)
+
+
+def train_flow(
+    *,
+    pool: Path,
+    observations: Sequence[Path],
+    noise: Path,
+    estimator: Path,
+    training: Path,
+    settings: TrainFlowStageSettings,
+    origin: Origin,
+) -> None:
+    """Train q(phi | z) on the pool of all subjects; write its weights and the losses of every epoch.
+
+    Runs on the CPU, on one thread, and repeats to the bit.
+
+    Raises:
+        ArtefactError: The pool lacks a subject.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    label, pooled = f"training {estimator.parent.name}", read_pool(pool)
+    models = read_speed_models(observations, noise, settings.model)
+    parts = [of_subject(pooled, model.recording.subject, pool) for model in models]
+    subjects = [
+        SubjectSimulations(model, part.theta, part.active) for model, part in zip(models, parts, strict=True)
+    ]
+    seed = integer_seed(origin.seed, "flow training")
+    result = train_on_pool(subjects, settings.conditioning, settings.estimator, seed, label)
+    save_flow(estimator, result.flow, origin.provenance(KIND, settings))
+    write_epochs(training, result.epochs)
+
+
+class TrainPopulationStageSettings(Settings):
+    """What the trained flow depends on, beside the simulations."""
+
+    model: SpeedModelSettings
+    conditions: ConditionSettings
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    estimator: FlowSettings
+
+
+def train_population(
+    *,
+    shards: Sequence[Path],
+    estimator: Path,
+    training: Path,
+    settings: TrainPopulationStageSettings,
+    origin: Origin,
+) -> None:
+    """Train q(phi | z) on recordings drawn over the population; write weights and losses of every epoch.
+
+    Runs on the CPU, on one thread, and repeats to the bit.
+
+    Raises:
+        ArtefactError: A shard is no such artefact.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    phases = PhaseSettings(phases=settings.acquisition.phases, relative_se=settings.conditions.relative_se)
+    maker = RowMaker(
+        model=settings.model,
+        conditions=settings.conditions,
+        protocol=settings.acquisition,
+        recording=settings.recording,
+        phases=phases,
+        seed=integer_seed(origin.seed, "population training"),
+    )
+    label = f"training {estimator.parent.name}"
+    result = train_on_population(read_population(shards), maker, settings.estimator, label)
+    save_flow(estimator, result.flow, origin.provenance(KIND, settings))
+    write_epochs(training, result.epochs)
