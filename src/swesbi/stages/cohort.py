@@ -9,8 +9,8 @@ from pathlib import Path
 
 from swesbi.artefacts import ArtefactError, save, to_dataset, to_groups
 from swesbi.code_hash import stage_hash
-from swesbi.forward_model import simulate
 from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
 from swesbi.noise.cohort import CohortNoise, fit_noise
 from swesbi.noise.dataset import KIND as NOISE
 from swesbi.noise.dataset import to_dataset as noise_to_dataset
@@ -21,9 +21,9 @@ from swesbi.observation.passive import calibrate_passive
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings, log_centre
 from swesbi.progress import Progress
-from swesbi.recording import ingest as ingest_recording
 from swesbi.recording.dataset import CONTEXTS, contexts_dataset, read_observation
 from swesbi.recording.dataset import KIND as OBSERVATION
+from swesbi.recording.ingest import ingest as ingest_recording
 from swesbi.recording.observation import Observation
 from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.recording.reader import read_samples

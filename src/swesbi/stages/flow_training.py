@@ -14,9 +14,9 @@ from swesbi.flow.settings import FlowSettings
 from swesbi.flow.simulations import SubjectSimulations
 from swesbi.flow.training import train_flow as train_on_pool
 from swesbi.observation.settings import SummarySettings
-from swesbi.population.conditions import ConditionSettings
 from swesbi.population.dataset import read_population
 from swesbi.population.rows import RowMaker
+from swesbi.population.settings import ConditionSettings
 from swesbi.population.training import train_population as train_on_population
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed

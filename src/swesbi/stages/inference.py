@@ -12,8 +12,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError, save, write_json
-from swesbi.forward_model import simulate
 from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.forward_model.simulate import simulate
 from swesbi.inference.dataset import POSTERIOR, posterior_to_groups, read_pool
 from swesbi.inference.estimator import load_estimator
 from swesbi.inference.observation_model import augment, noise_sd

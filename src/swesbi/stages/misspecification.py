@@ -21,10 +21,11 @@ from swesbi.misspecification.settings import RuleSettings, SyntheticSettings
 from swesbi.misspecification.volunteers import find_volunteer, volunteer_recordings
 from swesbi.noise.dataset import read_noise
 from swesbi.observation.settings import SummarySettings, summary_names
-from swesbi.population.null import NullSettings, draw_null
+from swesbi.population.null import draw_null
 from swesbi.population.null_dataset import KIND as NULLS
 from swesbi.population.null_dataset import to_dataset
 from swesbi.population.recordings import FreshSettings
+from swesbi.population.settings import NullSettings
 from swesbi.recording.dataset import read_observation
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings

@@ -21,12 +21,13 @@ from swesbi.flow.net import TrainedFlow
 from swesbi.misspecification.network import network_test
 from swesbi.misspecification.pooled import pooled_reference, prior_predictive
 from swesbi.noise.dataset import read_noise
-from swesbi.population.calibration import FreshInferred, StrataSettings, infer_fresh
+from swesbi.population.calibration import FreshInferred, infer_fresh
 from swesbi.population.calibration_dataset import KIND, fresh_dataset, fresh_of, join
 from swesbi.population.null import PopulationNull
 from swesbi.population.null_dataset import read_null
 from swesbi.population.recordings import ACQUIRED, OWN, FreshSettings
 from swesbi.population.scores import Judge
+from swesbi.population.settings import StrataSettings
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 from swesbi.recording.dataset import read_observation
