@@ -255,6 +255,8 @@ def build_dataset(
     Raises:
         KeyError: A dataset of the schema has no values.
     """
+    import xarray as xr  # half a second, which whoever only names an artefact need not wait
+
     variables = {
         name: (variable.dims, values[name], {"units": variable.units, "long_name": variable.meaning})
         for name, variable in schema.items()
