@@ -14,8 +14,8 @@ from swesbi.evaluation.fit import CmaesFit, gather
 from swesbi.evaluation.loss import curve_loss
 from swesbi.evaluation.predictive import Draws, PredictiveCheck, Target, predict
 from swesbi.evaluation.settings import CmaesSettings, CurveLossSettings
-from swesbi.figures.panels import PosteriorPanel, PredictivePanel
 from swesbi.inference.support import Support
+from swesbi.show.figures.predictive import PosteriorPanel, PredictivePanel
 from swesbi.simulations.prior import PriorSettings, bounds, quantile
 from swesbi.theta import THETA_NAMES
 

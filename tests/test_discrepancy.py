@@ -25,8 +25,8 @@ from swesbi.discrepancy.bank import PriorProposal, fill_bank
 from swesbi.discrepancy.cohort import PHYSIOLOGY, draw_volunteer
 from swesbi.discrepancy.evidence import score_pairs
 from swesbi.exact.student import StudentProposal, effective_draws, fitted_proposal
-from swesbi.figures.discrepancy import draw_discrepancy
 from swesbi.recording import ContextRow
+from swesbi.show.figures.choices import draw_discrepancy
 from swesbi.speed_model.settings import DiscrepancySettings
 from swesbi.speed_model.synthetic import own_recordings
 from swesbi.stages import discrepancy as stage

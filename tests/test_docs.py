@@ -12,13 +12,13 @@ import pytest
 from study_copy import ROOT, StudyCopy
 
 from swesbi.config import Study, load_study, overlay, read_yaml
-from swesbi.docs.__main__ import FIGURES, main
-from swesbi.docs.marks import PART, MarkError, fill
-from swesbi.docs.numbers import fixed, mean_sd, share
-from swesbi.docs.parts import PARTS, truth_part
-from swesbi.docs.population import COSTS, PopulationResults, scaling_part
-from swesbi.docs.results import Results, read_results
 from swesbi.inference.support import read_support
+from swesbi.show.docs.__main__ import FIGURES, main
+from swesbi.show.docs.marks import PART, MarkError, fill
+from swesbi.show.docs.numbers import fixed, mean_sd, share
+from swesbi.show.docs.population import COSTS, PopulationResults, scaling_part
+from swesbi.show.docs.reproduction import PARTS, truth_part
+from swesbi.show.docs.results import Results, read_results
 
 SHIPPED = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
 

@@ -17,18 +17,22 @@ from study_copy import ROOT
 from test_report_page import make_experiment
 
 from swesbi.calibration.table import COLUMNS as CALIBRATION_COLUMNS
-from swesbi.docs.calibration import PARTS
-from swesbi.docs.calibration_results import CalibrationResults
-from swesbi.docs.marks import PART, fill
-from swesbi.figures.style import save_figure
 from swesbi.noise.cohort import CohortNoise, NoiseEstimate
 from swesbi.noise.components import ComponentEstimate
-from swesbi.report.exact import Exact, outcomes_table, truth_table, verdicts_table
-from swesbi.report.exact_section import make_section, section_figures
-from swesbi.report.experiments import comparison_table, differences_table, median_table
-from swesbi.report.recovery import recovery_table
-from swesbi.report.results import Experiment
-from swesbi.report.training import training_table
+from swesbi.show.docs.calibration import PARTS
+from swesbi.show.docs.marks import PART, fill
+from swesbi.show.docs.results import CalibrationResults
+from swesbi.show.figures.style import save_figure
+from swesbi.show.page.sections import make_section, section_figures
+from swesbi.show.results import Experiment
+from swesbi.show.tables.exact import Exact, outcomes_table, truth_table, verdicts_table
+from swesbi.show.tables.experiments import (
+    comparison_table,
+    differences_table,
+    median_table,
+    recovery_table,
+    training_table,
+)
 from swesbi.speed_model.joint_prior import PHI_NAMES
 from swesbi.theta import THETA_NAMES
 

@@ -10,23 +10,31 @@ import pytest
 from matplotlib.figure import Figure as Drawing
 
 from swesbi.artefacts import ArtefactError
-from swesbi.figures.style import save_figure
 from swesbi.inference.support import Support
-from swesbi.report.experiments import comparison_table, differences_table, median_table
-from swesbi.report.figures import figure
-from swesbi.report.files import file_groups
-from swesbi.report.headline import caution, headline
-from swesbi.report.names import component, protocol_entry, rejection, with_symbols
-from swesbi.report.numbers import estimate, fixed, mean_sd, percent, significant, span
-from swesbi.report.paper import paper_table, read_comparison
-from swesbi.report.recovery import recovery_table
-from swesbi.report.results import Experiment, Recovery
-from swesbi.report.subjects import derived_table, feature_table, posterior_table, score_table, verdict_table
-from swesbi.report.table import Link, Row, Table, words
-from swesbi.report.training import training_table
-from swesbi.tables.features import COLUMNS as FEATURE_COLUMNS
-from swesbi.tables.posterior import COLUMNS as POSTERIOR_COLUMNS
-from swesbi.tables.ppc import COLUMNS as PPC_COLUMNS
+from swesbi.show.figures.style import save_figure
+from swesbi.show.names import component, protocol_entry, rejection, with_symbols
+from swesbi.show.numbers import estimate, fixed, mean_sd, percent, significant, span
+from swesbi.show.page.files import figure, file_groups
+from swesbi.show.page.sections import caution, headline
+from swesbi.show.results import Experiment, Recovery
+from swesbi.show.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
+from swesbi.show.table import Link, Row, Table, words
+from swesbi.show.tables.experiments import (
+    comparison_table,
+    differences_table,
+    median_table,
+    paper_table,
+    read_comparison,
+    recovery_table,
+    training_table,
+)
+from swesbi.show.tables.subjects import (
+    derived_table,
+    feature_table,
+    posterior_table,
+    score_table,
+    verdict_table,
+)
 from swesbi.theta import THETA_NAMES, THETA_UNITS
 
 TITLE = "virtual volunteers"

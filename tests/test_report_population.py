@@ -9,9 +9,9 @@ from matplotlib.figure import Figure as Drawing
 from test_population_cohort import REASON, STRATA, TITLE, strata, table
 
 from swesbi.artefacts import ArtefactError
-from swesbi.figures.style import save_figure
-from swesbi.report.population import OverPopulation, cohort_table, strata_table
-from swesbi.report.population_section import make_population_section, population_figures
+from swesbi.show.figures.style import save_figure
+from swesbi.show.page.sections import make_population_section, population_figures
+from swesbi.show.tables.population import OverPopulation, cohort_table, strata_table
 from swesbi.stages.population_results import read_populations
 
 SETTINGS = {

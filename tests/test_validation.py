@@ -10,8 +10,8 @@ from cohorts import ROWS, recording, snapshot, write_cohort, write_overlay
 from recordings import RECORDING
 
 from swesbi.__main__ import main
-from swesbi.figures.recording_sheet import draw_recording_sheet
 from swesbi.recording import REASONS, RecordingError, read_samples, read_subjects
+from swesbi.show.figures.recording import draw_recording_sheet
 from swesbi.validation import examine_cohort
 
 ROOT = Path(__file__).parents[1]

@@ -35,13 +35,13 @@ from swesbi.progress import Progress
 from swesbi.recording import RecordingError, RecordingSettings, ingest
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.training_tables import SeedRow, medians_table, seeds_table
 from swesbi.simulations.dataset import group_by_subject, read_simulations
 from swesbi.simulations.draw import PriorSimulations
 from swesbi.simulations.prior import PriorSettings, in_bounds, log_centre
 from swesbi.stages.origin import Origin
 from swesbi.stages.posterior import check_components
-from swesbi.tables.acquisition_seeds import SeedRow, medians_table, seeds_table
-from swesbi.tables.files import write_csv
 from swesbi.virtual_cohort import ACQUISITION_SEED, VOLUNTEERS, Truth, record, simulate_truth
 
 LOGGER = logging.getLogger("swesbi")

@@ -16,9 +16,9 @@ from swesbi.calibration.settings import JudgementSettings
 from swesbi.calibration.table import LOCAL, POOLED, calibration_table
 from swesbi.inference.recovery import Recovered, score_recovery
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 from swesbi.theta import THETA_NAMES
 
 LOGGER = logging.getLogger("swesbi")

@@ -10,9 +10,9 @@ from swesbi.artefacts import ArtefactError, load
 from swesbi.calibration.dataset import KIND, diagnostics_of, ranked_of
 from swesbi.calibration.settings import JudgementSettings
 from swesbi.calibration.table import COLUMNS, LOCAL
-from swesbi.figures.calibration import CalibrationCase, draw
-from swesbi.figures.style import save_figure
 from swesbi.settings import Settings
+from swesbi.show.figures.calibration import CalibrationCase, draw_calibration
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.origin import Origin
 
 
@@ -50,4 +50,4 @@ def run(
         settings=settings.judgement,
         max_k_hat=settings.max_k_hat,
     )
-    save_figure(draw(case, settings.cohort_title, settings.experiment), figure_pdf, figure_png)
+    save_figure(draw_calibration(case, settings.cohort_title, settings.experiment), figure_pdf, figure_png)

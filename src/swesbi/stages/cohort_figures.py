@@ -7,12 +7,12 @@ from pathlib import Path
 
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.figures import posterior_cohort, ppc_cohort
-from swesbi.figures.panels import PosteriorPanel, PredictivePanel
-from swesbi.figures.style import save_figure
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
 from swesbi.settings import Settings
+from swesbi.show.figures.posterior import draw_cohort_posteriors
+from swesbi.show.figures.predictive import PosteriorPanel, PredictivePanel, draw_cohort_checks
+from swesbi.show.figures.style import save_figure
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, by_subject, pick
@@ -51,7 +51,7 @@ def run(
             PosteriorPanel(place.subject, posterior.theta, posterior.unfiltered, fit.theta, support)
         )
     title = settings.cohort_title
-    save_figure(ppc_cohort.draw(checks, title), ppc_pdf, ppc_png)
+    save_figure(draw_cohort_checks(checks, title), ppc_pdf, ppc_png)
     save_figure(
-        posterior_cohort.draw(marginals, settings.prior, interval, title), posterior_pdf, posterior_png
+        draw_cohort_posteriors(marginals, settings.prior, interval, title), posterior_pdf, posterior_png
     )

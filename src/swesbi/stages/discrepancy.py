@@ -12,15 +12,15 @@ from swesbi.discrepancy import (
     generate_cohort,
     score_subject,
 )
-from swesbi.figures.discrepancy import draw_discrepancy
-from swesbi.figures.style import save_figure
 from swesbi.progress import Progress
 from swesbi.recording import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.choices import draw_discrepancy
+from swesbi.show.figures.style import save_figure
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 from swesbi.virtual_cohort import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")

@@ -29,12 +29,8 @@ from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
 from swesbi.inference.support import read_support
 from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
-from swesbi.simulations.prior import in_bounds
-from swesbi.stages.origin import Origin
-from swesbi.stages.places import by_place
-from swesbi.stages.posterior import check_components
-from swesbi.stages.recovery import RecoveryStageSettings, posterior_seed, synthetic_recordings
-from swesbi.tables.epochs import (
+from swesbi.show.csv import write_csv
+from swesbi.show.training_tables import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
     FRESH_LOSS,
@@ -46,7 +42,11 @@ from swesbi.tables.epochs import (
     EpochRow,
     epochs_table,
 )
-from swesbi.tables.files import write_csv
+from swesbi.simulations.prior import in_bounds
+from swesbi.stages.origin import Origin
+from swesbi.stages.places import by_place
+from swesbi.stages.posterior import check_components
+from swesbi.stages.recovery import RecoveryStageSettings, posterior_seed, synthetic_recordings
 from swesbi.theta import THETA_NAMES
 
 LOGGER = logging.getLogger("swesbi")

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swesbi.figures.epochs import draw, read_epochs
-from swesbi.figures.style import save_figure
-from swesbi.figures.training import read_history
 from swesbi.settings import Settings
+from swesbi.show.figures.style import save_figure
+from swesbi.show.figures.training import draw_epochs, read_epochs, read_history
 from swesbi.stages.origin import Origin
 
 
@@ -29,7 +28,7 @@ def run(
     origin: Origin,
 ) -> None:
     """Draw the four panels."""
-    figure = draw(
+    figure = draw_epochs(
         read_epochs(epochs),
         read_history(training),
         settings.interval,

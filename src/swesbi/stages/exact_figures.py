@@ -9,10 +9,10 @@ from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.exact_result import read_exact_result
 from swesbi.evaluation.predictive_dataset import read_predictive
 from swesbi.evaluation.truth import read_truth
-from swesbi.figures import exact_cohort, ppc_cohort
-from swesbi.figures.panels import ExactPanel, PredictivePanel
-from swesbi.figures.style import save_figure
 from swesbi.inference.support import read_support
+from swesbi.show.figures.posterior import draw_exact_posteriors
+from swesbi.show.figures.predictive import ExactPanel, PredictivePanel, draw_cohort_checks
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.exact_subject_figures import ExactSubjectFiguresSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, by_subject, pick
@@ -51,5 +51,5 @@ def run(
         true_phi = truths.get(place.subject)
         marginals.append(ExactPanel(place.subject, result, fit.theta, support, true_phi))
     title = settings.cohort_title
-    save_figure(ppc_cohort.draw(checks, title), ppc_pdf, ppc_png)
-    save_figure(exact_cohort.draw(marginals, settings.prior, title), posterior_pdf, posterior_png)
+    save_figure(draw_cohort_checks(checks, title), ppc_pdf, ppc_png)
+    save_figure(draw_exact_posteriors(marginals, settings.prior, title), posterior_pdf, posterior_png)

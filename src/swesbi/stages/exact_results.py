@@ -10,8 +10,8 @@ import pandas as pd
 from swesbi.artefacts import ArtefactError
 from swesbi.evaluation.exact_result import read_exact_result
 from swesbi.noise.dataset import read_noise
-from swesbi.report.exact import Exact
-from swesbi.report.results import Experiment
+from swesbi.show.results import Experiment
+from swesbi.show.tables.exact import Exact
 from swesbi.stages.places import by_place
 
 

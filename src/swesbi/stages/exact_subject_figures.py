@@ -8,11 +8,11 @@ from pathlib import Path
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.exact_result import read_exact_result
 from swesbi.evaluation.truth import read_truth
-from swesbi.figures import exact_subject
-from swesbi.figures.panels import ExactPanel
-from swesbi.figures.style import save_figure
 from swesbi.inference.support import read_support
 from swesbi.settings import Settings
+from swesbi.show.figures.posterior_subject import draw_exact_subject
+from swesbi.show.figures.predictive import ExactPanel
+from swesbi.show.figures.style import save_figure
 from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.subject_figures import save_predictive_check
@@ -63,4 +63,4 @@ def save_exact_posterior(
         support=read_support(support),
         truth=read_truth(truth).get(subject),
     )
-    save_figure(exact_subject.draw(panel, settings.prior, settings.cohort_title), figure)
+    save_figure(draw_exact_subject(panel, settings.prior, settings.cohort_title), figure)

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.figures import experiments
-from swesbi.figures.experiments import ExperimentScore
-from swesbi.figures.style import save_figure
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
 from swesbi.settings import Settings
+from swesbi.show.figures.experiments import ExperimentScore, draw_experiments
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place, pick
 from swesbi.theta import THETA_NAMES
@@ -49,7 +48,7 @@ def run(
         for place, path in by_place(predictives).items()
     ]
     masses = (read_predictive(predictives[0])[0].interval, read_posterior(posteriors[0]).interval_mass)
-    figure = experiments.draw(scores, settings.main_experiment, masses, settings.cohort_title)
+    figure = draw_experiments(scores, settings.main_experiment, masses, settings.cohort_title)
     save_figure(figure, figure_pdf, figure_png)
 
 

@@ -20,11 +20,11 @@ from swesbi.identifiability.tables import design_table, information_table, summa
 from swesbi.noise.dataset import read_noise
 from swesbi.recording.dataset import read_observation
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.subjects import read_speed_model
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import place_of
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 

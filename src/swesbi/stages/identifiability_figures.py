@@ -6,11 +6,10 @@ from pathlib import Path
 
 from swesbi.artefacts import load
 from swesbi.artefacts.kinds.identifiability import SCHEMAS
-from swesbi.figures import design
-from swesbi.figures import identifiability as told
-from swesbi.figures.style import save_figure
 from swesbi.identifiability.dataset import KIND
 from swesbi.settings import Settings
+from swesbi.show.figures.identifiability import draw_design, draw_identifiability
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.origin import Origin
 
 
@@ -36,5 +35,5 @@ def run(
         ArtefactError: The file is not such an artefact.
     """
     groups = {name: load(identifiability, KIND, name)[0] for name in SCHEMAS[KIND]}
-    save_figure(told.draw(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
-    save_figure(design.draw(groups, settings.cohort_title), design_pdf, design_png)
+    save_figure(draw_identifiability(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
+    save_figure(draw_design(groups, settings.cohort_title), design_pdf, design_png)

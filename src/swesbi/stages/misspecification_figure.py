@@ -8,11 +8,11 @@ from pathlib import Path
 import pandas as pd
 
 from swesbi.artefacts import ArtefactError
-from swesbi.figures import misspecification
-from swesbi.figures.style import save_figure
 from swesbi.inference.support import read_support
 from swesbi.misspecification.power import AlarmRow
 from swesbi.settings import Settings
+from swesbi.show.figures.misspecification import draw_misspecification
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place
 
@@ -39,7 +39,7 @@ def run(
         ArtefactError: The table lacks a column or a verdict cannot be read.
     """
     verdicts = {place.subject: read_support(path) for place, path in by_place(supports).items()}
-    figure = misspecification.draw(
+    figure = draw_misspecification(
         verdicts, _read_rows(table), settings.strained_level, settings.cohort_title
     )
     save_figure(figure, figure_pdf, figure_png)

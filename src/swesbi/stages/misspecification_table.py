@@ -13,8 +13,8 @@ from swesbi.misspecification.dataset import ACQUIRED, OWN, read_subject_checks
 from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, alarm_rows
 from swesbi.misspecification.settings import RuleSettings
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 

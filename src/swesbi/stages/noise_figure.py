@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swesbi.figures.noise import draw_noise
-from swesbi.figures.style import save_figure
 from swesbi.noise.dataset import read_noise
 from swesbi.settings import Settings
+from swesbi.show.figures.recording import draw_noise
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.origin import Origin
 
 

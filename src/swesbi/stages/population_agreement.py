@@ -14,10 +14,10 @@ from swesbi.calibration.two_samples import classifier_accuracy
 from swesbi.evaluation.exact_result import read_exact_result
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, place_of
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 

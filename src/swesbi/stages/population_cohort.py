@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.evaluation.truth import read_truth
-from swesbi.figures.cohort_overview import Overview, draw
-from swesbi.figures.style import save_figure
 from swesbi.population.cohort import OUTCOMES, cohort_table, read_answer
 from swesbi.recording import ContextRow
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.cohort import Overview, draw_cohort
+from swesbi.show.figures.style import save_figure
 from swesbi.speed_model.joint_prior import JointPriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, pick
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -75,6 +75,6 @@ def run(
     table = cohort_table(contexts, answers, settings.refused)
     write_csv(cohort, table)
     overview = Overview(table, read_truth(truth), settings.prior, settings.interval)
-    save_figure(draw(overview, settings.cohort_title, settings.experiment), figure_pdf, figure_png)
+    save_figure(draw_cohort(overview, settings.cohort_title, settings.experiment), figure_pdf, figure_png)
     counts = table["status"].value_counts()
     LOGGER.info("%s", ", ".join(f"{counts[name]} {name}" for name in OUTCOMES if name in counts))

@@ -8,9 +8,9 @@ from pathlib import Path
 from pydantic import JsonValue
 
 from swesbi.artefacts import ArtefactError
-from swesbi.figures.strata import read_strata
 from swesbi.population.cohort import read_cohort
-from swesbi.report.population import OverPopulation
+from swesbi.show.figures.population import read_strata
+from swesbi.show.tables.population import OverPopulation
 
 
 def read_populations(

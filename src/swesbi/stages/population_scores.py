@@ -17,9 +17,9 @@ from swesbi.population.calibration_dataset import KIND, fresh_of, join
 from swesbi.population.recordings import ACQUIRED, OWN
 from swesbi.population.scores import Judge
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -23,10 +23,10 @@ from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
 from swesbi.observation import MeasurementSettings, SummarySettings, summary_names
 from swesbi.seeds import generator, integer_seed
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.posterior import check_components
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]

@@ -12,21 +12,24 @@ from pydantic import JsonValue
 
 from swesbi import __version__
 from swesbi.artefacts import ArtefactError, atomic_path
-from swesbi.figures.training import read_history
 from swesbi.inference.support import read_support
 from swesbi.recording.dataset import read_observation
-from swesbi.report import captions
-from swesbi.report.exact import Exact
-from swesbi.report.exact_section import Section, make_section, section_figures
-from swesbi.report.figures import figure
-from swesbi.report.files import file_groups, relative
-from swesbi.report.names import protocol_entry
-from swesbi.report.page import Cohort, Figures, Provenance, as_yaml, make_page, render
-from swesbi.report.paper import read_comparison
-from swesbi.report.population_section import make_population_section, population_figures
-from swesbi.report.provenance import provenance_table, software_table
-from swesbi.report.results import Experiment, Recovery, Results
 from swesbi.settings import Settings
+from swesbi.show.figures.training import read_history
+from swesbi.show.names import protocol_entry
+from swesbi.show.page.captions import epochs, experiments, posterior, ppc, training, workflow
+from swesbi.show.page.files import figure, file_groups, provenance_table, relative, software_table
+from swesbi.show.page.page import Cohort, Figures, Provenance, as_yaml, make_page, render
+from swesbi.show.page.sections import (
+    Section,
+    make_population_section,
+    make_section,
+    population_figures,
+    section_figures,
+)
+from swesbi.show.results import Experiment, Recovery, Results
+from swesbi.show.tables.exact import Exact
+from swesbi.show.tables.experiments import read_comparison
 from swesbi.stages.exact_results import read_exact
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place
@@ -131,15 +134,15 @@ def _figures(
 ) -> Figures:
     """Put captions to figures: figures 1 to 3, the experiments, the epochs, and each training."""
     said = {
-        "workflow": captions.workflow(title),
-        "ppc": captions.ppc(main, title),
-        "posterior": captions.posterior(main, title),
-        "experiments": captions.experiments(title),
-        "epochs": captions.epochs(main, title),
+        "workflow": workflow(title),
+        "ppc": ppc(main, title),
+        "posterior": posterior(main, title),
+        "experiments": experiments(title),
+        "epochs": epochs(main, title),
     }
     files = zip(said.items(), pngs, pdfs, strict=True)
     shown = {name: figure(png, report, *words, pdf) for (name, words), png, pdf in files}
-    training = tuple(figure(path, report, *captions.training(path.stem, title)) for path in trainings)
+    training = tuple(figure(path, report, *training(path.stem, title)) for path in trainings)
     return Figures(**shown, training=training)
 
 

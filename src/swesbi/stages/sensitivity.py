@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from swesbi.figures.sensitivity import draw_sensitivity
-from swesbi.figures.style import save_figure
 from swesbi.sensitivity.posteriors import read_posteriors
 from swesbi.sensitivity.table import sensitivity_table
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.choices import draw_sensitivity
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 
 
 class SensitivityStageSettings(Settings):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swesbi.figures.strata import draw, read_strata
-from swesbi.figures.style import save_figure
 from swesbi.settings import Settings
+from swesbi.show.figures.population import draw_strata, read_strata
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.origin import Origin
 
 
@@ -30,5 +30,5 @@ def run(
     Raises:
         ArtefactError: The table is not one of strata.
     """
-    drawn = draw(read_strata(strata), settings.interval, settings.experiment)
+    drawn = draw_strata(read_strata(strata), settings.interval, settings.experiment)
     save_figure(drawn, figure_pdf, figure_png)

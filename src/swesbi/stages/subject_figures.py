@@ -6,12 +6,12 @@ from pathlib import Path
 
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.figures import posterior_subject, ppc_subject
-from swesbi.figures.panels import PosteriorPanel, PredictivePanel
-from swesbi.figures.style import save_figure
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
 from swesbi.settings import Settings
+from swesbi.show.figures.posterior_subject import draw_subject_posterior
+from swesbi.show.figures.predictive import PosteriorPanel, PredictivePanel, draw_subject_check
+from swesbi.show.figures.style import save_figure
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 
@@ -41,7 +41,7 @@ def run(
     panel = PosteriorPanel(
         provenance.subject, draws.theta, draws.unfiltered, fit.theta, read_support(support)
     )
-    drawn = posterior_subject.draw(panel, settings.prior, draws.interval_mass, settings.cohort_title)
+    drawn = draw_subject_posterior(panel, settings.prior, draws.interval_mass, settings.cohort_title)
     save_figure(drawn, posterior_png)
 
 
@@ -52,4 +52,4 @@ def save_predictive_check(
     check, provenance = read_predictive(predictive)
     fit, _ = read_cmaes(cmaes)
     panel = PredictivePanel(provenance.subject, check, fit, read_support(support))
-    save_figure(ppc_subject.draw(panel, cohort_title), figure)
+    save_figure(draw_subject_check(panel, cohort_title), figure)

@@ -17,9 +17,9 @@ from swesbi.inference.settings import CheckpointEpochs, EstimatorSettings
 from swesbi.inference.training import Epoch, choose_device, train
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -15,10 +15,10 @@ from swesbi.flow.training import train_flow
 from swesbi.observation import SummarySettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
+from swesbi.show.training_tables import write_epochs
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.subjects import read_speed_models
 from swesbi.stages.origin import Origin
-from swesbi.tables.training import write_epochs
 
 LOGGER = logging.getLogger("swesbi")
 

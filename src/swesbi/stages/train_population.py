@@ -15,9 +15,9 @@ from swesbi.population.training import train_population
 from swesbi.recording import RecordingSettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
+from swesbi.show.training_tables import write_epochs
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.stages.origin import Origin
-from swesbi.tables.training import write_epochs
 from swesbi.virtual_cohort import AcquisitionSettings
 
 

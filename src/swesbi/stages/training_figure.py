@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swesbi.figures.style import save_figure
-from swesbi.figures.training import draw, read_history
 from swesbi.settings import Settings
+from swesbi.show.figures.style import save_figure
+from swesbi.show.figures.training import draw_training, read_history
 from swesbi.stages.origin import Origin
 
 
@@ -26,4 +26,4 @@ def run(
 ) -> None:
     """Draw the loss curves."""
     history = read_history(training)
-    save_figure(draw(history, settings.cohort_title), figure_pdf, figure_png)
+    save_figure(draw_training(history, settings.cohort_title), figure_pdf, figure_png)

@@ -10,10 +10,10 @@ from swesbi.evaluation.truth import read_truth
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.study_tables import Answer, truth_table
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, pick
-from swesbi.tables.files import write_csv
-from swesbi.tables.truth import Answer, truth_table
 
 LOGGER = logging.getLogger("swesbi")
 

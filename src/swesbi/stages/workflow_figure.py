@@ -8,16 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.figures import workflow
-from swesbi.figures.style import save_figure
-from swesbi.figures.training import read_history
-from swesbi.figures.workflow_panels import WorkflowPicture
 from swesbi.inference.dataset import read_pool, read_posterior
 from swesbi.inference.pool import Pool
 from swesbi.inference.posterior import Posterior
 from swesbi.inference.support import Support, read_support
 from swesbi.recording.dataset import read_observation
 from swesbi.settings import Settings
+from swesbi.show.figures.style import save_figure
+from swesbi.show.figures.training import read_history
+from swesbi.show.figures.workflow import WorkflowPicture, draw_workflow
 from swesbi.simulations.prior import PriorSettings
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place, pick
@@ -73,7 +72,7 @@ def run(
         subjects=len(data.subjects),
         rows=len(data.z),
     )
-    save_figure(workflow.draw(picture, settings.cohort_title), figure_pdf, figure_png)
+    save_figure(draw_workflow(picture, settings.cohort_title), figure_pdf, figure_png)
 
 
 def shown_place(verdicts: Mapping[Place, Support]) -> Place:
