@@ -1,4 +1,4 @@
-"""Words."""
+"""What page, tables and figures call parameters, features and settings."""
 
 from __future__ import annotations
 
@@ -7,19 +7,16 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
-K0, K_ATP, K_SR = (Markup(f"<i>k</i><sub>{index}</sub>") for index in ("0", "ATP", "SR"))
 PER_SECOND: Final = "s⁻¹"
 
-PARAMETERS: Final = {"k0_kpa": K0, "k_atp_per_s": K_ATP, "k_sr_per_s": K_SR}
+PARAMETERS: Final = {"k0_kpa": "k_0", "k_atp_per_s": "k_ATP", "k_sr_per_s": "k_SR"}
 PARAMETER_UNITS: Final = {"k0_kpa": "kPa", "k_atp_per_s": PER_SECOND, "k_sr_per_s": PER_SECOND}
 DERIVED: Final = {
     "ejection_fraction": "ejection fraction",
     "end_diastolic_volume_ml": "end-diastolic volume",
     "end_systolic_volume_ml": "end-systolic volume",
     "peak_stiffness_kpa": "peak stiffness",
-    "attained_stiffness_kpa": Markup(
-        "attained stiffness {k}<sub>0</sub>(1 − exp(−{k}<sub>ATP</sub> D<sub>T</sub>))"
-    ).format(k=Markup("<i>k</i>")),
+    "attained_stiffness_kpa": "attained stiffness k_0(1 − exp(−k_ATP D_T))",
 }
 CONTEXT: Final = {
     "sex_male": "sex (male = 1)",
@@ -30,7 +27,7 @@ CONTEXT: Final = {
     "lvesv_ml": "LVESV",
     "ivsd_cm": "septal thickness",
 }
-SYMBOL: Final = re.compile(r"\bk_(0|ATP|SR)\b")
+SYMBOL: Final = re.compile(r"\b(k|D)_(0|ATP|SR|T)\b")
 UNITS: Final = {"mhz": "MHz", "hz": "Hz", "us": "µs", "ms": "ms", "cm": "cm", "mm": "mm"}
 REJECTIONS: Final = {
     "no_wave": "No wave",
@@ -77,8 +74,8 @@ def protocol_entry(key: str, value: object) -> str:
 
 
 def with_symbols(text: str) -> Markup:
-    """Return plain text with k_0, k_ATP and k_SR set as symbols."""
-    return Markup(SYMBOL.sub(r"<i>k</i><sub>\1</sub>", str(escape(text))))
+    """Return plain text as HTML, with k_0, k_ATP, k_SR and D_T set as symbols; Markup passes as it is."""
+    return Markup(SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", str(escape(text))))
 
 
 FEATURE_UNITS = {"_kpa_per_cycle": "kPa/cycle", "_kpa": "kPa", "_cycle": "cycle"}

@@ -1,15 +1,17 @@
-"""Words."""
+"""Numbers as they are shown everywhere: rounded, with a true minus, and a dash where there is none."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
-MISSING = "–"
-MINUS = "−"
+MISSING: Final = "–"
+MINUS: Final = "−"
 
 
 def fixed(value: float, decimals: int) -> str:
@@ -25,6 +27,13 @@ def significant(value: float, digits: int = 3) -> str:
         return _signed(f"{value:g}")
     rounded = float(f"{value:.{digits - 1}e}")
     return _signed(f"{rounded:,.{_decimals(rounded, digits)}f}")
+
+
+def digits(value: float) -> str:
+    """Return three significant digits for a figure, thousands unparted: 28 as "28.0", -1104 as "−1100"."""
+    rounded = float(f"{value:.3g}")
+    text = f"{rounded:.0f}" if abs(rounded) >= 1000.0 else f"{value:#.3g}".removesuffix(".")
+    return text.replace("-", MINUS)
 
 
 def estimate(value: float, low: float, high: float) -> tuple[str, str]:
@@ -47,6 +56,16 @@ def percent(fraction: float, decimals: int = 1) -> str:
     return fixed(100.0 * fraction, decimals)
 
 
+def share(fraction: float, decimals: int = 1) -> str:
+    """Return a fraction in percent with the sign, as sentences have it: 0.905 as "90.5 %"."""
+    return MISSING if math.isnan(fraction) else f"{percent(fraction, decimals)} %"
+
+
+def as_percent(fraction: float) -> str:
+    """Return a level as percent without needless zeros: 0.9 as "90 %"."""
+    return f"{100.0 * fraction:g} %"
+
+
 def count(value: float) -> str:
     """Return a whole number with thousands apart."""
     return f"{int(value):,}"
@@ -57,9 +76,10 @@ def span(low: str, high: str) -> str:
     return MISSING if low == high == MISSING else f"{low} to {high}"
 
 
-def mean_sd(values: Sequence[float] | NDArray[np.float64], decimals: int) -> str:
-    """Return mean ± sample standard deviation; the mean alone of one value, a dash of none."""
+def mean_sd(values: Sequence[float] | NDArray[np.float64] | pd.Series, decimals: int) -> str:
+    """Return mean ± sample standard deviation of the known; the mean alone of one value, a dash of none."""
     known = np.asarray(values, dtype=np.float64)
+    known = known[~np.isnan(known)]
     if not len(known):
         return MISSING
     mean = fixed(float(known.mean()), decimals)
@@ -75,15 +95,3 @@ def _signed(text: str) -> str:
     """Replace the hyphen by a minus; a zero has no sign."""
     negative = text.startswith("-") and any(digit in text for digit in "123456789")
     return (MINUS if negative else "") + text.removeprefix("-")
-
-
-def as_percent(fraction: float) -> str:
-    """Return a fraction as percent without needless zeros: 0.9 as "90 %"."""
-    return f"{100.0 * fraction:g} %"
-
-
-def digits(value: float) -> str:
-    """Return a number with three significant digits and a true minus: 28 as "28.0", -1104 as "−1100"."""
-    rounded = float(f"{value:.3g}")
-    text = f"{rounded:.0f}" if abs(rounded) >= 1000.0 else f"{value:#.3g}".removesuffix(".")
-    return text.replace("-", "−")

@@ -1,9 +1,16 @@
-"""A table as the page shows it: every cell is text that a reader can use as it is."""
+"""A table as page and documentation show it: Markdown is set here, HTML by the macro of ``page``.
+
+Every cell is text as a reader can use it, formatted by :mod:`swesbi.show.numbers`: how many digits a number
+deserves often depends on its row (an interval's width, a parameter's size), so a format belongs to the cell.
+Symbols stand as k_0, k_ATP, k_SR and D_T; each rendering sets them in its own way.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+
+from swesbi.show.numbers import MISSING
 
 
 @dataclass(frozen=True)
@@ -14,8 +21,14 @@ class Link:
     href: str
 
 
-Cell = str | tuple[Link, ...]
-"""Text (``Markup`` passes as it is) or links."""
+@dataclass(frozen=True)
+class Strong:
+    """Text that stands out: a flagged test, a failed check."""
+
+    text: str
+
+
+Cell = str | Strong | tuple[Link, ...]
 
 
 @dataclass(frozen=True)
@@ -25,6 +38,11 @@ class Column:
     name: str
     unit: str = ""
     numeric: bool = True
+
+    @property
+    def heading(self) -> str:
+        """Name and unit in a line."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
 
 
 @dataclass(frozen=True)
@@ -65,3 +83,33 @@ def words(*names: str) -> tuple[Column, ...]:
 def body(rows: Sequence[Sequence[Cell]]) -> tuple[Row, ...]:
     """Return plain rows."""
     return tuple(Row(tuple(cells)) for cells in rows)
+
+
+def of_records(records: Sequence[Mapping[str, str]], caption: str = "") -> Table:
+    """Return a table of texts by column name; a dash where a row lacks one of the first row's columns."""
+    names = list(records[0]) if records else []
+    columns = (*words(*names[:1]), *(Column(name) for name in names[1:]))
+    return Table(caption, columns, body([[row.get(name, MISSING) for name in names] for row in records]))
+
+
+def markdown(table: Table) -> str:
+    """Return a table as Markdown, its note below it; numbers stand at the right.
+
+    The caption is left to the heading above, and muted rows to the cell that says why they are.
+    """
+    heads = [column.heading for column in table.columns]
+    rules = ["---:" if column.numeric else "---" for column in table.columns]
+    rows = [[_plain(cell).replace("|", "\\|") for cell in row.cells] for row in table.rows]
+    lines = [_line(heads), f"|{'|'.join(rules)}|", *map(_line, rows)]
+    return "\n".join([*lines, "", table.note] if table.note else lines)
+
+
+def _line(cells: Iterable[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _plain(cell: Cell) -> str:
+    """Return a cell as Markdown."""
+    if isinstance(cell, Strong):
+        return f"**{cell.text}**"
+    return cell if isinstance(cell, str) else " ".join(f"[{link.text}]({link.href})" for link in cell)

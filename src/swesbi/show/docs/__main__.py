@@ -12,13 +12,14 @@ from typing import Final
 from swesbi.artefacts import ArtefactError, atomic_path
 from swesbi.config import ConfigError, add_options, load_study, read_merged
 from swesbi.show.docs.calibration import PARTS as CALIBRATION_PARTS
+from swesbi.show.docs.calibration import experiment_shown, read_calibration_results
 from swesbi.show.docs.figures import write_noise_figure, write_population_figure
 from swesbi.show.docs.marks import MarkError, fill
 from swesbi.show.docs.population import FIGURES as POPULATION_FIGURES
 from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
 from swesbi.show.docs.reproduction import PARTS
-from swesbi.show.docs.results import experiment_shown, read_calibration_results, read_results
+from swesbi.show.docs.results import read_results
 
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"

@@ -3,61 +3,126 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
-import numpy as np
 import pandas as pd
 
-from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
-from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
-from swesbi.inference.posterior import interval_levels
-from swesbi.show.docs.numbers import NONE, fixed, mean_sd, share, table
-from swesbi.show.docs.results import CalibrationResults
-from swesbi.speed_model.joint_prior import PHI_NAMES
+from swesbi.config import Study
+from swesbi.evaluation.exact_result import read_exact_result
+from swesbi.evaluation.verdict import status
+from swesbi.noise.dataset import read_noise
+from swesbi.show.docs.results import finished, of_experiment, read_experiment, read_table
+from swesbi.show.numbers import MISSING, fixed, share
+from swesbi.show.results import records
+from swesbi.show.table import Table, markdown, of_records
+from swesbi.show.tables.exact import (
+    Exact,
+    alarms_table,
+    calibration_summary,
+    exact_table,
+    identifiability_table,
+    noise_table,
+    truth_table,
+    verdicts_table,
+)
+from swesbi.show.tables.experiments import level
+from swesbi.show.tables.subjects import score_table
 from swesbi.theta import THETA_NAMES
 
-Part = Callable[[CalibrationResults], str]
-LEVEL: Final = 0.9
+REFERENCE: Final = Path("tests/reference/study")
+"""Tables of studies of their own, which take longer than the study: committed, not made anew."""
+
+
+@dataclass(frozen=True)
+class CalibrationResults:
+    """Results of one experiment on speeds.
+
+    Attributes:
+        shown: What the page of results shows of it too.
+        cohort_title: What the subjects are ("virtual volunteers").
+        discrepancy: The study of the discrepancy; None before ``make discrepancy``.
+        sensitivity: The study of other choices; None before ``make sensitivity``.
+        flow_choice: The study of architectures; None before ``benchmarks/flow_choice.py``.
+    """
+
+    shown: Exact
+    cohort_title: str
+    discrepancy: pd.DataFrame | None
+    sensitivity: pd.DataFrame | None
+    flow_choice: pd.DataFrame | None
+
+
+def experiment_shown(study: Study) -> str | None:
+    """Return the experiment on speeds that the page shows, the first that is run; None if none is."""
+    names = (name for name in study.config.experiments_run if name in study.config.speed_experiments)
+    return next(names, None)
+
+
+def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) -> CalibrationResults:
+    """Read what the page shows.
+
+    Args:
+        folder: Results of the study.
+        study: Configuration and cohort.
+        name: The experiment.
+        docs: Folder of the documentation, which holds tables of its own.
+
+    Raises:
+        ArtefactError: The study is not finished: a file is missing.
+    """
+    own, truth = folder / name, folder / "tables" / "truth.csv"
+    known = (study.cohort / "truth.csv").is_file()
+    with finished():
+        shown = Exact(
+            experiment=read_experiment(folder, study, name),
+            results={s: read_exact_result(own / "subjects" / s / "posterior.h5") for s in study.subjects},
+            calibration=read_table(own / "calibration.csv"),
+            misspecification=read_table(own / "misspecification.csv"),
+            identifiability=read_table(own / "identifiability.csv"),
+            noise=read_noise(folder / "cohort" / "noise.h5"),
+            truth=of_experiment(truth, name) if known else pd.DataFrame(),
+        )
+    return CalibrationResults(
+        shown,
+        study.config.cohort_title,
+        _if_there(REFERENCE / "discrepancy.csv"),
+        _if_there(REFERENCE / "sensitivity.csv"),
+        _if_there(docs / "tables" / "flow_choice.csv"),
+    )
 
 
 def answer_part(results: CalibrationResults) -> str:
     """Say in a few lines what came out."""
-    found = [status(part) for part in results.supports.values()]
+    exact, experiment = results.shown, results.shown.experiment
+    found = [status(part) for part in exact.supports.values()]
     counted = ", ".join(f"{found.count(name)} {name}" for name in dict.fromkeys(found))
-    covered = results.scores[results.scores["supported"]]["coverage_phases"]
-    phases = f"{share(covered.min(), 0)} to {share(covered.max(), 0)}" if len(covered) else NONE
+    covered = experiment.supported["coverage_phases"]
+    phases = f"{share(covered.min(), 0)} to {share(covered.max(), 0)}" if len(covered) else MISSING
+    own, acquired = (
+        ", ".join(share(level(table, experiment)[name]) for name in THETA_NAMES)
+        for table in (experiment.recovery.own, experiment.recovery.acquisition)
+    )
     lines = [
         f"- Verdicts ({results.cohort_title}): {counted}.",
-        f"- Coverage of the measured phases by {share(results.settings.predictive.interval, 0)} bands of new "
+        f"- Coverage of the measured phases by {experiment.predictive_percent:g} % bands of new "
         f"recordings: {phases} over the subjects that are not unsupported.",
-        f"- 90 % credible intervals cover, with own noise, {_covered(results.recovery)} of the true k_0, "
-        f"k_ATP, k_SR; on recordings acquired sample by sample {_covered(results.recovery_acquisition)}.",
+        f"- {experiment.credible_percent:g} % credible intervals cover, with own noise, {own} of the true "
+        f"k_0, k_ATP, k_SR; on recordings acquired sample by sample {acquired}.",
     ]
-    if results.truth is not None and len(known := results.truth.dropna(subset="median")):
-        inside = int((known["inside"].astype(str) == "True").sum())
-        lines.append(f"- True parameters inside their 90 % intervals: {inside} of {len(known)}.")
+    if len(exact.truth):
+        lines.append(
+            f"- True parameters inside their {experiment.credible_percent:g} % intervals: {_inside(exact)}."
+        )
     return "\n".join(lines)
 
 
-def noise_part(results: CalibrationResults) -> str:
-    """Show the noise components of the cohort."""
-    rows = [
-        {
-            "noise of the speed": name,
-            "size": share(part.fraction, 2),
-            "standard error": share(part.standard_error, 2),
-            f"{share(results.noise.interval, 0)} interval": f"{share(part.low, 2)} to {share(part.high, 2)}",
-        }
-        for name, part in (
-            ("between repeats", results.noise.pooled.repeat),
-            ("between samples of a repeat", results.noise.pooled.sample),
-        )
-    ]
-    return (
-        f"{table(rows)}\n\nFrom {results.noise.pooled.samples} accepted samples in "
-        f"{results.noise.pooled.repeats} repeats; all recordings share the components: p = "
-        f"{fixed(results.noise.homogeneity_p, 2)}."
-    )
+def truth_part(results: CalibrationResults) -> str:
+    """Show which intervals hold the truth of the generated recordings."""
+    if not len(results.shown.truth):
+        return "The cohort has no known true parameters."
+    return f"Inside: {_inside(results.shown)}.\n\n{_with_title(truth_table)(results)}"
 
 
 def discrepancy_part(results: CalibrationResults) -> str:
@@ -74,9 +139,10 @@ def discrepancy_part(results: CalibrationResults) -> str:
             "below the best": f"{fixed(row['below_best'], 1)} ± {fixed(row['below_best_se'], 1)}",
         }
         | {f"coverage `{name}`": share(row[f"coverage_{name}"], 0) for name in THETA_NAMES}
-        for row in chosen.to_dict("records")
+        for row in records(chosen)
     ]
-    return f"{table(rows)}\n\n{int(found['subjects'].iloc[0])} generated subjects; the last row is without."
+    note = f"{int(found['subjects'].iloc[0])} generated subjects; the last row is without."
+    return f"{markdown(of_records(rows))}\n\n{note}"
 
 
 def flow_part(results: CalibrationResults) -> str:
@@ -91,136 +157,9 @@ def flow_part(results: CalibrationResults) -> str:
             "held-out log-probability": fixed(row["log_probability"], 3),
             "median efficiency": share(row["efficiency_median"], 0),
         }
-        for row in results.flow_choice.to_dict("records")
+        for row in records(results.flow_choice)
     ]
-    return table(rows)
-
-
-def verdict_part(results: CalibrationResults) -> str:
-    """Show verdict, flagged tests and reliability of each subject."""
-    rows = []
-    for name in results.subjects:
-        support, exact = results.supports[name], results.exact[name]
-        flagged = [test for test in support.tests if test.flagged]
-        against = ", ".join(
-            label_of_test(test.name) + ("" if test.p_value is None else f" (p = {fixed(test.p_value, 4)})")
-            for test in flagged
-        )
-        rows.append(
-            {
-                "subject": name,
-                "verdict": status(support),
-                "tests that speak against it": against or NONE,
-                "draws by": sampler_in_words(support),
-                "k-hat": fixed(exact.k_hat, 2),
-                "efficiency": share(exact.efficiency, 0),
-                "R-hat": fixed(exact.r_hat, 3),
-            }
-        )
-    return table(rows)
-
-
-def posterior_part(results: CalibrationResults) -> str:
-    """Show medians and intervals of the exact posteriors."""
-    mass = results.settings.exact.interval
-    rows = []
-    for name in results.subjects:
-        phi = results.exact[name].phi
-        ends = np.quantile(phi, interval_levels(mass), axis=0)
-        row = {"subject": name, "verdict": status(results.supports[name])}
-        for j, parameter in enumerate(PHI_NAMES):
-            interval = f"[{fixed(ends[0, j], 2)}, {fixed(ends[1, j], 2)}]"
-            row[f"`{parameter}`"] = f"{fixed(float(np.median(phi[:, j])), 2)} {interval}"
-        rows.append(row)
-    return f"{table(rows)}\n\nMedians and {share(mass, 0)} credible intervals."
-
-
-def truth_part(results: CalibrationResults) -> str:
-    """Show which intervals hold the truth of the generated recordings."""
-    if results.truth is None:
-        return "The cohort has no known true parameters."
-    known = results.truth.dropna(subset="median")
-    inside = known["inside"].astype(str) == "True"
-    rows = []
-    for name in dict.fromkeys(known["subject"]):
-        own = known[known["subject"] == name].set_index("parameter")
-        row = {"subject": name, "verdict": own["status"].iloc[0]}
-        for parameter in THETA_NAMES:
-            part = own.loc[parameter]
-            mark = "" if str(part["inside"]) == "True" else " (outside)"
-            interval = f"[{fixed(part['low'], 1)}, {fixed(part['high'], 1)}]"
-            row[f"`{parameter}`"] = f"{fixed(part['truth'], 1)} in {interval}{mark}"
-        rows.append(row)
-    shown = f"\n\n{table(rows)}" if rows else ""
-    return f"Inside: {int(inside.sum())} of {len(known)}.{shown}"
-
-
-def scores_part(results: CalibrationResults) -> str:
-    """Show predictive scores."""
-    columns = {
-        "RMSE prior (kPa)": ("rmse_prior_kpa", 2),
-        "RMSE (kPa)": ("rmse_kpa", 2),
-        "reduction (%)": ("rmse_reduction_percent", 1),
-        "R2": ("r2", 3),
-        "coverage, grid": ("coverage_grid", 2),
-        "coverage, phases": ("coverage_phases", 2),
-        "RMSE CMA-ES (kPa)": ("rmse_cmaes_kpa", 2),
-    }
-    rows = [
-        {"subject": row["subject"]}
-        | {title: fixed(row[name], digits) for title, (name, digits) in columns.items()}
-        for row in results.scores.to_dict("records")
-    ]
-    supported = results.scores[results.scores["supported"]]
-    mean = {title: mean_sd(supported[name], digits) for title, (name, digits) in columns.items()}
-    return table([*rows, {"subject": "mean ± sd without the unsupported"} | mean])
-
-
-def calibration_part(results: CalibrationResults) -> str:
-    """Show how many checks of calibration fail, and what intervals cover."""
-    checks = results.calibration[results.calibration["test"] != "c2st"]
-    rows = []
-    for (made, sampler), part in checks.groupby(["recordings", "sampler"], sort=False):
-        pooled, single = part[part["subject"] == POOLED], part[part["subject"] != POOLED]
-        rows.append(
-            {
-                "recordings": RECORDINGS.get(str(made), str(made)),
-                "answer": ANSWERS.get(str(sampler), str(sampler)),
-                "n": str(int(part["n"].max())),
-                "checks that fail, pooled": _failed(pooled),
-                "checks that fail, by subject": _failed(single),
-            }
-            | {f"`{name}` covered": _coverage_90(pooled, "sbc", name) for name in THETA_NAMES}
-            | {"joint": _coverage_90(pooled, "tarp", "joint")}
-        )
-    return f"{table(rows)}\n\n{_two_samples(results.calibration)}"
-
-
-def alarms_part(results: CalibrationResults) -> str:
-    """Show false alarms and power of the verdict."""
-    chosen = results.misspecification[results.misspecification["alarm"].isin(ALARMS)]
-    rows = []
-    for (subject, made), part in chosen.groupby(["subject", "recordings"], sort=False):
-        rates = part.set_index("alarm")
-        rows.append(
-            {"subject": str(subject), "recordings": RECORDINGS.get(str(made), str(made))}
-            | {name: _rate(rates, name) for name in ALARMS}
-            | {"n": str(int(part["n"].iloc[0]))}
-        )
-    return table(rows)
-
-
-def identifiability_part(results: CalibrationResults) -> str:
-    """Show by how much each recording narrows each quantity."""
-    found = results.identifiability
-    rows = []
-    for name in dict.fromkeys(found["subject"]):
-        own = found[found["subject"] == name].set_index("quantity")
-        row = {"subject": name}
-        for quantity, part in own.iterrows():
-            row[f"`{quantity}`"] = f"{fixed(part['contraction_log'], 2)}; {share(part['sd_log'], 0)}"
-        rows.append(row)
-    return f"{table(rows)}\n\nContraction of the logarithm; posterior standard deviation over the value."
+    return markdown(of_records(rows))
 
 
 def sensitivity_part(results: CalibrationResults) -> str:
@@ -236,52 +175,37 @@ def sensitivity_part(results: CalibrationResults) -> str:
             | {f"`{name}`": f"{fixed(moved[name], 2)}; {fixed(width[name], 2)}" for name in THETA_NAMES}
         )
     what = "Largest move of a median in widths of its interval; median ratio of the widths."
-    return f"{table(rows)}\n\n{what}\n\n![Other choices](figures/sensitivity.png)"
+    return f"{markdown(of_records(rows))}\n\n{what}\n\n![Other choices](figures/sensitivity.png)"
 
 
-def _covered(recovery: pd.DataFrame) -> str:
-    at_level = recovery[np.isclose(recovery["nominal"], LEVEL)].set_index("parameter")
-    return ", ".join(share(float(at_level["coverage"][name])) for name in THETA_NAMES)
+def _with_title(make: Callable[[Exact, str], Table]) -> Callable[[CalibrationResults], str]:
+    return lambda results: markdown(make(results.shown, results.cohort_title))
 
 
-def _failed(checks: pd.DataFrame) -> str:
-    return f"{int(checks['flagged'].sum())} of {len(checks)}" if len(checks) else NONE
+def _plain(make: Callable[[Exact], Table]) -> Callable[[CalibrationResults], str]:
+    return lambda results: markdown(make(results.shown))
 
 
-def _coverage_90(checks: pd.DataFrame, test: str, quantity: str) -> str:
-    rows = checks[(checks["test"] == test) & (checks["quantity"] == quantity)]["coverage_90"].dropna()
-    return share(float(rows.iloc[0])) if len(rows) else NONE
+def _inside(exact: Exact) -> str:
+    known = exact.truth.dropna(subset="median")
+    return f"{int((known['inside'].astype(str) == 'True').sum())} of {len(known)}"
 
 
-def _two_samples(calibration: pd.DataFrame) -> str:
-    accuracies = calibration[calibration["test"] == "c2st"]
-    if accuracies.empty:
-        return "No samplers were compared."
-    pairs = [
-        f"{pair}: {fixed(part['statistic'].min(), 3)} to {fixed(part['statistic'].max(), 3)}"
-        for pair, part in accuracies.groupby("sampler", sort=False)
-    ]
-    return f"Accuracy of a classifier that tells two samplers apart (0.5: it cannot), {'; '.join(pairs)}."
+def _if_there(path: Path) -> pd.DataFrame | None:
+    return read_table(path) if path.is_file() else None
 
 
-def _rate(rates: pd.DataFrame, alarm: str) -> str:
-    if alarm not in rates.index:
-        return NONE
-    rate, low, high = (float(rates[name][alarm]) for name in ("rate", "ci_low", "ci_high"))
-    return f"{share(rate)} ({100.0 * low:.1f} to {100.0 * high:.1f})"
-
-
-PARTS: Final[Mapping[str, Part]] = {
+PARTS: Final[Mapping[str, Callable[[CalibrationResults], str]]] = {
     "answer": answer_part,
-    "noise": noise_part,
+    "noise": _with_title(noise_table),
     "discrepancy": discrepancy_part,
     "flow": flow_part,
-    "verdicts": verdict_part,
-    "posteriors": posterior_part,
+    "verdicts": _with_title(verdicts_table),
+    "posteriors": _with_title(exact_table),
     "truth": truth_part,
-    "scores": scores_part,
-    "calibration": calibration_part,
-    "alarms": alarms_part,
-    "identifiability": identifiability_part,
+    "scores": lambda results: markdown(score_table(results.shown.experiment, results.cohort_title)),
+    "calibration": _plain(calibration_summary),
+    "alarms": _plain(alarms_table),
+    "identifiability": _with_title(identifiability_table),
     "sensitivity": sensitivity_part,
 }

@@ -1,15 +1,23 @@
-"""The generated parts on the epochs of training."""
+"""The generated parts of the page on what reproduces, each a text made of a finished study's numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Final
 
-import numpy as np
 import pandas as pd
 
-from swesbi.show.docs.numbers import fixed, mean_sd, share, table
 from swesbi.show.docs.results import Results
+from swesbi.show.numbers import fixed, mean_sd, share
+from swesbi.show.table import markdown, of_records
+from swesbi.show.tables.experiments import (
+    comparison_table,
+    median_table,
+    paper_table,
+    recovery_table,
+    training_table,
+)
+from swesbi.show.tables.subjects import score_table, verdict_table
 from swesbi.show.training_tables import (
     COVERAGE_PHASES,
     FRESH_LOSS,
@@ -19,76 +27,45 @@ from swesbi.show.training_tables import (
     VALIDATION_LOSS,
 )
 from swesbi.theta import THETA_NAMES
-from swesbi.virtual_cohort.readme import markdown
 
-Part = Callable[[Results], str]
+PAPER_RECOVERY: Final = (
+    "The paper, own noise: 92.5 % for k_0, 90.5 % for k_ATP, 26.5 % for k_SR, of 400 each."
+)
 
 
 def run_part(results: Results) -> str:
     """Say what was run."""
-    lines = []
-    for name in results.experiments:
-        history = results.training[name]
-        best = history.iloc[int(history["validation_loss"].argmin())]
-        lines.append(
-            {
-                "experiment": f"`{name}`",
-                "epochs run": str(len(history)),
-                "best epoch": str(int(best["epoch"])),
-                "its validation loss": fixed(best["validation_loss"], 2),
-                "loss of the last epoch": fixed(history["validation_loss"].iloc[-1], 2),
-            }
-        )
-    return table(lines)
+    return markdown(training_table(results.experiments))
 
 
 def support_part(results: Results) -> str:
     """Show both criteria of prior support, subject by subject."""
-    rows = []
-    for name in results.subjects:
-        support = results.supports[name]
-        rows.append(
-            {
-                "subject": name,
-                "max abs z": fixed(support.max_abs_z, 2),
-                "of the component": f"`{support.worst_component}`",
-                "draws in the prior's bounds": share(support.acceptance),
-                "unfiltered median of k_ATP (1/s)": fixed(support.unfiltered_median["k_atp_per_s"], 1),
-                "supported": "yes" if support.supported else "no",
-            }
-        )
     count = f"{len(results.supported)} of {len(results.subjects)}"
-    return f"Supported: {count} ({results.cohort_title}, experiment `{results.main}`).\n\n{table(rows)}"
+    shown = markdown(verdict_table(results.main, results.cohort_title))
+    return f"Supported: {count} ({results.cohort_title}, experiment `{results.main.name}`).\n\n{shown}"
 
 
 def scores_part(results: Results) -> str:
-    """Show table 1: the scores of the supported subjects, and their mean and standard deviation."""
-    scores = results.scores[(results.scores["experiment"] == results.main) & results.scores["supported"]]
-    columns: Mapping[str, tuple[str, int]] = {
-        "RMSE prior (kPa)": ("rmse_prior_kpa", 2),
-        "RMSE SBI (kPa)": ("rmse_kpa", 2),
-        "reduction (%)": ("rmse_reduction_percent", 1),
-        "NRMSE": ("nrmse", 3),
-        "R2": ("r2", 3),
-        "post-peak RMSE (kPa)": ("post_peak_rmse_kpa", 2),
-        "coverage, grid": ("coverage_grid", 2),
-        "coverage, phases": ("coverage_phases", 2),
-        "RMSE CMA-ES (kPa)": ("rmse_cmaes_kpa", 2),
-    }
-    rows = [
-        {"subject": row["subject"]}
-        | {title: fixed(row[name], digits) for title, (name, digits) in columns.items()}
-        for _, row in scores.iterrows()
-    ]
-    mean = {title: mean_sd(scores[name], digits) for title, (name, digits) in columns.items()}
-    return table([*rows, {"subject": "mean ± sd"} | mean])
+    """Show table 1: the scores of the subjects, and mean and standard deviation over the supported ones."""
+    return markdown(score_table(results.main, results.cohort_title))
+
+
+def recovery_part(results: Results) -> str:
+    """Show what credible intervals cover, under the own observation model and on recordings."""
+    return f"{markdown(recovery_table(results.experiments))}\n\n{PAPER_RECOVERY}"
+
+
+def experiments_part(results: Results) -> str:
+    """Show support, fit, coverage and medians of each experiment beside the others."""
+    tables = (make(results.experiments, results.cohort_title) for make in (comparison_table, median_table))
+    return "\n\n".join([*map(markdown, tables), _shared(results)])
 
 
 def truth_part(results: Results) -> str:
     """Set medians and 90 % intervals of the supported subjects beside the theta that made the recordings."""
     if not results.true_theta:
         return "The cohort has no known true parameters."
-    chosen = results.posterior[results.posterior["experiment"] == results.main]
+    chosen = results.main.posterior
     rows, inside = [], 0
     for name in results.supported:
         row = {"subject": name}
@@ -103,16 +80,14 @@ def truth_part(results: Results) -> str:
     if not rows:
         return "The prior supports no subject."
     total = len(rows) * len(THETA_NAMES)
-    return f"True parameters inside their 90 % credible intervals: {inside} of {total}.\n\n{table(rows)}"
+    shown = markdown(of_records(rows))
+    return f"True parameters inside their 90 % credible intervals: {inside} of {total}.\n\n{shown}"
 
 
 def correlation_part(results: Results) -> str:
     """Show the posterior correlations of the supported subjects."""
-    chosen = results.posterior[
-        (results.posterior["experiment"] == results.main)
-        & (results.posterior["parameter"].isin(THETA_NAMES))
-        & results.posterior["subject"].isin(results.supported)
-    ]
+    table = results.main.posterior
+    chosen = table[table["parameter"].isin(THETA_NAMES) & table["subject"].isin(results.supported)]
     pairs = ((0, 1), (0, 2), (1, 2))
     titles = {pair: f"`{THETA_NAMES[pair[0]]}`, `{THETA_NAMES[pair[1]]}`" for pair in pairs}
     values: dict[tuple[int, int], pd.Series] = {
@@ -126,93 +101,35 @@ def correlation_part(results: Results) -> str:
         for name in results.supported
     ]
     mean = {titles[pair]: mean_sd(values[pair], 2) for pair in pairs}
-    return table([*rows, {"subject": "mean ± sd"} | mean])
+    return markdown(of_records([*rows, {"subject": "mean ± sd"} | mean]))
 
 
 def comparison_part(results: Results) -> str:
     """Show every number of the paper beside this study's, folded."""
-    shown = results.comparison.map(lambda text: text.replace("|", "\\|"))
-    body = markdown(shown)
-    summary = f"<summary>All {len(shown)} numbers</summary>"
-    return f"<details>\n{summary}\n\n{body}\n\n</details>"
-
-
-LEVEL: Final = 0.9
-PAPER_RECOVERY: Final = dict(zip(THETA_NAMES, ("92.5 %", "90.5 %", "26.5 %"), strict=True))
-
-
-def recovery_part(results: Results) -> str:
-    """Show what 90 % credible intervals cover, under the own observation model and on recordings."""
-    rows = []
-    for experiment in results.experiments:
-        kinds = {
-            "own observation model": results.recovery[experiment],
-            "recordings, passive scale redone": results.recovery_acquisition[experiment],
-        }
-        for kind, scores in kinds.items():
-            at_level = scores[np.isclose(scores["nominal"], LEVEL)].set_index("parameter")
-            rows.append(
-                {"experiment": f"`{experiment}`", "synthetic recordings": kind}
-                | {f"`{name}`": _coverage(at_level, name) for name in THETA_NAMES}
-                | {"scored": str(int(at_level["n"].iloc[0]))}
-            )
-    paper = {"experiment": "the paper", "synthetic recordings": "own observation model"}
-    return table(
-        [*rows, paper | {f"`{name}`": PAPER_RECOVERY[name] for name in THETA_NAMES} | {"scored": "400"}]
-    )
-
-
-def experiments_part(results: Results) -> str:
-    """Show support, fit, coverage and the medians of k_ATP of each experiment."""
-    rows = []
-    for experiment in results.experiments:
-        own = results.scores[results.scores["experiment"] == experiment]
-        supported = own[own["supported"]]
-        k_atp = _medians(results.posterior, experiment, "k_atp_per_s")
-        rows.append(
-            {
-                "experiment": f"`{experiment}`",
-                "supported": ", ".join(supported["subject"]) or "none",
-                "RMSE (kPa)": mean_sd(supported["rmse_kpa"], 2),
-                "reduction (%)": mean_sd(supported["rmse_reduction_percent"], 1),
-                "coverage, phases": mean_sd(supported["coverage_phases"], 2),
-                "median k_ATP (1/s)": ", ".join(f"{name} {fixed(k_atp[name], 2)}" for name in k_atp) or "–",
-            }
-        )
-    return f"{table(rows)}\n\n{_shared(results)}"
+    shown = markdown(paper_table(results.comparison, results.cohort_title))
+    summary = f"<summary>All {len(results.comparison)} numbers</summary>"
+    return f"<details>\n{summary}\n\n{shown}\n\n</details>"
 
 
 def _shared(results: Results) -> str:
     """Show errors on the subjects that every experiment supports, where recordings are the same."""
-    sets = [
-        set(own["subject"][own["supported"]]) for _, own in results.scores.groupby("experiment", sort=False)
-    ]
+    sets = [set(experiment.supported["subject"]) for experiment in results.experiments]
     common = [name for name in results.subjects if all(name in one for one in sets)]
     if not common:
         return "No subject is supported under every experiment."
     errors = []
     for experiment in results.experiments:
-        own = results.scores[results.scores["experiment"] == experiment].set_index("subject")
-        errors.append(f"`{experiment}` {mean_sd(own.loc[common, 'rmse_kpa'], 2)} kPa")
+        own = experiment.scores.set_index("subject")
+        errors.append(f"`{experiment.name}` {mean_sd(own.loc[common, 'rmse_kpa'], 2)} kPa")
     return (
         f"RMSE over the subjects that every experiment supports ({', '.join(common)}): {'; '.join(errors)}."
     )
 
 
-def _medians(posterior: pd.DataFrame, experiment: str, parameter: str) -> Mapping[str, float]:
-    chosen = posterior[(posterior["experiment"] == experiment) & (posterior["parameter"] == parameter)]
-    known = chosen.dropna(subset=["median"])
-    return dict(zip(known["subject"], known["median"], strict=True))
-
-
-def _coverage(rows: pd.DataFrame, parameter: str) -> str:
-    coverage, low, high = (float(rows[name][parameter]) for name in ("coverage", "ci_low", "ci_high"))
-    return f"{share(coverage)} ({100.0 * low:.1f} to {100.0 * high:.1f})"
-
-
 def epochs_part(results: Results) -> str:
     """Show loss, recovery, observed coverage, error and width at each checkpoint."""
-    return table([_row(results, epoch) for epoch in sorted(set(results.epochs["epoch"]))])
+    epochs = sorted(set(results.epochs["epoch"]))
+    return markdown(of_records([_row(results, epoch) for epoch in epochs]))
 
 
 def _row(results: Results, epoch: int) -> dict[str, str]:
@@ -270,7 +187,7 @@ def _range(rows: pd.DataFrame, scale: float, decimals: int, unit: str = "") -> s
     return f"{low}{unit}" if low == high else f"{low} to {high}{unit}"
 
 
-PARTS: Final[Mapping[str, Part]] = {
+PARTS: Final[Mapping[str, Callable[[Results], str]]] = {
     "run": run_part,
     "support": support_part,
     "scores": scores_part,

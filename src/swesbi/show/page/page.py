@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import yaml
 from jinja2 import DictLoader, Environment, StrictUndefined
-from markupsafe import Markup
 
+from swesbi.show.names import with_symbols
 from swesbi.show.page.files import Figure
 from swesbi.show.page.sections import Fact, PopulationSection, Section, caution, headline
 from swesbi.show.results import Results
@@ -89,7 +89,7 @@ class Page:
     main: str
     experiments: tuple[str, ...]
     facts: tuple[Fact, ...]
-    caution: Markup
+    caution: str
     tables: Mapping[str, Table]
     levels: tuple[Table, ...]
     figures: Figures
@@ -138,6 +138,7 @@ def render(page: Page) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.filters["symbols"] = with_symbols
     return environment.get_template(Path(ENTRY).name).render(page=page)
 
 

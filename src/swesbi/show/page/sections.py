@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from markupsafe import Markup
 
 from swesbi.evaluation.verdict import STATUSES, status
 from swesbi.population.cohort import OUTCOMES
 from swesbi.show.names import PARAMETERS
-from swesbi.show.numbers import count, mean_sd, percent
+from swesbi.show.numbers import count, mean_sd, percent, share
 from swesbi.show.page.captions import of_experiment, of_population
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.results import Experiment, records
@@ -48,7 +47,7 @@ def headline(experiment: Experiment) -> tuple[Fact, ...]:
     return tuple(_facts(experiment))
 
 
-def caution(experiment: Experiment) -> Markup:
+def caution(experiment: Experiment) -> str:
     """Return a warning where credible intervals cover less than they claim, else nothing.
 
     Judged by recordings with acquisition noise: the whole interval on the coverage lies below nominal.
@@ -57,16 +56,13 @@ def caution(experiment: Experiment) -> Markup:
     nominal = nearest_level(table, experiment)
     rows = records(table[(table["nominal"] == nominal) & (table["ci_high"] < nominal)])
     if not rows:
-        return Markup("")
-    covered = [
-        Markup("{} ({} %)").format(PARAMETERS[str(row["parameter"])], percent(row["coverage"]))
-        for row in rows
-    ]
-    return Markup(
-        "The {nominal} % credible intervals of this experiment cover the truth less often than they claim "
-        "when recordings carry the noise of an acquisition: {covered}. They say what the observation model "
-        "of the experiment implies, not how uncertain a measurement leaves the parameters."
-    ).format(nominal=percent(nominal, 0), covered=Markup(", ").join(covered))
+        return ""
+    covered = [f"{PARAMETERS[str(row['parameter'])]} ({share(row['coverage'])})" for row in rows]
+    return (
+        f"The {share(nominal, 0)} credible intervals of this experiment cover the truth less often than they "
+        f"claim when recordings carry the noise of an acquisition: {', '.join(covered)}. They say what the "
+        "observation model of the experiment implies, not how uncertain a measurement leaves the parameters."
+    )
 
 
 def _facts(experiment: Experiment) -> Iterator[Fact]:
@@ -85,19 +81,17 @@ def _facts(experiment: Experiment) -> Iterator[Fact]:
         )
         yield Fact(f"The {band}", f"{grid} % of the observed curve, {phases} % of the measured phases")
         pairs = [_correlation(experiment, *pair) for pair in PAIRS]
-        yield Fact("Posterior correlations", Markup("; ").join(pairs))
+        yield Fact("Posterior correlations", "; ".join(pairs))
     for name, table in (("own", experiment.recovery.own), ("acquisition", experiment.recovery.acquisition)):
         nominal = percent(nearest_level(table, experiment), 0)
         covered = level(table, experiment)
-        values = [Markup("{} {} %").format(PARAMETERS[key], percent(value)) for key, value in covered.items()]
-        yield Fact(
-            f"Recovery with {name} noise: {nominal} % intervals cover the truth in", Markup("; ").join(values)
-        )
+        values = [f"{PARAMETERS[key]} {share(value)}" for key, value in covered.items()]
+        yield Fact(f"Recovery with {name} noise: {nominal} % intervals cover the truth in", "; ".join(values))
 
 
-def _correlation(experiment: Experiment, one: str, other: str) -> Markup:
+def _correlation(experiment: Experiment, one: str, other: str) -> str:
     value = mean_sd(correlations(experiment, one, other), 2)
-    return Markup("{}, {}: {}").format(PARAMETERS[one], PARAMETERS[other], value)
+    return f"{PARAMETERS[one]}, {PARAMETERS[other]}: {value}"
 
 
 SHARED: Final = ("noise",)
@@ -168,8 +162,8 @@ def _exact_facts(exact: Exact) -> Iterator[Fact]:
         )
     for name, table in (("own", experiment.recovery.own), ("acquisition", experiment.recovery.acquisition)):
         nominal, covered = percent(nearest_level(table, experiment), 0), level(table, experiment)
-        values = [Markup("{} {} %").format(PARAMETERS[key], percent(covered[key])) for key in PARAMETERS]
-        yield Fact(f"Recovery with {name} noise: {nominal} % intervals cover", Markup("; ").join(values))
+        values = [f"{PARAMETERS[key]} {share(covered[key])}" for key in PARAMETERS]
+        yield Fact(f"Recovery with {name} noise: {nominal} % intervals cover", "; ".join(values))
     known = exact.truth.dropna(subset="median") if len(exact.truth) else exact.truth
     if len(known):
         inside_count = int((known["inside"].astype(str) == "True").sum())
@@ -232,8 +226,5 @@ def _population_facts(shown: OverPopulation) -> Iterator[Fact]:
         yield Fact("Exact posteriors", f"median efficiency {percent(efficiency, 0)} %; by MCMC: {by_mcmc}")
     table = shown.coverage[(shown.coverage["stratum"] == "all") & (shown.coverage["sampler"] == "weighted")]
     rows = {str(row["parameter"]): row for row in records(table)}
-    covered = Markup("; ").join(
-        Markup("{} {} %").format(symbol, percent(rows[name]["coverage"]))
-        for name, symbol in PARAMETERS.items()
-    )
+    covered = "; ".join(f"{symbol} {share(rows[name]['coverage'])}" for name, symbol in PARAMETERS.items())
     yield Fact(f"Fresh contexts: {percent(shown.interval, 0)} % intervals cover", covered)

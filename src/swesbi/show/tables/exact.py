@@ -9,22 +9,21 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-from markupsafe import Markup
 
 from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
 from swesbi.evaluation.exact_result import ExactResult
 from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
 from swesbi.inference.posterior import interval_levels
-from swesbi.inference.support import Support
+from swesbi.inference.support import Support, SupportTest
 from swesbi.noise.cohort import CohortNoise
 from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, quantity
 from swesbi.show.numbers import MISSING, count, estimate, fixed, percent, significant, span
 from swesbi.show.results import Experiment, records
-from swesbi.show.table import Cell, Column, Row, Table, words
+from swesbi.show.table import Cell, Column, Row, Strong, Table, words
 from swesbi.speed_model.joint_prior import PHI_NAMES
 
 PASSIVE: Final = "passive_scale_kpa"
-SYMBOLS: Final = {**PARAMETERS, PASSIVE: Markup("passive scale <i>a</i>")}
+SYMBOLS: Final = {**PARAMETERS, PASSIVE: "passive scale a"}
 UNITS: Final = {**PARAMETER_UNITS, PASSIVE: "kPa"}
 ALL_SUBJECTS: Final = "all"
 
@@ -69,7 +68,7 @@ def verdicts_table(exact: Exact, cohort_title: str) -> Table:
     rows = []
     for subject, support in exact.supports.items():
         result = exact.results[subject]
-        flagged = ", ".join(label_of_test(test.name) for test in support.tests if test.flagged)
+        flagged = ", ".join(_flag(test) for test in support.tests if test.flagged)
         cells = (
             subject,
             status(support),
@@ -104,7 +103,7 @@ def outcomes_table(exact: Exact, cohort_title: str) -> Table:
                 continue
             value = test.statistic if test.p_value is None else test.p_value
             text = significant(value, 2)
-            cells.append(Markup("<strong>{}</strong>").format(text) if test.flagged else text)
+            cells.append(Strong(text) if test.flagged else text)
         rows.append(Row(tuple(cells)))
     note = (
         "p-values against recordings that the model itself made of the same subject; where a test has no "
@@ -122,7 +121,7 @@ def exact_table(exact: Exact, cohort_title: str) -> Table:
         Column("Credible interval", f"{100.0 * mass:g} %"),
         Column("Median, network alone"),
         Column("CMA-ES"),
-        *words("Draws by"),
+        *words("Draws by", "Verdict"),
     )
     fits = {
         (str(row["subject"]), str(row["parameter"])): float(row["cmaes"])
@@ -141,10 +140,11 @@ def exact_table(exact: Exact, cohort_title: str) -> Table:
                 significant(float(np.median(result.npe_phi[:, j]))),
                 significant(fits.get((subject, name), math.nan)),
                 sampler_in_words(support),
+                status(support),
             )
             rows.append(Row(cells, muted=not support.supported))
     note = (
-        "Grey: an unsupported subject, whose posterior says where the model's best answer lies and is not to "
+        "The posterior of an unsupported subject says where the model's best answer lies and is not to "
         "be read as that of the subject. Passive scale: a nuisance parameter, inferred with the others."
     )
     return Table(f"Exact posteriors ({cohort_title}).", columns, tuple(rows), note)
@@ -186,9 +186,9 @@ def calibration_summary(exact: Exact) -> Table:
         *words("Recordings", "Answer"),
         Column("Checks, pooled", "failed of all"),
         Column("Checks, by subject", "failed of all"),
-        *(Column(Markup("Coverage of {}").format(PARAMETERS[name]), "%, pooled") for name in PARAMETERS),
+        *(Column(f"Coverage of {PARAMETERS[name]}", "%, pooled") for name in PARAMETERS),
         Column("Joint coverage", "%, pooled"),
-        Column("Recordings", "pooled"),
+        Column("Recordings"),
     )
     table = exact.calibration
     kinds = table[table["test"] != "c2st"].groupby(["recordings", "sampler"], sort=False)
@@ -200,16 +200,20 @@ def calibration_summary(exact: Exact) -> Table:
             for name in PARAMETERS
         ]
         joint = _coverage(pooled, "tarp", "joint")
-        number = count(pooled["n"].max()) if len(pooled) else MISSING
         answer = ANSWERS.get(str(sampler), str(sampler))
         cells = (RECORDINGS.get(str(made), str(made)), answer, _failed(pooled), _failed(single), *covered)
-        rows.append(Row((*cells, joint, number)))
+        rows.append(Row((*cells, joint, count(part["n"].max()))))
     note = (
         "Checks: ranks of the truth and coverage at all levels within simultaneous bands, joint coverage, "
         "contraction. Coverage is that of 90 % intervals and regions. At the subject's own data, the truth "
         "is a draw of its posterior and the recording a new one from it."
     )
-    return Table("Calibration on recordings of known parameters.", columns, tuple(rows), note)
+    return Table(
+        "Calibration on recordings of known parameters.",
+        columns,
+        tuple(rows),
+        f"{note} {two_samples(table)}",
+    )
 
 
 def calibration_checks(exact: Exact) -> Table:
@@ -235,7 +239,7 @@ def calibration_checks(exact: Exact) -> Table:
             significant(row["statistic"]),
             significant(row["p_value"], 2),
             significant(row["limit"], 2),
-            Markup("<strong>yes</strong>") if failed else "no",
+            Strong("yes") if failed else "no",
         )
         rows.append(Row(cells))
     return Table("Every check of calibration.", columns, tuple(rows))
@@ -245,23 +249,24 @@ def alarms_table(exact: Exact) -> Table:
     """Return how often the verdict raises an alarm on well-specified recordings and on others."""
     table = exact.misspecification
     columns = (
-        *words("Subject", "Recordings", "Verdict"),
-        Column("Alarms", "% (interval)"),
+        *words("Subject", "Recordings"),
+        *(Column(name, "% (interval)") for name in ALARMS),
         Column("Recordings"),
         Column("Median efficiency", "%"),
     )
     rows = []
-    for row in records(table[table["alarm"].isin(ALARMS)]):
-        interval = span(percent(row["ci_low"]), percent(row["ci_high"]))
+    chosen = table[table["alarm"].isin(ALARMS)]
+    for (subject, made), part in chosen.groupby(["subject", "recordings"], sort=False):
+        rates = {str(row["alarm"]): row for row in records(part)}
+        first = next(iter(rates.values()))
         cells = (
-            "all" if row["subject"] == ALL_SUBJECTS else str(row["subject"]),
-            RECORDINGS.get(str(row["recordings"]), str(row["recordings"])),
-            str(row["alarm"]),
-            f"{percent(row['rate'])} ({interval})",
-            count(row["n"]),
-            percent(row["median_efficiency"], 0),
+            str(subject),
+            RECORDINGS.get(str(made), str(made)),
+            *(_rate(rates[name]) if name in rates else MISSING for name in ALARMS),
+            count(first["n"]),
+            percent(first["median_efficiency"], 0),
         )
-        rows.append(Row(cells, summary=row["subject"] == ALL_SUBJECTS))
+        rows.append(Row(cells, summary=subject == ALL_SUBJECTS))
     note = (
         "On recordings that the model itself made an alarm is false. On the volunteers recorded anew it is "
         "the power to see that their physiology is another than the model's. Intervals: 95 % Clopper-Pearson."
@@ -323,6 +328,27 @@ def noise_table(exact: Exact, cohort_title: str) -> Table:
         "discrepancy was chosen on a generated cohort, none of whose subjects is shown here."
     )
     return Table(f"Noise of the measured speeds ({cohort_title}).", columns, tuple(rows), note)
+
+
+def two_samples(calibration: pd.DataFrame) -> str:
+    """Say how well a classifier tells samplers apart."""
+    accuracies = calibration[calibration["test"] == "c2st"]
+    if accuracies.empty:
+        return "No samplers were compared."
+    pairs = [
+        f"{pair}: {fixed(part['statistic'].min(), 3)} to {fixed(part['statistic'].max(), 3)}"
+        for pair, part in accuracies.groupby("sampler", sort=False)
+    ]
+    return f"Accuracy of a classifier that tells two samplers apart (0.5: it cannot), {'; '.join(pairs)}."
+
+
+def _flag(test: SupportTest) -> str:
+    p = "" if test.p_value is None else f" (p = {fixed(test.p_value, 4)})"
+    return f"{label_of_test(test.name)}{p}"
+
+
+def _rate(row: Mapping[Hashable, Any]) -> str:
+    return f"{percent(row['rate'])} ({span(percent(row['ci_low']), percent(row['ci_high']))})"
 
 
 def _coverage(table: pd.DataFrame, test: str, name: str) -> str:

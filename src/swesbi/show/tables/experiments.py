@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any, Final
 
 import pandas as pd
-from markupsafe import Markup
 
 from swesbi.artefacts import ArtefactError
-from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, with_symbols
+from swesbi.show.names import PARAMETER_UNITS, PARAMETERS
 from swesbi.show.numbers import MINUS, MISSING, count, estimate, fixed, mean_sd, percent, span
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Cell, Column, Row, Table, body, words
@@ -77,7 +76,7 @@ def _rows(experiment: Experiment, nominal: float) -> list[Row]:
         Row(
             (
                 experiment.name,
-                Markup("{}, {}").format(PARAMETERS[name], PARAMETER_UNITS[name]),
+                f"{PARAMETERS[name]}, {PARAMETER_UNITS[name]}",
                 percent(nominal, 0),
                 *_recovery_cells(own[name]),
                 *_recovery_cells(acquisition[name]),
@@ -175,10 +174,10 @@ def _measures() -> Iterator[tuple[str, Callable[[Experiment], str]]]:
     for label, column, scale, decimals in SCORES:
         yield label, partial(_score, column=column, scale=scale, decimals=decimals)
     for one, other in PAIRS:
-        label = Markup("Correlation of {} and {}").format(PARAMETERS[one], PARAMETERS[other])
+        label = f"Correlation of {PARAMETERS[one]} and {PARAMETERS[other]}"
         yield label, partial(_correlation, one=one, other=other)
     for name, symbol in PARAMETERS.items():
-        yield Markup("Recovery coverage of {} (%)").format(symbol), partial(_coverage, parameter=name)
+        yield f"Recovery coverage of {symbol} (%)", partial(_coverage, parameter=name)
     yield "Epochs trained", lambda experiment: count(len(experiment.training))
     yield "Lowest validation loss", lambda experiment: fixed(experiment.training["validation_loss"].min(), 2)
 
@@ -234,6 +233,7 @@ def training_table(experiments: Sequence[Experiment]) -> Table:
         Column("Epoch of the lowest validation loss"),
         Column("Lowest validation loss"),
         Column("Training loss there"),
+        Column("Validation loss at the end"),
     )
     note = "Loss: mean of −log q(θ | z) over the rows of the pool."
     return Table("Training of the estimators.", columns, tuple(map(_row, experiments)), note)
@@ -249,6 +249,7 @@ def _row(experiment: Experiment) -> Row:
             count(best["epoch"]),
             fixed(best["validation_loss"], 2),
             fixed(best["training_loss"], 2),
+            fixed(history["validation_loss"].iloc[-1], 2),
         )
     )
 
@@ -274,10 +275,10 @@ def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
     rows = tuple(
         Row(
             (
-                with_symbols(str(row["quantity"])),
+                str(row["quantity"]),
                 _number(row["paper"]),
                 _number(row["this_study"]),
-                with_symbols(str(row["note"])),
+                str(row["note"]),
             )
         )
         for row in records(comparison)

@@ -9,7 +9,6 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-from markupsafe import Markup
 from pydantic import JsonValue
 
 from swesbi.calibration.ranked import SAMPLERS
@@ -60,7 +59,7 @@ def strata_table(shown: OverPopulation) -> Table:
     """Return coverage of both answers by stratum, with the efficiency of the weights."""
     columns = (
         *words("Stratum", "Answer"),
-        *(Column(Markup("Coverage of {}").format(symbol), "% (interval)") for symbol in PARAMETERS.values()),
+        *(Column(f"Coverage of {symbol}", "% (interval)") for symbol in PARAMETERS.values()),
         Column("Recordings"),
         Column("Median efficiency", "%"),
     )
@@ -81,7 +80,31 @@ def strata_table(shown: OverPopulation) -> Table:
 def cohort_table(shown: OverPopulation, cohort_title: str) -> Table:
     """Return a row a subject of a small cohort, counts of a large one."""
     small = len(shown.cohort) <= MOST_SHOWN
-    return _subjects(shown, cohort_title) if small else _counts(shown, cohort_title)
+    return _subjects(shown, cohort_title) if small else counts_table(shown, cohort_title)
+
+
+def counts_table(shown: OverPopulation, cohort_title: str, most_reasons: int | None = 3) -> Table:
+    """Return how many subjects have which verdict, with the commonest reasons, or all where None is given."""
+    columns = (
+        *words("Verdict", "Commonest reasons"),
+        Column("Subjects"),
+        Column("Share", "%"),
+        Column("Median efficiency", "%"),
+    )
+    rows = []
+    for status in OUTCOMES:
+        part = shown.cohort[shown.cohort["status"] == status]
+        reasons = list(counted_reasons(part).items())[:most_reasons]
+        cells = (
+            status,
+            ", ".join(f"{reason} ({number})" for reason, number in reasons) or MISSING,
+            count(len(part)),
+            percent(len(part) / len(shown.cohort)),
+            percent(float(part["efficiency"].median()), 0),
+        )
+        rows.append(Row(cells))
+    note = "Each subject has its row in cohort.csv, with context, reason, medians and limits."
+    return Table(f"Verdicts over the cohort ({cohort_title}).", columns, tuple(rows), note)
 
 
 def range_in_words(settings: Mapping[str, Any]) -> str:
@@ -154,26 +177,3 @@ def _shape(value: float, refused: bool) -> str:
     if refused:
         return MISSING
     return fixed(value, 2) if math.isfinite(value) else "inf"
-
-
-def _counts(shown: OverPopulation, cohort_title: str) -> Table:
-    columns = (
-        *words("Verdict", "Commonest reasons"),
-        Column("Subjects"),
-        Column("Share", "%"),
-        Column("Median efficiency", "%"),
-    )
-    rows = []
-    for status in OUTCOMES:
-        part = shown.cohort[shown.cohort["status"] == status]
-        reasons = list(counted_reasons(part).items())[:3]
-        cells = (
-            status,
-            ", ".join(f"{reason} ({number})" for reason, number in reasons) or MISSING,
-            count(len(part)),
-            percent(len(part) / len(shown.cohort)),
-            percent(float(part["efficiency"].median()), 0),
-        )
-        rows.append(Row(cells))
-    note = "Each subject has its row in cohort.csv, with context, reason, medians and limits."
-    return Table(f"Verdicts over the cohort ({cohort_title}).", columns, tuple(rows), note)

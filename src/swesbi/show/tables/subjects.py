@@ -6,7 +6,6 @@ from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, Final
 
 import pandas as pd
-from markupsafe import Markup
 
 from swesbi.recording import Observation
 from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, component, feature_unit, quantity, rejection
@@ -102,10 +101,8 @@ def verdict_table(experiment: Experiment, cohort_title: str) -> Table:
         Column("Largest |z|"),
         *words("Attained by"),
         Column("Draws in bounds"),
-        *(
-            Column(Markup("Unfiltered {}").format(label), PARAMETER_UNITS[name])
-            for name, label in PARAMETERS.items()
-        ),
+        Column("Share in bounds", "%"),
+        *(Column(f"Unfiltered {label}", PARAMETER_UNITS[name]) for name, label in PARAMETERS.items()),
     )
     rows = []
     for subject, support in experiment.supports.items():
@@ -115,6 +112,7 @@ def verdict_table(experiment: Experiment, cohort_title: str) -> Table:
             fixed(support.max_abs_z, 2),
             component(support.worst_component),
             count(support.in_prior_draws),
+            percent(support.acceptance),
             *(significant(support.unfiltered_median[name]) for name in PARAMETERS),
         )
         rows.append(Row(cells, muted=not support.supported))
@@ -221,7 +219,7 @@ def posterior_table(experiment: Experiment, cohort_title: str) -> Table:
         *words("Subject", "Parameter", "Unit"),
         Column("Median"),
         Column("Credible interval", f"{experiment.credible_percent:g} %"),
-        *(Column(Markup("Correlation with {}").format(label)) for label in PARAMETERS.values()),
+        *(Column(f"Correlation with {label}") for label in PARAMETERS.values()),
         Column("Unfiltered median"),
         Column("CMA-ES"),
     )
