@@ -13,11 +13,12 @@ from study_copy import ROOT, StudyCopy
 
 from swesbi.config import Study, load_study, overlay, read_yaml
 from swesbi.inference.support import read_support
-from swesbi.show.docs.__main__ import FIGURES, main
+from swesbi.show.docs.__main__ import documented, main
 from swesbi.show.docs.marks import PART, MarkError, fill
 from swesbi.show.docs.population import COSTS, PopulationResults, scaling_part
 from swesbi.show.docs.reproduction import PARTS, truth_part
 from swesbi.show.docs.results import Results, read_results
+from swesbi.show.figures.registry import PagePart
 from swesbi.show.numbers import fixed, mean_sd, share
 from swesbi.show.tables.population import OverPopulation
 
@@ -91,7 +92,7 @@ def test_parts_hold_the_numbers_of_the_study(written: Path, finished: StudyCopy)
 
 
 def test_figures_are_those_of_the_study(written: Path, finished: StudyCopy) -> None:
-    for name in FIGURES:
+    for name in documented(PagePart.STUDY):
         copied = written / "figures" / f"{name}.png"
         assert copied.read_bytes() == (finished.results / "figures" / f"{name}.png").read_bytes()
 

@@ -20,6 +20,7 @@ from swesbi.noise.cohort import CohortNoise, NoiseEstimate
 from swesbi.noise.components import ComponentEstimate
 from swesbi.show.docs.calibration import PARTS, CalibrationResults
 from swesbi.show.docs.marks import PART, fill
+from swesbi.show.figures.registry import PagePart
 from swesbi.show.figures.style import save_figure
 from swesbi.show.page.sections import make_section, section_figures
 from swesbi.show.results import Experiment
@@ -178,7 +179,7 @@ def test_figures_are_found_by_kind_and_experiment(tmp_path: Path) -> None:
     pngs = [tmp_path / f"{name}.png" for name in names]
     for png in pngs:
         save_figure(Drawing(figsize=(2.0, 1.0)), png)
-    found = section_figures(pngs, "calibrated", tmp_path / "report.html", TITLE)
+    found = section_figures(PagePart.SPEEDS, pngs, "calibrated", tmp_path / "report.html", TITLE)
     assert sorted(found) == ["design", "noise", "ppc"]
     assert (found["ppc"].source, found["ppc"].full) == ("ppc-calibrated.png", "ppc-calibrated.pdf")
     assert TITLE in found["ppc"].caption

@@ -1,4 +1,4 @@
-"""The table of comparison as LaTeX: a booktabs longtable, with a heading for each group of rows."""
+"""Tables of the study as LaTeX with booktabs: predictive scores, posteriors, comparison with the paper."""
 
 from __future__ import annotations
 

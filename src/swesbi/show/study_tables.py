@@ -1,4 +1,4 @@
-"""Do the credible intervals hold the parameters that made the recordings of a generated cohort?"""
+"""The tables that the study writes of every subject: scores, features, posteriors, known truth."""
 
 from __future__ import annotations
 

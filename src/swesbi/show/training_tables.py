@@ -1,4 +1,4 @@
-"""Volunteers recorded under several acquisition seeds: one row a recording, and one a volunteer."""
+"""Tables of trainings, epoch by epoch, and of volunteers recorded under several acquisition seeds."""
 
 from __future__ import annotations
 

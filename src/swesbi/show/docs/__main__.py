@@ -15,25 +15,15 @@ from swesbi.show.docs.calibration import PARTS as CALIBRATION_PARTS
 from swesbi.show.docs.calibration import experiment_shown, read_calibration_results
 from swesbi.show.docs.figures import write_noise_figure, write_population_figure
 from swesbi.show.docs.marks import MarkError, fill
-from swesbi.show.docs.population import FIGURES as POPULATION_FIGURES
 from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
 from swesbi.show.docs.reproduction import PARTS
 from swesbi.show.docs.results import read_results
+from swesbi.show.figures.registry import PagePart, figures_of
 
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
 POPULATION_PAGE: Final = "population.md"
-FIGURES: Final = ("workflow", "ppc", "posterior", "epochs", "experiments")
-EXACT_FIGURES: Final = (
-    "training",
-    "ppc",
-    "posterior",
-    "calibration",
-    "misspecification",
-    "identifiability",
-    "design",
-)
 EXIT_USAGE: Final = 2
 
 
@@ -70,16 +60,16 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     folder = Path(study.config.results)
     results = read_results(folder, study)
     pages = {PAGE: {name: part(results) for name, part in PARTS.items()}}
-    figures = list(FIGURES)
+    figures = documented(PagePart.STUDY)
     if name := experiment_shown(study):
         found = read_calibration_results(folder, study, name, docs)
         pages[CALIBRATION_PAGE] = {mark: part(found) for mark, part in CALIBRATION_PARTS.items()}
-        figures += [f"{kind}-{name}" for kind in EXACT_FIGURES]
+        figures += [*documented(PagePart.SPEEDS, name), f"training-{name}"]
         write_noise_figure(folder / "cohort" / "noise.h5", docs, study.config.cohort_title)
     for name in study.config.populations_run[:1]:
         shown = read_population_results(folder, study, name, docs)
         pages[POPULATION_PAGE] = {mark: part(shown) for mark, part in POPULATION_PARTS.items()}
-        figures += [f"{kind}-{name}" for kind in POPULATION_FIGURES]
+        figures += documented(PagePart.POPULATION, name)
         write_population_figure(study, name, docs)
     texts = {page: fill((docs / page).read_text(encoding="utf-8"), parts) for page, parts in pages.items()}
     for figure in figures:
@@ -88,6 +78,11 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     for page, text in texts.items():
         with atomic_path(docs / page) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def documented(part: PagePart, experiment: str = "") -> list[str]:
+    """Return the names of the files of figures that the documentation copies from a part of the page."""
+    return [spec.stem(experiment) for spec in figures_of(part).values() if spec.documented]
 
 
 if __name__ == "__main__":

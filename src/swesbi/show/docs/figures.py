@@ -1,4 +1,4 @@
-"""The figure of whom a population holds, as the documentation shows it."""
+"""The figures that the documentation draws itself: noise beside its truth, and whom a population holds."""
 
 from __future__ import annotations
 

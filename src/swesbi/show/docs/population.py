@@ -19,7 +19,6 @@ from swesbi.show.numbers import MISSING, fixed, share
 from swesbi.show.table import markdown, of_records
 from swesbi.show.tables.population import OverPopulation, counts_table, strata_table
 
-FIGURES: Final = ("strata", "cohort")
 COSTS: Final = {
     "dag_cpu_s": ("planning (s of processor time)", 0),
     "cpu_s": ("all jobs (s of processor time)", 0),

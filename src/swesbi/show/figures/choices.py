@@ -1,4 +1,4 @@
-"""What each variant of the configuration does to the posteriors: shifts of medians, ratios of widths."""
+"""Choices of the study: the size of the discrepancy, and what variants of the configuration move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Counts over a cohort: verdicts, what speaks against the model, and how efficient the weights are."""
+"""A cohort of any size in one figure: every answer, what it goes with, verdicts, weights, known truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parts of a corner plot: marginals beside the prior, pairs of parameters, reference points."""
+"""Densities of a parameter, and the parts of a corner plot made of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What more repeats or more phases would buy: the expected width of the credible intervals."""
+"""What the recordings tell, phase by phase, and what more repeats or phases would buy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Calibration by stratum: coverage of credible intervals on fresh contexts, and efficiency of the weights."""
+"""A population: whom it holds, and the calibration of its network by stratum."""
 
 from __future__ import annotations
 

@@ -1,8 +1,13 @@
-"""The exact posteriors of a whole cohort, one row a parameter, and how reliable each is."""
+"""The marginal posteriors of a whole cohort, one row a parameter.
+
+Of an experiment on features (figure 3) at the left on the scale of the prior, at the right each about its own
+median, which shows its shape where it is much narrower than the prior; exact ones with how reliable each is.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -96,15 +101,9 @@ def _label_columns(
 def _draw_on_prior_scale(
     axes: Axes, panels: Sequence[PosteriorPanel], j: int, prior: ParameterPrior, interval: float
 ) -> None:
-    axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(ScalarFormatter())
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    _prior_scale(axes, prior)
     axes.tick_params(axis="x", length=0)
     axes.set_ylabel(THETA_LABELS[j])
-    _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density")
-    for bound in (prior.low, prior.high):
-        axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")
     for position, panel in enumerate(panels, start=1):
         if panel.support.supported:
             _draw_posterior(axes, position, panel.theta[:, j], interval)
@@ -137,7 +136,7 @@ def _draw_posterior(axes: Axes, position: int, draws: FloatArray, interval: floa
     _interval(axes, position, draws, interval)
 
 
-def _interval(axes: Axes, position: int, draws: FloatArray, interval: float) -> None:
+def _interval(axes: Axes, position: int, draws: FloatArray, interval: float, size: float = 3.0) -> None:
     tail = (1.0 - interval) / 2.0
     low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail])
     axes.errorbar(
@@ -147,7 +146,7 @@ def _interval(axes: Axes, position: int, draws: FloatArray, interval: float) -> 
         fmt="o",
         color="black",
         mfc="white",
-        ms=3.0,
+        ms=size,
         mew=0.7,
         elinewidth=0.9,
         capsize=2.0,
@@ -178,15 +177,32 @@ def _draw_excluded(axes: Axes, position: int, unfiltered_median: float) -> None:
 
 
 def _violin(
-    axes: Axes, position: int, values: FloatArray, density: FloatArray, color: str, label: str
+    axes: Axes,
+    position: int,
+    values: FloatArray,
+    density: FloatArray,
+    color: str,
+    label: str,
+    **look: float,
 ) -> None:
     width = HALF_WIDTH * density / density.max()
-    axes.fill_betweenx(
-        values, position - width, position + width, color=color, alpha=0.35, lw=0.5, label=label
-    )
+    look = {"alpha": 0.35, "lw": 0.5, **look}
+    axes.fill_betweenx(values, position - width, position + width, color=color, label=label, **look)
+
+
+def _prior_scale(axes: Axes, prior: ParameterPrior, **look: float) -> None:
+    """Draw the prior and its bounds on a logarithmic axis."""
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(ScalarFormatter())
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density", **look)
+    for bound in (prior.low, prior.high):
+        axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")
 
 
 PARAMETERS = 4
+EXACT_LOOK: Final = {"alpha": 0.4, "lw": 0.0}
 ACTIVE = 3
 EXACT_ROW_HEIGHT_IN = 1.0
 EXACT_FRAME_HEIGHT_IN = 1.3
@@ -235,22 +251,15 @@ def draw_exact_posteriors(
 
 
 def _draw_parameter(axes: Axes, panels: Sequence[ExactPanel], j: int, prior: ParameterPrior) -> None:
-    axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(ScalarFormatter())
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    _prior_scale(axes, prior, **EXACT_LOOK)
     axes.set_ylabel(LABELS[j].replace(" (", "\n("))
-    _exact_violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density")
-    for bound in (prior.low, prior.high):
-        axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")
     for position, panel in enumerate(panels, start=1):
         verdict = status(panel.support)
         phi = panel.result.phi[:, j]
-        _exact_violin(
-            axes, position, *log_density_of_draws(phi), STATUS_COLORS[verdict], f"posterior, {verdict}"
-        )
+        density = log_density_of_draws(phi)
+        _violin(axes, position, *density, STATUS_COLORS[verdict], f"posterior, {verdict}", **EXACT_LOOK)
         _outline(axes, position, *log_density_of_draws(_nearly_all(panel.result.npe_phi[:, j])))
-        _exact_interval(axes, position, phi, panel.result.interval_mass)
+        _interval(axes, position, phi, panel.result.interval_mass, size=2.8)
         if j < ACTIVE:
             _draw_references(axes, position, panel, j)
 
@@ -265,13 +274,6 @@ def _draw_references(axes: Axes, position: int, panel: ExactPanel, j: int) -> No
         axes.plot(position - OFFSET, panel.truth[j], "*", color=TRUTH, ms=5, mew=0, zorder=5, label=label)
 
 
-def _exact_violin(
-    axes: Axes, position: int, values: FloatArray, density: FloatArray, color: str, label: str
-) -> None:
-    width = HALF_WIDTH * density / density.max()
-    axes.fill_betweenx(values, position - width, position + width, color=color, alpha=0.4, lw=0, label=label)
-
-
 def _nearly_all(draws: FloatArray) -> FloatArray:
     """Return the draws without the farthest, which would draw an outline out into a needle."""
     low, high = np.quantile(draws, EXACT_SHOWN_QUANTILES)
@@ -282,16 +284,6 @@ def _outline(axes: Axes, position: int, values: FloatArray, density: FloatArray)
     width = HALF_WIDTH * density / density.max()
     for side in (-1.0, 1.0):
         axes.plot(position + side * width, values, color=NETWORK, lw=0.6, ls="--", label="network alone")
-
-
-def _exact_interval(axes: Axes, position: int, draws: FloatArray, mass: float) -> None:
-    tail = (1.0 - mass) / 2.0
-    low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail])
-    ends = [[median - low], [high - median]]
-    axes.errorbar(
-        position, median, ends, fmt="o", color="black", mfc="white", ms=2.8, mew=0.7, elinewidth=0.9,
-        capsize=2.0, zorder=4, label=f"median, {as_percent(mass)} CI",
-    )  # fmt: skip
 
 
 def _draw_shapes(axes: Axes, panels: Sequence[ExactPanel]) -> None:

@@ -1,4 +1,4 @@
-"""One subject's exact posterior: the reported draws, the network's beside them, references, truth."""
+"""One subject's posterior as a corner plot: on features, or exact with verdict and truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One subject's predictive check: curves, residuals, scores and features."""
+"""Predictive checks: of a cohort, one panel a subject (figure 2), and of one subject with its scores."""
 
 from __future__ import annotations
 

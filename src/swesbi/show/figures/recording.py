@@ -1,4 +1,4 @@
-"""The quality-control sheet of one recording: raw samples, what was rejected and why, and the curve."""
+"""Recordings: the variance components of their noise, and the quality-control sheet of one."""
 
 from __future__ import annotations
 

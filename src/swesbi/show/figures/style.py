@@ -1,4 +1,4 @@
-"""Words."""
+"""One look for every figure, a place for every panel, and files that are the same whenever they are made."""
 
 from __future__ import annotations
 

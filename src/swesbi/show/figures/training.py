@@ -1,4 +1,4 @@
-"""How inference evolves with the epochs of training: loss, recovery, observed coverage, posterior width."""
+"""Training of an estimator: its losses, and what inference says after each epoch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the results come from: seed, code, settings, versions; no dates, so that the page stays the same."""
+"""The files behind the page: links, figures with their size, and what made the artefacts."""
 
 from __future__ import annotations
 

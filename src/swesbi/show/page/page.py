@@ -10,10 +10,11 @@ from typing import Any, Final
 import yaml
 from jinja2 import DictLoader, Environment, StrictUndefined
 
+from swesbi.show.figures.registry import PagePart, figures_of
 from swesbi.show.names import with_symbols
-from swesbi.show.page.files import Figure
+from swesbi.show.page.files import Figure, figure
 from swesbi.show.page.sections import Fact, PopulationSection, Section, caution, headline
-from swesbi.show.results import Results
+from swesbi.show.results import Experiment, Results
 from swesbi.show.table import Table
 from swesbi.show.tables.experiments import (
     comparison_table,
@@ -124,6 +125,40 @@ def make_page(
         files=tuple(files),
         provenance=provenance,
     )
+
+
+def study_figures(
+    files: Mapping[str, tuple[Path, Path]],
+    trainings: Sequence[Path],
+    page: Path,
+    main: Experiment,
+    title: str,
+) -> Figures:
+    """Put captions to the figures of the study, and to each experiment's training.
+
+    Args:
+        files: PNG and PDF of each figure of the study, by name.
+        trainings: PNG of each experiment's training.
+        page: The page.
+        main: The main experiment.
+        title: What the subjects are.
+    """
+    out = [subject for subject, support in main.supports.items() if not support.supported]
+    fields = {
+        "predictive": main.predictive_percent,
+        "credible": main.credible_percent,
+        "excluded": f"Outside the prior's support, and greyed: {', '.join(out)}." if out else "",
+    }
+    specs, trained = figures_of(PagePart.STUDY), figures_of(PagePart.EXPERIMENT)["training"]
+    shown = {
+        name: figure(png, page, *specs[name].texts(title, main.name, fields), pdf)
+        for name, (png, pdf) in files.items()
+    }
+    training = tuple(
+        figure(png, page, *trained.texts(title, png.stem.removeprefix(f"{trained.name}-")))
+        for png in trainings
+    )
+    return Figures(**shown, training=training)
 
 
 def render(page: Page) -> str:

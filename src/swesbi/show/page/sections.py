@@ -1,19 +1,19 @@
-"""The section of the page on an experiment over a population."""
+"""Parts of the page made of facts: the headline, a section an experiment on speeds or over a population."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from swesbi.evaluation.verdict import STATUSES, status
 from swesbi.population.cohort import OUTCOMES
+from swesbi.show.figures.registry import PagePart, figures_of
 from swesbi.show.names import PARAMETERS
 from swesbi.show.numbers import count, mean_sd, percent, share
-from swesbi.show.page.captions import of_experiment, of_population
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Table
@@ -94,9 +94,6 @@ def _correlation(experiment: Experiment, one: str, other: str) -> str:
     return f"{PARAMETERS[one]}, {PARAMETERS[other]}: {value}"
 
 
-SHARED: Final = ("noise",)
-
-
 @dataclass(frozen=True)
 class Section:
     """What the templates show of one experiment on speeds."""
@@ -130,18 +127,18 @@ def make_section(exact: Exact, figures: Mapping[str, Figure], cohort_title: str)
     return Section(experiment.name, tuple(_exact_facts(exact)), verdicts, tables, figures)
 
 
-def section_figures(pngs: Sequence[Path], experiment: str, page: Path, title: str) -> Mapping[str, Figure]:
-    """Return the figures of an experiment by kind: ``calibration-{experiment}.png`` as "calibration".
-
-    Those of ``SHARED`` belong to every experiment.
-    """
-    found = {}
-    for png in pngs:
-        kind = png.stem.removesuffix(f"-{experiment}")
-        if kind != png.stem or kind in SHARED:
-            texts = of_experiment(kind, experiment, title)
-            found[kind] = figure(png, page, *texts, png.with_suffix(".pdf"))
-    return found
+def section_figures(
+    part: PagePart, pngs: Sequence[Path], experiment: str, page: Path, title: str
+) -> dict[str, Figure]:
+    """Return the figures of an experiment by name: ``calibration-{experiment}.png`` as "calibration"."""
+    specs = {spec.stem(experiment): spec for spec in figures_of(part).values()}
+    return {
+        specs[png.stem].name: figure(
+            png, page, *specs[png.stem].texts(title, experiment), png.with_suffix(".pdf")
+        )
+        for png in pngs
+        if png.stem in specs
+    }
 
 
 def _exact_facts(exact: Exact) -> Iterator[Fact]:
@@ -170,9 +167,6 @@ def _exact_facts(exact: Exact) -> Iterator[Fact]:
         yield Fact("Truth of the generated recordings", f"inside {inside_count} of {len(known)} intervals")
 
 
-KINDS = ("cohort", "strata", "training")
-
-
 @dataclass(frozen=True)
 class PopulationSection:
     """What the templates show of one experiment over a population."""
@@ -197,18 +191,6 @@ def make_population_section(
         tables={"strata": strata_table(shown), "cohort": cohort_table(shown, cohort_title)},
         figures=figures,
     )
-
-
-def population_figures(pngs: Sequence[Path], experiment: str, page: Path, title: str) -> dict[str, Figure]:
-    """Return the figures of an experiment by kind: ``cohort-{experiment}.png`` as "cohort"."""
-    names = {f"{kind}-{experiment}": kind for kind in KINDS}
-    return {
-        names[png.stem]: figure(
-            png, page, *of_population(names[png.stem], experiment, title), png.with_suffix(".pdf")
-        )
-        for png in pngs
-        if png.stem in names
-    }
 
 
 def _population_facts(shown: OverPopulation) -> Iterator[Fact]:

@@ -1,4 +1,4 @@
-"""The table of comparison: one row a number of the paper."""
+"""The paper's numbers beside this study's, one row each, with a reading of the difference made by rule."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""This study's value of one of the paper's numbers."""
+"""This study's value of one of the paper's numbers: what it is made of, how it is shown and compared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the paper says of further experiments without printing a number, judged by numbers here."""
+"""This study's values of what the paper found and states: support, scores, posteriors, recovery."""
 
 from __future__ import annotations
 

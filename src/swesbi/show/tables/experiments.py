@@ -1,4 +1,4 @@
-"""The comparison with the paper, number by number."""
+"""Tables of the experiments beside each other: recovery, settings, scores, training, the paper's numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each subject in one experiment: verdict, predictive scores, features, posterior."""
+"""Tables of the subjects: context, recording, verdict, predictive scores, features, posterior."""
 
 from __future__ import annotations
 
