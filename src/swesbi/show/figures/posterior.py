@@ -7,7 +7,6 @@ median, which shows its shape where it is much narrower than the prior; exact on
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -183,26 +182,28 @@ def _violin(
     density: FloatArray,
     color: str,
     label: str,
-    **look: float,
+    exact: bool = False,
 ) -> None:
+    """Draw a density both ways from its place; of an exact posterior darker and without an edge."""
     width = HALF_WIDTH * density / density.max()
-    look = {"alpha": 0.35, "lw": 0.5, **look}
-    axes.fill_betweenx(values, position - width, position + width, color=color, label=label, **look)
+    alpha, edge = (0.4, 0.0) if exact else (0.35, 0.5)
+    axes.fill_betweenx(
+        values, position - width, position + width, color=color, alpha=alpha, lw=edge, label=label
+    )
 
 
-def _prior_scale(axes: Axes, prior: ParameterPrior, **look: float) -> None:
+def _prior_scale(axes: Axes, prior: ParameterPrior, exact: bool = False) -> None:
     """Draw the prior and its bounds on a logarithmic axis."""
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter(ScalarFormatter())
     axes.yaxis.set_minor_formatter(NullFormatter())
-    _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density", **look)
+    _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density", exact)
     for bound in (prior.low, prior.high):
         axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")
 
 
 PARAMETERS = 4
-EXACT_LOOK: Final = {"alpha": 0.4, "lw": 0.0}
 ACTIVE = 3
 EXACT_ROW_HEIGHT_IN = 1.0
 EXACT_FRAME_HEIGHT_IN = 1.3
@@ -251,13 +252,13 @@ def draw_exact_posteriors(
 
 
 def _draw_parameter(axes: Axes, panels: Sequence[ExactPanel], j: int, prior: ParameterPrior) -> None:
-    _prior_scale(axes, prior, **EXACT_LOOK)
+    _prior_scale(axes, prior, exact=True)
     axes.set_ylabel(LABELS[j].replace(" (", "\n("))
     for position, panel in enumerate(panels, start=1):
         verdict = status(panel.support)
         phi = panel.result.phi[:, j]
         density = log_density_of_draws(phi)
-        _violin(axes, position, *density, STATUS_COLORS[verdict], f"posterior, {verdict}", **EXACT_LOOK)
+        _violin(axes, position, *density, STATUS_COLORS[verdict], f"posterior, {verdict}", exact=True)
         _outline(axes, position, *log_density_of_draws(_nearly_all(panel.result.npe_phi[:, j])))
         _interval(axes, position, phi, panel.result.interval_mass, size=2.8)
         if j < ACTIVE:
