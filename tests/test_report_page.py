@@ -18,7 +18,7 @@ from swesbi.show.page.files import figure, file_groups
 from swesbi.show.page.sections import caution, headline
 from swesbi.show.results import Experiment, Recovery
 from swesbi.show.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
-from swesbi.show.table import Link, Row, Table, words
+from swesbi.show.table import Column, Link, Row, Strong, Table, markdown, words
 from swesbi.show.tables.experiments import (
     comparison_table,
     differences_table,
@@ -97,6 +97,19 @@ def test_names_are_words() -> None:
 def test_a_row_of_another_length_is_refused() -> None:
     with pytest.raises(ValueError, match="1 cells under 2 columns"):
         Table("numbers", words("a", "b"), (Row(("1",)),))
+
+
+def test_a_table_as_markdown_keeps_its_columns_and_its_note() -> None:
+    columns = (*words("Subject"), Column("Largest |z|"), Column("Coverage", "% (interval)"))
+    rows = (Row(("A", Strong("3.1"), "90 (88 to 92)")), Row(("B|C", (Link("f", "g/f"),), "–"), muted=True))
+    assert markdown(Table("shown", columns, rows, "Note.")).splitlines() == [
+        r"| Subject | Largest \|z\| | Coverage, % (interval) |",
+        "|---|---:|---:|",
+        "| A | **3.1** | 90 (88 to 92) |",
+        r"| B\|C | [f](g/f) | – |",
+        "",
+        "Note.",
+    ]
 
 
 def test_files_are_grouped_by_folder_and_linked_from_the_page(tmp_path: Path) -> None:

@@ -9,8 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 from swesbi.show.numbers import MISSING
+
+BAR: Final = "\\|"
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,9 @@ class Column:
     @property
     def heading(self) -> str:
         """Name and unit in a line."""
-        return f"{self.name} ({self.unit})" if self.unit else self.name
+        if not self.unit:
+            return self.name
+        return f"{self.name}, {self.unit}" if "(" in self.unit else f"{self.name} ({self.unit})"
 
 
 @dataclass(frozen=True)
@@ -99,13 +104,13 @@ def markdown(table: Table) -> str:
     """
     heads = [column.heading for column in table.columns]
     rules = ["---:" if column.numeric else "---" for column in table.columns]
-    rows = [[_plain(cell).replace("|", "\\|") for cell in row.cells] for row in table.rows]
+    rows = [[_plain(cell) for cell in row.cells] for row in table.rows]
     lines = [_line(heads), f"|{'|'.join(rules)}|", *map(_line, rows)]
     return "\n".join([*lines, "", table.note] if table.note else lines)
 
 
 def _line(cells: Iterable[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+    return f"| {' | '.join(cell.replace('|', BAR) for cell in cells)} |"
 
 
 def _plain(cell: Cell) -> str:
