@@ -45,7 +45,7 @@ sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a ta
 	cp results/figures/sensitivity.png docs/figures/sensitivity.png
 
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
-	$(BIN)/python -m swesbi.docs
+	$(BIN)/python -m swesbi.show.docs
 
 test: $(INSTALLED) ## the fast tests and a smoke study
 	$(BIN)/python -m pytest -m "not slow"

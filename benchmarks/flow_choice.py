@@ -29,12 +29,12 @@ from swesbi.flow.settings import FlowSettings
 from swesbi.flow.simulations import SubjectSimulations, at_phases
 from swesbi.flow.training import train_flow
 from swesbi.progress import Progress
+from swesbi.show.csv import write_csv
 from swesbi.simulations.draw import draw_simulations
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.subjects import read_speed_models
 from swesbi.speed_model.synthetic import own_recordings
 from swesbi.stages.flow_training import TrainFlowStageSettings
-from swesbi.tables.files import write_csv
 
 EXPERIMENT: Final = "calibrated"
 SEED: Final = 7

@@ -33,7 +33,7 @@ from study import read_jobs
 
 from swesbi.config import overlay, read_yaml
 from swesbi.config.read import parse_config
-from swesbi.figures.style import new_figure, save_figure, style
+from swesbi.show.figures.style import new_figure, save_figure, style
 
 ROOT: Final = Path(__file__).parents[1]
 FIRST: Final = 50  # number of the first generated subject that nothing was fitted to

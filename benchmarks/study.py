@@ -24,7 +24,7 @@ import matplotlib.pyplot as plt
 import pandas as pd
 import yaml
 
-from swesbi.figures.style import new_figure, save_figure, style
+from swesbi.show.figures.style import new_figure, save_figure, style
 from swesbi.stages.job import PROCESSOR_TIME, START_UP
 
 TIMES = {"s": "wall_s", "max_rss": "memory_mb"}

@@ -12,7 +12,6 @@ import pandas as pd
 import yaml
 from evaluation_cases import INTERVAL, PRIOR, TITLE, check, cmaes_settings, fit, posterior_theta, support
 
-from swesbi.comparison.results import PoolSize, StudyResults
 from swesbi.context import Context
 from swesbi.evaluation.fit import CmaesFit
 from swesbi.inference.posterior import Posterior, summarise_posterior
@@ -21,10 +20,8 @@ from swesbi.observation.settings import SUMMARY_NAMES
 from swesbi.recording.observation import Observation
 from swesbi.recording.quality import REASONS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.tables.case import Case
-from swesbi.tables.features import features_table
-from swesbi.tables.posterior import posterior_table
-from swesbi.tables.ppc import ppc_table
+from swesbi.show.paper.measured import PoolSize, StudyResults
+from swesbi.show.study_tables import Case, features_table, posterior_table, ppc_table
 
 CONFIG = yaml.safe_load((Path(__file__).parents[1] / "config.yaml").read_text(encoding="utf-8"))
 SUBJECTS = "ABCDEF"

@@ -14,10 +14,10 @@ from swesbi.evaluation.fit import CmaesFit, gather
 from swesbi.evaluation.loss import curve_loss
 from swesbi.evaluation.predictive import Draws, PredictiveCheck, Target, predict
 from swesbi.evaluation.settings import CmaesSettings, CurveLossSettings
-from swesbi.figures.panels import PosteriorPanel, PredictivePanel
 from swesbi.inference.support import Support
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, bounds, quantile
+from swesbi.show.figures.predictive import PosteriorPanel, PredictivePanel
 
 FloatArray = NDArray[np.float64]
 GRID = np.linspace(0.0, 1.0, 100)

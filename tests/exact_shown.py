@@ -17,9 +17,9 @@ from swesbi.exact.dataset import exact_to_groups
 from swesbi.exact.importance import WeightedDraws
 from swesbi.exact.posterior import ExactPosterior
 from swesbi.exact.settings import ExactSettings
-from swesbi.figures.panels import ExactPanel, PredictivePanel
 from swesbi.inference.support import Support, SupportTest
 from swesbi.prior import JointPriorSettings
+from swesbi.show.figures.predictive import ExactPanel, PredictivePanel
 from swesbi.stages.origin import Origin
 
 FloatArray = NDArray[np.float64]

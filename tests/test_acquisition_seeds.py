@@ -23,9 +23,9 @@ from swesbi.inference.sampling import ROWS_PER_BATCH, draw_candidates, draw_unti
 from swesbi.inference.support import read_support
 from swesbi.inference.training import train
 from swesbi.prior import PriorSettings, in_bounds
+from swesbi.show.training_tables import SCORES, SeedRow, medians_table, seeds_table
 from swesbi.stages import acquisition_seeds
 from swesbi.stages.origin import Origin
-from swesbi.tables.acquisition_seeds import SCORES, SeedRow, medians_table, seeds_table
 
 SUBJECTS = ("A", "B", "F")
 

@@ -28,7 +28,7 @@ from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
 from swesbi.calibration.settings import JudgementSettings
 from swesbi.calibration.table import COLUMNS, POOLED
 from swesbi.config import ConfigError, parse_config, read_yaml
-from swesbi.figures.calibration import CalibrationCase, draw
+from swesbi.show.figures.calibration import CalibrationCase, draw_calibration
 from swesbi.stages import calibration, check_figures
 from swesbi.stages.calibration import CalibrationStageSettings
 from swesbi.stages.check_figures import CalibrationFigureSettings
@@ -241,6 +241,6 @@ def test_the_figure_says_whose_contexts_it_shows_and_keeps_its_text_apart(result
         settings=JUDGEMENT,
         max_k_hat=0.7,
     )
-    figure = draw(case, "virtual volunteers", "calibrated")
+    figure = draw_calibration(case, "virtual volunteers", "calibrated")
     assert "virtual volunteers" in figure.get_suptitle()
     assert_text_apart(figure)

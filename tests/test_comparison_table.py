@@ -13,12 +13,16 @@ from comparison_case import recovery, study
 from study_copy import StudyCopy
 
 from swesbi.artefacts import ArtefactError
-from swesbi.comparison.binomial import differ
-from swesbi.comparison.measured import Asked, Measured, shown, spread
-from swesbi.comparison.reading import READINGS, ReadingError, read_difference
-from swesbi.comparison.results import StudyResults
-from swesbi.comparison.table import COLUMNS, MEASURES, comparison_table
-from swesbi.tables.paper_values import PaperNumber, PaperRow, numbers, read_paper
+from swesbi.show.paper.comparison import (
+    COLUMNS,
+    MEASURES,
+    READINGS,
+    ReadingError,
+    comparison_table,
+    read_difference,
+)
+from swesbi.show.paper.measured import Asked, Measured, StudyResults, differ, shown, spread
+from swesbi.show.paper.values import PaperNumber, PaperRow, numbers, read_paper
 
 NOT_CONFIGURED = {"spread", "case", "among", "beyond_prior", "all_inside", "binomial"}
 DECIMALS = [

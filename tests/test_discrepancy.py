@@ -19,8 +19,8 @@ from swesbi.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.discrepancy.table import best_pair, discrepancy_table
 from swesbi.exact.student import StudentProposal, fitted_proposal
 from swesbi.exact.weights import effective_draws, normalised
-from swesbi.figures.discrepancy import draw_discrepancy
 from swesbi.recording.settings import ContextRow
+from swesbi.show.figures.choices import draw_discrepancy
 from swesbi.speed_model.settings import DiscrepancySettings
 from swesbi.speed_model.synthetic import own_recordings
 from swesbi.stages import sensitivity as stage

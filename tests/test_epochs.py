@@ -14,16 +14,13 @@ from study_copy import StudyCopy
 from swesbi.artefacts import ArtefactError
 from swesbi.config import load_study, overlay, read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.figures.epochs import COLUMNS, draw, read_epochs
-from swesbi.figures.training import read_history
 from swesbi.inference.dataset import read_pool, read_posterior
 from swesbi.inference.estimator import load_estimator
 from swesbi.inference.sampling import losses
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import prior_variance
-from swesbi.stages import epochs
-from swesbi.stages.origin import Origin
-from swesbi.tables.epochs import (
+from swesbi.show.figures.training import EPOCH_COLUMNS, draw_epochs, read_epochs, read_history
+from swesbi.show.training_tables import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
     FRESH_LOSS,
@@ -33,6 +30,8 @@ from swesbi.tables.epochs import (
     RMSE,
     VALIDATION_LOSS,
 )
+from swesbi.stages import epochs
+from swesbi.stages.origin import Origin
 
 CHECKPOINTS = {1, 3, 6}
 SUBJECTS = ("A", "B", "F")
@@ -159,7 +158,7 @@ def test_too_few_draws_leave_numbers_empty(finished: StudyCopy, tmp_path: Path) 
     for quantity in (RECOVERY_COVERAGE, RELATIVE_SD, RMSE):
         assert table["value"][table["quantity"] == quantity].isna().all(), quantity
     assert table["value"][table["quantity"] == IN_PRIOR].between(0.0, 0.5).all()
-    figure = draw(
+    figure = draw_epochs(
         table, read_history(finished.results / "paper" / "training.csv"), 0.9, "virtual volunteers", "paper"
     )
     assert "no supported subject" in texts(figure)
@@ -179,7 +178,7 @@ def test_figure_shows_every_checkpoint_on_a_logarithmic_axis(
     finished: StudyCopy, table: pd.DataFrame
 ) -> None:
     history = read_history(finished.results / "paper" / "training.csv")
-    figure = draw(table, history, 0.9, "virtual volunteers", "paper")
+    figure = draw_epochs(table, history, 0.9, "virtual volunteers", "paper")
     loss, recovery, observed, width = figure.axes
     assert all(axes.get_xscale() == "log" for axes in figure.axes)
     assert "virtual volunteers" in texts(figure)
@@ -198,5 +197,5 @@ def test_figure_shows_every_checkpoint_on_a_logarithmic_axis(
 
 def test_a_table_without_a_column_is_refused(tmp_path: Path) -> None:
     (tmp_path / "epochs.csv").write_text("epoch,best\n1,1\n")
-    with pytest.raises(ArtefactError, match=f"lacks the columns {', '.join(COLUMNS[2:])}"):
+    with pytest.raises(ArtefactError, match=f"lacks the columns {', '.join(EPOCH_COLUMNS[2:])}"):
         read_epochs(tmp_path / "epochs.csv")

@@ -15,10 +15,14 @@ from matplotlib.transforms import Bbox
 from PIL import Image
 
 from swesbi.artefacts import ArtefactError
-from swesbi.figures import posterior_cohort, posterior_subject, ppc_cohort, ppc_subject, training
-from swesbi.figures.density import log_density_of_draws, log_density_of_prior
-from swesbi.figures.style import EXCLUDED_BACKGROUND, save_figure
-from swesbi.figures.text import digits, feature_label
+from swesbi.show.figures.density import log_density_of_draws, log_density_of_prior
+from swesbi.show.figures.posterior import draw_cohort_posteriors
+from swesbi.show.figures.posterior_subject import draw_subject_posterior
+from swesbi.show.figures.predictive import draw_cohort_checks, draw_subject_check
+from swesbi.show.figures.style import EXCLUDED_BACKGROUND, save_figure
+from swesbi.show.figures.training import draw_training, read_history
+from swesbi.show.names import feature_label
+from swesbi.show.numbers import digits
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
 
@@ -32,17 +36,17 @@ def history(epochs: int = 30) -> pd.DataFrame:
 def figures() -> dict[str, Figure]:
     checks, marginals = predictive_panels(), posterior_panels()
     return {
-        "ppc": ppc_cohort.draw(checks, TITLE),
-        "posterior": posterior_cohort.draw(marginals, PRIOR, INTERVAL, TITLE),
-        "ppc-A": ppc_subject.draw(checks[0], TITLE),
-        "ppc-F": ppc_subject.draw(checks[5], TITLE),
-        "posterior-A": posterior_subject.draw(marginals[0], PRIOR, INTERVAL, TITLE),
-        "posterior-F": posterior_subject.draw(marginals[5], PRIOR, INTERVAL, TITLE),
-        "training": training.draw(history(), TITLE),
-        "ppc-many": ppc_cohort.draw(predictive_panels(MANY, MANY[3:5]), TITLE),
-        "posterior-many": posterior_cohort.draw(posterior_panels(MANY, MANY[3:5]), PRIOR, INTERVAL, TITLE),
-        "ppc-one": ppc_cohort.draw(predictive_panels("E", "E"), TITLE),
-        "posterior-one": posterior_cohort.draw(posterior_panels("A", ""), PRIOR, INTERVAL, TITLE),
+        "ppc": draw_cohort_checks(checks, TITLE),
+        "posterior": draw_cohort_posteriors(marginals, PRIOR, INTERVAL, TITLE),
+        "ppc-A": draw_subject_check(checks[0], TITLE),
+        "ppc-F": draw_subject_check(checks[5], TITLE),
+        "posterior-A": draw_subject_posterior(marginals[0], PRIOR, INTERVAL, TITLE),
+        "posterior-F": draw_subject_posterior(marginals[5], PRIOR, INTERVAL, TITLE),
+        "training": draw_training(history(), TITLE),
+        "ppc-many": draw_cohort_checks(predictive_panels(MANY, MANY[3:5]), TITLE),
+        "posterior-many": draw_cohort_posteriors(posterior_panels(MANY, MANY[3:5]), PRIOR, INTERVAL, TITLE),
+        "ppc-one": draw_cohort_checks(predictive_panels("E", "E"), TITLE),
+        "posterior-one": draw_cohort_posteriors(posterior_panels("A", ""), PRIOR, INTERVAL, TITLE),
     }
 
 
@@ -93,7 +97,7 @@ def test_excluded_subjects_are_greyed_and_say_why(drawn: dict[str, Figure]) -> N
 def test_files_are_the_same_twice_and_hold_no_time(tmp_path: Path) -> None:
     for part in ("one", "other"):
         save_figure(
-            ppc_cohort.draw(predictive_panels("AE", "E"), TITLE),
+            draw_cohort_checks(predictive_panels("AE", "E"), TITLE),
             tmp_path / f"{part}.png",
             tmp_path / f"{part}.pdf",
         )
@@ -124,9 +128,9 @@ def test_figures_of_huge_cohorts_stay_within_what_libraries_open(tmp_path: Path)
 def test_figures_do_not_depend_on_the_users_style(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import matplotlib as mpl
 
-    save_figure(training.draw(history(), TITLE), tmp_path / "plain.png")
+    save_figure(draw_training(history(), TITLE), tmp_path / "plain.png")
     with mpl.rc_context({"font.size": 20.0, "axes.facecolor": "pink", "savefig.bbox": "tight"}):
-        save_figure(training.draw(history(), TITLE), tmp_path / "styled.png")
+        save_figure(draw_training(history(), TITLE), tmp_path / "styled.png")
     assert (tmp_path / "plain.png").read_bytes() == (tmp_path / "styled.png").read_bytes()
 
 
@@ -134,19 +138,19 @@ def test_other_formats_and_empty_cohorts_are_refused(drawn: dict[str, Figure], t
     with pytest.raises(ValueError, match=r"\.pdf or \.png"):
         save_figure(drawn["ppc"], tmp_path / "ppc.svg")
     with pytest.raises(ValueError, match="cohort is empty"):
-        ppc_cohort.draw([], TITLE)
+        draw_cohort_checks([], TITLE)
     with pytest.raises(ValueError, match="cohort is empty"):
-        posterior_cohort.draw([], PRIOR, INTERVAL, TITLE)
+        draw_cohort_posteriors([], PRIOR, INTERVAL, TITLE)
 
 
 def test_training_history_is_checked(tmp_path: Path) -> None:
     path = tmp_path / "training.csv"
     history().drop(columns="validation_loss").to_csv(path, index=False)
     with pytest.raises(ArtefactError, match="validation_loss"):
-        training.read_history(path)
+        read_history(path)
     history().iloc[:0].to_csv(path, index=False)
     with pytest.raises(ArtefactError, match="holds no epoch"):
-        training.read_history(path)
+        read_history(path)
 
 
 def test_densities_integrate_to_one_over_log_theta() -> None:

@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pandas as pd
 
-from swesbi.tables.latex import escape, ppc_latex
-from swesbi.tables.ppc import COLUMNS
+from swesbi.show.latex import escape, ppc_latex
+from swesbi.show.study_tables import PPC_COLUMNS
 
 TITLE = "virtual volunteers"
 REASON = "0 in-prior draws, max |z| = 3.14"
@@ -20,7 +20,7 @@ def table(*experiments: str) -> pd.DataFrame:
         for subject, supported in (("A", True), ("B_2", True), ("E", False)):
             scores = [1.0, 80.0, 0.02, 0.99, 1.1, 0.97, 0.95] if supported else [np.nan] * 7
             rows.append([experiment, subject, supported, 5.0, *scores, 1.4])
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+    return pd.DataFrame(rows, columns=list(PPC_COLUMNS))
 
 
 def render(*experiments: str) -> str:

@@ -25,13 +25,11 @@ from evaluation_study import (
 
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.predictive_dataset import read_predictive
+from swesbi.show.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
 from swesbi.stages import cmaes, predictive, subject_figures, tables
 from swesbi.stages.origin import Origin
 from swesbi.stages.subject_figures import CohortFiguresSettings, SubjectFiguresSettings
 from swesbi.stages.tables import TablesSettings
-from swesbi.tables.features import COLUMNS as FEATURE_COLUMNS
-from swesbi.tables.posterior import COLUMNS as POSTERIOR_COLUMNS
-from swesbi.tables.ppc import COLUMNS as PPC_COLUMNS
 
 TITLE = "virtual volunteers"
 LIGHT_STAGES = ("predictive", "subject_figures", "cohort_figures", "tables")

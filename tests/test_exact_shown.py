@@ -19,14 +19,16 @@ from swesbi.artefacts import ArtefactError
 from swesbi.evaluation.exact_result import has_exact_posterior, read_exact_result
 from swesbi.evaluation.truth import read_truth
 from swesbi.evaluation.verdict import is_exact, status, verdict_numbers
-from swesbi.figures import exact_cohort, exact_subject, ppc_cohort, ppc_subject
-from swesbi.figures.style import EXCLUDED_BACKGROUND, STRAINED, TRUTH
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.posterior import Posterior
 from swesbi.inference.support import read_support
+from swesbi.show.figures.posterior import draw_exact_posteriors
+from swesbi.show.figures.posterior_subject import draw_exact_subject
+from swesbi.show.figures.predictive import draw_cohort_checks, draw_subject_check
+from swesbi.show.figures.style import EXCLUDED_BACKGROUND, STRAINED, TRUTH
+from swesbi.show.study_tables import TRUTH_COLUMNS, Answer, truth_table
 from swesbi.stages import tables as truth_stage
 from swesbi.stages.origin import Origin
-from swesbi.tables.truth import COLUMNS, Answer, truth_table
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
 
@@ -34,14 +36,14 @@ MANY = [f"patient-{number:03d}" for number in range(14)]
 @pytest.fixture(scope="module")
 def drawn() -> dict[str, Figure]:
     return {
-        "cohort": exact_cohort.draw([panel(name) for name in "ABCDEF"], PRIOR, TITLE),
-        "cohort-one": exact_cohort.draw([panel("F", truth=False)], PRIOR, TITLE),
-        "cohort-many": exact_cohort.draw([panel(name, truth=False) for name in MANY], PRIOR, TITLE),
-        "A": exact_subject.draw(panel("A"), PRIOR, TITLE),
-        "F": exact_subject.draw(panel("F", truth=False), PRIOR, TITLE),
-        "ppc": ppc_cohort.draw([predictive_panel(name) for name in "ABCDEF"], TITLE),
-        "ppc-D": ppc_subject.draw(predictive_panel("D"), TITLE),
-        "ppc-F": ppc_subject.draw(predictive_panel("F"), TITLE),
+        "cohort": draw_exact_posteriors([panel(name) for name in "ABCDEF"], PRIOR, TITLE),
+        "cohort-one": draw_exact_posteriors([panel("F", truth=False)], PRIOR, TITLE),
+        "cohort-many": draw_exact_posteriors([panel(name, truth=False) for name in MANY], PRIOR, TITLE),
+        "A": draw_exact_subject(panel("A"), PRIOR, TITLE),
+        "F": draw_exact_subject(panel("F", truth=False), PRIOR, TITLE),
+        "ppc": draw_cohort_checks([predictive_panel(name) for name in "ABCDEF"], TITLE),
+        "ppc-D": draw_subject_check(predictive_panel("D"), TITLE),
+        "ppc-F": draw_subject_check(predictive_panel("F"), TITLE),
     }
 
 
@@ -121,7 +123,7 @@ def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_unsupported(
         Answer("calibrated", "recorded", posterior_of(5.0, 60.0), support("A")),
     ]
     table = truth_table(answers, {name: np.array(TRUE_THETA[name], float) for name in "AF"})
-    assert tuple(table.columns) == COLUMNS
+    assert tuple(table.columns) == TRUTH_COLUMNS
     assert table["subject"].tolist() == ["A"] * 3 + ["F"] * 3
     assert table["inside"].tolist() == [True, True, True, None, None, None]
     assert table["low"].isna().tolist() == [False] * 3 + [True] * 3

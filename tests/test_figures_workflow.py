@@ -19,13 +19,12 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from swesbi.context import CONTEXT_NAMES
-from swesbi.figures import experiments, workflow
-from swesbi.figures.experiments import ExperimentScore
-from swesbi.figures.registry import captions
-from swesbi.figures.style import EXCLUDED_BACKGROUND, save_figure
-from swesbi.figures.workflow_panels import WorkflowPicture, groups
 from swesbi.observation.settings import SCALAR_NAMES, SUMMARY_NAMES
 from swesbi.parameters import THETA_NAMES
+from swesbi.show.figures.experiments import ExperimentScore, draw_experiments
+from swesbi.show.figures.registry import captions
+from swesbi.show.figures.style import EXCLUDED_BACKGROUND, save_figure
+from swesbi.show.figures.workflow import WorkflowPicture, draw_workflow, groups
 from swesbi.stages.places import Place
 from swesbi.stages.study_figures import shown_place
 
@@ -92,36 +91,36 @@ def scores(
 
 
 def compare(values: list[ExperimentScore]) -> Figure:
-    return experiments.draw(values, "paper", (INTERVAL, INTERVAL), TITLE)
+    return draw_experiments(values, "paper", (INTERVAL, INTERVAL), TITLE)
 
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_workflow_has_no_text_on_text(name: str) -> None:
-    figure = workflow.draw(PICTURES[name], TITLE)
+    figure = draw_workflow(PICTURES[name], TITLE)
     assert_text_apart(figure)
     assert any(TITLE in text for text, _ in text_boxes(figure))
 
 
 def test_workflow_keeps_to_the_page_and_is_readable() -> None:
-    figure = workflow.draw(PICTURES["supported"], TITLE)
+    figure = draw_workflow(PICTURES["supported"], TITLE)
     assert figure.get_figwidth() == pytest.approx(12.2 / 2.54) and figure.get_figheight() <= 9.0 / 2.54
     assert min(text.get_fontsize() for text in figure.findobj(Text) if text.get_text().strip()) >= 4.9
 
 
 def test_workflow_shows_what_it_is_given() -> None:
     shown = picture()
-    curves, features, training, recording, observed = workflow.draw(shown, TITLE).axes[3:8]
+    curves, features, training, recording, observed = draw_workflow(shown, TITLE).axes[3:8]
     np.testing.assert_array_equal(curves.lines[4].get_ydata(), shown.check.prior.draws.curve_kpa[4])
     np.testing.assert_array_equal(features.lines[2].get_ydata(), shown.sample_z[2])
     np.testing.assert_array_equal(training.lines[1].get_ydata(), shown.history["validation_loss"])
     np.testing.assert_array_equal(recording.lines[0].get_ydata(), shown.check.target.curve_kpa)
     np.testing.assert_array_equal(observed.lines[0].get_ydata(), shown.z_obs)
-    texts = [text for text, _ in text_boxes(workflow.draw(shown, TITLE))]
+    texts = [text for text, _ in text_boxes(draw_workflow(shown, TITLE))]
     assert {"16\nscalars", "30\ntrajectory", "7\ncont.", "120,000 rows"} <= set(texts)
 
 
 def test_workflow_marks_an_excluded_subject() -> None:
-    figure = workflow.draw(PICTURES["excluded"], TITLE)
+    figure = draw_workflow(PICTURES["excluded"], TITLE)
     greyed = [axes for axes in figure.axes if axes.get_facecolor()[:3] == pytest.approx(GREY)]
     texts = [text for text, _ in text_boxes(figure)]
     assert len(greyed) == 4
@@ -195,7 +194,7 @@ def test_experiments_refuse_what_they_cannot_draw() -> None:
 
 def test_figures_are_the_same_twice(tmp_path: Path) -> None:
     for part in ("one", "other"):
-        save_figure(workflow.draw(picture(), TITLE), tmp_path / f"{part}-1.pdf", tmp_path / f"{part}-1.png")
+        save_figure(draw_workflow(picture(), TITLE), tmp_path / f"{part}-1.pdf", tmp_path / f"{part}-1.png")
         save_figure(compare(STUDIES["one"]), tmp_path / f"{part}-2.pdf", tmp_path / f"{part}-2.png")
     for name in ("1.pdf", "1.png", "2.pdf", "2.png"):
         assert (tmp_path / f"one-{name}").read_bytes() == (tmp_path / f"other-{name}").read_bytes()

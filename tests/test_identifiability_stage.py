@@ -14,12 +14,12 @@ from figure_text import assert_text_apart
 from identifiability_case import tiny
 
 from swesbi.artefacts import load, save
-from swesbi.figures import design, identifiability
 from swesbi.identifiability.cohort import CohortIdentifiability, identify_cohort
 from swesbi.identifiability.dataset import KIND, SCHEMA, to_groups
 from swesbi.identifiability.quantities import QUANTITY_NAMES
 from swesbi.identifiability.subject import RecordedSubject, drawn
 from swesbi.identifiability.tables import design_table, information_table, summary_table
+from swesbi.show.figures.identifiability import draw_design, draw_identifiability
 from swesbi.stages.origin import Origin
 
 MISSING = 7
@@ -113,5 +113,5 @@ def test_chosen_phases_serve_the_parameters_better_than_even_ones() -> None:
 
 
 def test_figures_are_legible() -> None:
-    assert_text_apart(identifiability.draw(_groups(), TITLE))
-    assert_text_apart(design.draw(_groups(), TITLE))
+    assert_text_apart(draw_identifiability(_groups(), TITLE))
+    assert_text_apart(draw_design(_groups(), TITLE))

@@ -6,10 +6,10 @@ import pytest
 from figure_text import assert_text_apart, text_boxes
 from matplotlib.figure import Figure
 
-from swesbi.figures.misspecification import LABELS, draw
 from swesbi.inference.support import Support, SupportTest
 from swesbi.misspecification.checks import GROUPS, TEST_NAMES
 from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, AlarmRow
+from swesbi.show.figures.misspecification import LABELS, draw_misspecification
 
 ALARMS = (*(f"group: {group}" for group in GROUPS), STRAINED_OR_WORSE, UNSUPPORTED)
 STATUSES = ("supported", "strained", "unsupported")
@@ -40,7 +40,9 @@ def rows(subjects: tuple[str, ...]) -> list[AlarmRow]:
 
 def drawn(subjects: tuple[str, ...], with_volunteers: bool = True) -> Figure:
     verdicts = {name: support(STATUSES[i % 3], 10.0 ** (-i)) for i, name in enumerate(subjects)}
-    return draw(verdicts, rows(subjects if with_volunteers else ()), 0.05, "virtual volunteers")
+    return draw_misspecification(
+        verdicts, rows(subjects if with_volunteers else ()), 0.05, "virtual volunteers"
+    )
 
 
 @pytest.mark.parametrize("subjects", [("A",), tuple("ABCDEF")])
@@ -66,4 +68,4 @@ def test_flagged_tests_are_framed() -> None:
 
 def test_a_cohort_without_subjects_is_refused() -> None:
     with pytest.raises(ValueError, match="empty"):
-        draw({}, rows(()), 0.05, "virtual volunteers")
+        draw_misspecification({}, rows(()), 0.05, "virtual volunteers")

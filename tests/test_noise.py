@@ -11,8 +11,6 @@ from recordings import CONTEXT, RECORDING, make_samples
 from statsmodels.regression.mixed_linear_model import MixedLM
 
 from swesbi.artefacts import ArtefactError, save, to_groups
-from swesbi.docs.noise import write_noise_figure
-from swesbi.figures.noise import draw_noise
 from swesbi.noise.cohort import fit_noise
 from swesbi.noise.components import fit_components, log_restricted_likelihood
 from swesbi.noise.dataset import KIND, read_noise, to_dataset
@@ -25,6 +23,8 @@ from swesbi.recording.quality import ACCEPTED, rejection
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
+from swesbi.show.docs.figures import write_noise_figure
+from swesbi.show.figures.recording import draw_noise
 from swesbi.speed_model.recording import measured_speeds
 from swesbi.stages import cohort as stage
 from swesbi.stages.origin import Origin

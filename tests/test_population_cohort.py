@@ -17,13 +17,11 @@ from swesbi.config import load_study, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.context import Context
 from swesbi.evaluation.exact_result import read_exact_result
-from swesbi.figures.cohort_counts import OUTSIDE, counted_reasons
-from swesbi.figures.cohort_overview import Overview, draw
-from swesbi.figures.strata import draw as draw_strata
-from swesbi.figures.strata import read_strata, stratum_label
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.population.cohort import REFUSED, Answer, answer_columns, cohort_table, read_cohort
 from swesbi.prior import JointPriorSettings
+from swesbi.show.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort
+from swesbi.show.figures.population import draw_strata, read_strata, stratum_label
 
 TITLE = "virtual volunteers"
 REASON = "ivsd_cm = 1.5 is outside [0.4, 1.4]"
@@ -105,7 +103,7 @@ def test_reasons_are_counted_by_subject_the_commonest_first() -> None:
 def test_the_overview_is_readable_and_of_one_size_whatever_the_cohort(
     subjects: int, refused: int, truth: bool
 ) -> None:
-    figure = draw(overview(subjects, refused, truth=truth), TITLE, "amortised")
+    figure = draw_cohort(overview(subjects, refused, truth=truth), TITLE, "amortised")
     assert figure.get_size_inches().tolist() == [7.2, 8.0]
     assert_text_apart(figure)
     texts = [text for text, _ in text_boxes(figure)]
@@ -117,7 +115,7 @@ def test_the_overview_is_readable_and_of_one_size_whatever_the_cohort(
 def test_a_truth_widens_the_axes_to_hold_it() -> None:
     far = overview(6, 0, truth=True)
     far = replace(far, truth={**far.truth, "S000": np.array([900.0, 5.0, 30.0])})
-    limits = [axes.get_ylim() for axes in draw(far, TITLE, "amortised").axes]
+    limits = [axes.get_ylim() for axes in draw_cohort(far, TITLE, "amortised").axes]
     assert limits[0][1] > 900.0
 
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from swesbi.context import Context
-from swesbi.figures.population import population_figure
-from swesbi.figures.style import save_figure
 from swesbi.population.contexts import Drawn, draw_contexts, draw_population
 from swesbi.population.settings import DECLARED_NAMES, PopulationSettings, in_declared_range
 from swesbi.recording.settings import ContextRow
+from swesbi.show.figures.population import population_figure
+from swesbi.show.figures.style import save_figure
 
 Plain = dict[str, Any]
 

@@ -12,24 +12,28 @@ import pytest
 from evaluation_cases import TITLE
 from exact_shown import STATUS, result, support
 from matplotlib.figure import Figure as Drawing
-from speed_case import shipped
 from study_copy import ROOT
 from test_report_page import make_experiment
 
 from swesbi.calibration.table import COLUMNS as CALIBRATION_COLUMNS
-from swesbi.docs.calibration import PARTS
-from swesbi.docs.calibration_results import CalibrationResults
-from swesbi.docs.marks import PART, fill
-from swesbi.figures.style import save_figure
 from swesbi.noise.cohort import CohortNoise, NoiseEstimate
 from swesbi.noise.components import ComponentEstimate
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
-from swesbi.report.exact import Exact, outcomes_table, truth_table, verdicts_table
-from swesbi.report.exact_section import make_section, section_figures
-from swesbi.report.experiments import comparison_table, differences_table, median_table
-from swesbi.report.recovery import recovery_table
-from swesbi.report.results import Experiment
-from swesbi.report.training import training_table
+from swesbi.show.docs.calibration import PARTS, CalibrationResults
+from swesbi.show.docs.marks import PART, fill
+from swesbi.show.figures.registry import PagePart
+from swesbi.show.figures.style import save_figure
+from swesbi.show.page.sections import make_section, section_figures
+from swesbi.show.results import Experiment
+from swesbi.show.table import Strong
+from swesbi.show.tables.exact import Exact, outcomes_table, truth_table, verdicts_table
+from swesbi.show.tables.experiments import (
+    comparison_table,
+    differences_table,
+    median_table,
+    recovery_table,
+    training_table,
+)
 
 SUBJECTS = "ADF"
 
@@ -116,16 +120,17 @@ def exact() -> Exact:
 def test_verdicts_stand_with_the_reliability_of_their_draws(exact: Exact) -> None:
     rows = verdicts_table(exact, TITLE).rows
     assert [row.muted for row in rows] == [False, False, True]
-    assert rows[1].cells[:4] == ("D", "strained", "decay", "importance weights")
+    assert rows[1].cells[:4] == ("D", "strained", "decay (p = 0.0002)", "importance weights")
     assert rows[0].cells[4:] == ("0.31", "82", "–", "yes")
+    against = ("Mahalanobis", "MMD", "χ²", "peak", "mass at a bound")
     assert rows[2].cells[1:7] == (
-        "unsupported", "Mahalanobis, MMD, χ², peak, mass at a bound", "MCMC", "inf", "2", "1.004",
+        "unsupported", ", ".join(f"{name} (p = 0.0002)" for name in against), "MCMC", "inf", "2", "1.004",
     )  # fmt: skip
 
 
 def test_flagged_tests_are_bold_and_tests_without_a_p_value_show_their_statistic(exact: Exact) -> None:
     rows = {str(row.cells[0]): row.cells[1:] for row in outcomes_table(exact, TITLE).rows}
-    assert rows["decay"] == ("0.40", "<strong>0.00020</strong>", "0.40")
+    assert rows["decay"] == ("0.40", Strong("0.00020"), "0.40")
     assert rows["end systolic volume"] == ("1.2", "1.2", "1.2")
 
 
@@ -141,8 +146,8 @@ def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> No
     own = shown["the model's own noiseexact weights"]
     assert own == ("1 of 4", "1 of 3", "87.5", "87.5", "87.5", "90.5", "12")
     assert shown["at the subject's own datanetwork alone"][0] == "–"
-    rates = [row.cells[3] for row in section.tables["alarms"].rows]
-    assert rates[0] == "5.5 (2.8 to 11.0)" and len(rates) == 4
+    rates = [row.cells[2] for row in section.tables["alarms"].rows]
+    assert rates[0] == "5.5 (2.8 to 11.0)" and len(rates) == 2
     assert section.tables["identifiability"].rows[0].cells[2:] == ("0.812", "12.3", "13.0", "4.00 to (30.0)")
     assert section.tables["noise"].rows[0].cells == ("between repeats", "4.43", "0.10", "3.99 to 4.87")
     assert [row.muted for row in section.tables["posterior"].rows] == [False] * 8 + [True] * 4
@@ -173,7 +178,7 @@ def test_figures_are_found_by_kind_and_experiment(tmp_path: Path) -> None:
     pngs = [tmp_path / f"{name}.png" for name in names]
     for png in pngs:
         save_figure(Drawing(figsize=(2.0, 1.0)), png)
-    found = section_figures(pngs, "calibrated", tmp_path / "report.html", TITLE)
+    found = section_figures(PagePart.SPEEDS, pngs, "calibrated", tmp_path / "report.html", TITLE)
     assert sorted(found) == ["design", "noise", "ppc"]
     assert (found["ppc"].source, found["ppc"].full) == ("ppc-calibrated.png", "ppc-calibrated.pdf")
     assert TITLE in found["ppc"].caption
@@ -181,25 +186,9 @@ def test_figures_are_found_by_kind_and_experiment(tmp_path: Path) -> None:
 
 @pytest.fixture
 def documented(exact: Exact) -> CalibrationResults:
-    recovery = exact.experiment.recovery
     return CalibrationResults(
-        name="calibrated",
-        settings=shipped().speed_experiments["calibrated"],
-        subjects=tuple(SUBJECTS),
+        shown=exact,
         cohort_title=TITLE,
-        noise=exact.noise,
-        training=exact.experiment.training,
-        supports=exact.supports,
-        exact=exact.results,
-        scores=exact.experiment.scores,
-        derived=exact.experiment.posterior,
-        recovery=recovery.own,
-        recovery_acquisition=recovery.acquisition,
-        calibration=exact.calibration,
-        misspecification=exact.misspecification,
-        identifiability=exact.identifiability,
-        design=pd.DataFrame(),
-        truth=exact.truth,
         discrepancy=pd.read_csv(ROOT / "tests" / "reference" / "study" / "discrepancy.csv"),
         sensitivity=None,
         flow_choice=None,
@@ -212,21 +201,25 @@ def test_every_part_of_the_page_is_written_from_results(documented: CalibrationR
     parts = {name: part(documented) for name, part in PARTS.items()}
     assert "nan" not in "".join(parts.values())
     filled = fill(page, parts)
-    assert "| D | strained | decay (p = 0.0002) | importance weights | 0.31 | 82 % | – |" in filled
-    assert "Inside: 3 of 6." in filled and "5.5 in [4.0, 6.0] (outside)" in filled
-    assert "between repeats | 4.43 % |" in filled
+    assert "| D | strained | decay (p = 0.0002) | importance weights | 0.31 | 82 | – | yes |" in filled
+    assert (
+        "Inside: 3 of 6." in filled
+        and "| D | strained | k_0 | kPa | 5.50 | 5.00 | 4.00 to 6.00 | no |" in filled
+    )
+    assert "between repeats | 4.43 |" in filled
     assert "weighted, mcmc: 0.510 to 0.510" in filled
     assert re.search(r"\| 2 % \| 1\.5 % \| 1197\.1 \| 0\.0 ± 0\.0 \|", parts["discrepancy"])
     assert "make sensitivity" in parts["sensitivity"]
 
 
 def test_a_page_without_truth_or_reported_subjects_can_be_written(documented: CalibrationResults) -> None:
-    nobody = replace(
-        documented,
-        truth=None,
-        scores=documented.scores.assign(supported=False),
+    experiment = replace(
+        documented.shown.experiment,
+        scores=documented.shown.experiment.scores.assign(supported=False),
         supports={name: support("F") for name in SUBJECTS},
     )
+    unknown = replace(documented.shown, experiment=experiment, truth=pd.DataFrame())
+    nobody = replace(documented, shown=unknown)
     texts = {name: part(nobody) for name, part in PARTS.items()}
     assert "no known true parameters" in texts["truth"]
     assert "3 unsupported" in texts["answer"] and "nan" not in "".join(texts.values())

@@ -10,24 +10,32 @@ import pytest
 from matplotlib.figure import Figure as Drawing
 
 from swesbi.artefacts import ArtefactError
-from swesbi.figures.style import save_figure
 from swesbi.inference.support import Support
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
-from swesbi.report.experiments import comparison_table, differences_table, median_table
-from swesbi.report.figures import figure
-from swesbi.report.files import file_groups
-from swesbi.report.headline import caution, headline
-from swesbi.report.names import component, protocol_entry, rejection, with_symbols
-from swesbi.report.numbers import estimate, fixed, mean_sd, percent, significant, span
-from swesbi.report.paper import paper_table, read_comparison
-from swesbi.report.recovery import recovery_table
-from swesbi.report.results import Experiment, Recovery
-from swesbi.report.subjects import derived_table, feature_table, posterior_table, score_table, verdict_table
-from swesbi.report.table import Link, Row, Table, words
-from swesbi.report.training import training_table
-from swesbi.tables.features import COLUMNS as FEATURE_COLUMNS
-from swesbi.tables.posterior import COLUMNS as POSTERIOR_COLUMNS
-from swesbi.tables.ppc import COLUMNS as PPC_COLUMNS
+from swesbi.show.figures.style import save_figure
+from swesbi.show.names import component, protocol_entry, rejection, with_symbols
+from swesbi.show.numbers import estimate, fixed, mean_sd, percent, significant, span
+from swesbi.show.page.files import figure, file_groups
+from swesbi.show.page.sections import caution, headline
+from swesbi.show.results import Experiment, Recovery
+from swesbi.show.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
+from swesbi.show.table import Column, Link, Row, Strong, Table, markdown, words
+from swesbi.show.tables.experiments import (
+    comparison_table,
+    differences_table,
+    median_table,
+    paper_table,
+    read_comparison,
+    recovery_table,
+    training_table,
+)
+from swesbi.show.tables.subjects import (
+    derived_table,
+    feature_table,
+    posterior_table,
+    score_table,
+    verdict_table,
+)
 
 TITLE = "virtual volunteers"
 SETTINGS = {
@@ -91,6 +99,19 @@ def test_a_row_of_another_length_is_refused() -> None:
         Table("numbers", words("a", "b"), (Row(("1",)),))
 
 
+def test_a_table_as_markdown_keeps_its_columns_and_its_note() -> None:
+    columns = (*words("Subject"), Column("Largest |z|"), Column("Coverage", "% (interval)"))
+    rows = (Row(("A", Strong("3.1"), "90 (88 to 92)")), Row(("B|C", (Link("f", "g/f"),), "–"), muted=True))
+    assert markdown(Table("shown", columns, rows, "Note.")).splitlines() == [
+        r"| Subject | Largest \|z\| | Coverage, % (interval) |",
+        "|---|---:|---:|",
+        "| A | **3.1** | 90 (88 to 92) |",
+        r"| B\|C | [f](g/f) | – |",
+        "",
+        "Note.",
+    ]
+
+
 def test_files_are_grouped_by_folder_and_linked_from_the_page(tmp_path: Path) -> None:
     names = [
         "tables/ppc.csv",
@@ -122,9 +143,9 @@ def test_the_comparison_is_shown_as_written_and_escaped(tmp_path: Path) -> None:
     path = tmp_path / "paper_comparison.csv"
     path.write_text('quantity,paper,this_study,note\n"r(k_0, k_ATP)",-0.84 +- 0.15,-0.80,<b>near</b>\n')
     cells = paper_table(read_comparison(path), TITLE).rows[0].cells
-    assert cells[0] == "r(<i>k</i><sub>0</sub>, <i>k</i><sub>ATP</sub>)"
+    assert cells[0] == "r(k_0, k_ATP)"
     assert cells[1:3] == ("−0.84 +- 0.15", "−0.80")
-    assert cells[3] == "&lt;b&gt;near&lt;/b&gt;"
+    assert cells[3] == "<b>near</b>" and with_symbols(cells[3]) == "&lt;b&gt;near&lt;/b&gt;"
     path.write_text("quantity,paper\n")
     with pytest.raises(ArtefactError, match="lacks the columns this_study, note"):
         read_comparison(path)
@@ -207,7 +228,7 @@ def test_both_recoveries_stand_side_by_side_at_the_level_of_the_credible_interva
 def test_intervals_that_cover_too_little_are_pointed_out() -> None:
     experiment = make_experiment("paper", {"A": True})
     assert "cover the truth less often" in caution(experiment)
-    assert "<i>k</i><sub>SR</sub> (12.5 %)" in caution(experiment)
+    assert "k_SR (12.5 %)" in caution(experiment)
     experiment.recovery.acquisition["ci_high"] = 0.95
     assert caution(experiment) == ""
 
@@ -236,4 +257,4 @@ def test_a_study_that_supports_nobody_is_shown() -> None:
 
 def test_training_names_the_epoch_of_the_lowest_validation_loss() -> None:
     row = training_table([make_experiment("paper", {"A": True})]).rows[0]
-    assert row.cells == ("paper", "3", "2", "1.00", "2.00")
+    assert row.cells == ("paper", "3", "2", "1.00", "2.00", "2.00")

@@ -9,9 +9,10 @@ from matplotlib.figure import Figure as Drawing
 from test_population_cohort import REASON, STRATA, TITLE, strata, table
 
 from swesbi.artefacts import ArtefactError
-from swesbi.figures.style import save_figure
-from swesbi.report.population import OverPopulation, cohort_table, strata_table
-from swesbi.report.population_section import make_population_section, population_figures
+from swesbi.show.figures.registry import PagePart
+from swesbi.show.figures.style import save_figure
+from swesbi.show.page.sections import make_population_section, section_figures
+from swesbi.show.tables.population import OverPopulation, cohort_table, strata_table
 from swesbi.stages.report import read_populations
 
 SETTINGS = {
@@ -71,7 +72,7 @@ def test_figures_are_those_of_the_experiment(tmp_path: Path) -> None:
     paths = [tmp_path / f"{name}.png" for name in ("cohort-amortised", "strata-amortised", "cohort-other")]
     for path in paths:
         save_figure(Drawing(figsize=(1.0, 1.0)), path)
-    figures = population_figures(paths, "amortised", tmp_path / "report.html", TITLE)
+    figures = section_figures(PagePart.POPULATION, paths, "amortised", tmp_path / "report.html", TITLE)
     assert set(figures) == {"cohort", "strata"}
     assert TITLE in figures["cohort"].caption
     assert TITLE not in figures["strata"].caption

@@ -13,14 +13,11 @@ from comparison_case import cases, study
 from evaluation_cases import TITLE
 from study_copy import StudyCopy
 
-from swesbi.comparison.latex import comparison_latex, text
-from swesbi.comparison.table import comparison_table
 from swesbi.evaluation.support_numbers import support_numbers
-from swesbi.tables.latex import ppc_latex
-from swesbi.tables.paper_values import read_paper
-from swesbi.tables.posterior import posterior_table
-from swesbi.tables.posterior_latex import posterior_latex
-from swesbi.tables.ppc import ppc_table
+from swesbi.show.latex import comparison_latex, posterior_latex, ppc_latex, text
+from swesbi.show.paper.comparison import comparison_table
+from swesbi.show.paper.values import read_paper
+from swesbi.show.study_tables import posterior_table, ppc_table
 
 EXPERIMENTS = ("paper", "wide_prior")
 PREAMBLE = (

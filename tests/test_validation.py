@@ -10,11 +10,11 @@ from cohorts import ROWS, recording, snapshot, write_cohort, write_overlay
 from recordings import RECORDING
 
 from swesbi.__main__ import main
-from swesbi.figures.recording_sheet import draw_recording_sheet
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import REASONS
 from swesbi.recording.reader import read_samples
 from swesbi.recording.subjects import read_subjects
+from swesbi.show.figures.recording import draw_recording_sheet
 from swesbi.validation import examine_cohort
 
 ROOT = Path(__file__).parents[1]

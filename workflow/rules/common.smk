@@ -6,7 +6,7 @@ from snakemake.io import expand as expand_names
 
 from swesbi.config import ConfigError, load_study
 from swesbi.config.slices import stage_settings
-from swesbi.figures.registry import captions, figure_of, names_of
+from swesbi.show.figures.registry import captions, figure_of, names_of
 from swesbi.population.settings import MOST_SHOWN
 from swesbi.running.parent import RUN
 from swesbi.running.workflow import current_run, guard_execution

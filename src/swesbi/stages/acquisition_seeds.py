@@ -35,12 +35,12 @@ from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.training_tables import SeedRow, medians_table, seeds_table
 from swesbi.simulations.dataset import group_by_subject, read_simulations
 from swesbi.simulations.draw import PriorSimulations
 from swesbi.stages.inference import check_components
 from swesbi.stages.origin import Origin
-from swesbi.tables.acquisition_seeds import SeedRow, medians_table, seeds_table
-from swesbi.tables.files import write_csv
 from swesbi.virtual_cohort.record import record
 from swesbi.virtual_cohort.settings import ACQUISITION_SEED
 from swesbi.virtual_cohort.truth import Truth, simulate_truth

@@ -18,8 +18,8 @@ from swesbi.inference.recovery import Recovered, score_recovery
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -13,15 +13,6 @@ from swesbi.calibration.dataset import KIND, diagnostics_of, ranked_of
 from swesbi.calibration.settings import JudgementSettings
 from swesbi.calibration.table import COLUMNS, LOCAL
 from swesbi.evaluation.truth import read_truth
-from swesbi.figures import misspecification
-from swesbi.figures.calibration import CalibrationCase
-from swesbi.figures.calibration import draw as draw_calibration
-from swesbi.figures.cohort_overview import Overview
-from swesbi.figures.cohort_overview import draw as draw_cohort
-from swesbi.figures.noise import draw_noise
-from swesbi.figures.strata import draw as draw_strata
-from swesbi.figures.strata import read_strata
-from swesbi.figures.style import save_figure
 from swesbi.inference.support import read_support
 from swesbi.misspecification.power import AlarmRow
 from swesbi.noise.dataset import read_noise
@@ -29,9 +20,15 @@ from swesbi.population.cohort import OUTCOMES, cohort_table, read_answer
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.settings import ContextRow
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.calibration import CalibrationCase, draw_calibration
+from swesbi.show.figures.cohort import Overview, draw_cohort
+from swesbi.show.figures.misspecification import draw_misspecification
+from swesbi.show.figures.population import draw_strata, read_strata
+from swesbi.show.figures.recording import draw_noise
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, pick
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -71,7 +68,7 @@ def misspecification_figure(
         ArtefactError: The table lacks a column or a verdict cannot be read.
     """
     verdicts = {place.subject: read_support(path) for place, path in by_place(supports).items()}
-    figure = misspecification.draw(
+    figure = draw_misspecification(
         verdicts, _read_rows(table), settings.strained_level, settings.cohort_title
     )
     save_figure(figure, figure_pdf, figure_png)

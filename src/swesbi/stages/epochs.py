@@ -26,15 +26,8 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds, prior_variance
 from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
-from swesbi.stages.inference import (
-    RecoveryStageSettings,
-    check_components,
-    posterior_seed,
-    synthetic_recordings,
-)
-from swesbi.stages.origin import Origin
-from swesbi.stages.places import by_place
-from swesbi.tables.epochs import (
+from swesbi.show.csv import write_csv
+from swesbi.show.training_tables import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
     FRESH_LOSS,
@@ -46,7 +39,14 @@ from swesbi.tables.epochs import (
     EpochRow,
     epochs_table,
 )
-from swesbi.tables.files import write_csv
+from swesbi.stages.inference import (
+    RecoveryStageSettings,
+    check_components,
+    posterior_seed,
+    synthetic_recordings,
+)
+from swesbi.stages.origin import Origin
+from swesbi.stages.places import by_place
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]

@@ -21,10 +21,10 @@ from swesbi.population.training import train_population as train_on_population
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
+from swesbi.show.training_tables import write_epochs
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.subjects import read_speed_models
 from swesbi.stages.origin import Origin
-from swesbi.tables.training import write_epochs
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")

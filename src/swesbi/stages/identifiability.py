@@ -10,9 +10,6 @@ import numpy as np
 
 from swesbi.artefacts import ArtefactError, load, save
 from swesbi.exact.dataset import read_exact_posterior
-from swesbi.figures import design
-from swesbi.figures import identifiability as told
-from swesbi.figures.style import save_figure
 from swesbi.identifiability.cohort import CohortIdentifiability, identify_cohort
 from swesbi.identifiability.dataset import KIND, SCHEMA, to_groups
 from swesbi.identifiability.design import single_repeat_variance
@@ -23,11 +20,13 @@ from swesbi.identifiability.tables import design_table, information_table, summa
 from swesbi.noise.dataset import read_noise
 from swesbi.recording.dataset import read_observation
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.identifiability import draw_design, draw_identifiability
+from swesbi.show.figures.style import save_figure
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.speed_model.subjects import read_speed_model
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import place_of
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -126,5 +125,5 @@ def identifiability_figures(
         ArtefactError: The file is not such an artefact.
     """
     groups = {name: load(identifiability, KIND, name)[0] for name in SCHEMA}
-    save_figure(told.draw(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
-    save_figure(design.draw(groups, settings.cohort_title), design_pdf, design_png)
+    save_figure(draw_identifiability(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
+    save_figure(draw_design(groups, settings.cohort_title), design_pdf, design_png)

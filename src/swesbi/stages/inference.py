@@ -37,8 +37,8 @@ from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator, integer_seed
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")

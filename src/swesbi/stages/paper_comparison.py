@@ -10,12 +10,8 @@ import pandas as pd
 import yaml
 
 from swesbi.artefacts import ArtefactError, atomic_path
-from swesbi.comparison.latex import comparison_latex
-from swesbi.comparison.results import StudyResults, pool_size
-from swesbi.comparison.table import comparison_table
 from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
-from swesbi.figures.training import read_history
 from swesbi.inference.dataset import read_pool
 from swesbi.inference.settings import (
     EstimatorSettings,
@@ -28,10 +24,14 @@ from swesbi.prior import PriorSettings
 from swesbi.recording.dataset import read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.training import read_history
+from swesbi.show.latex import comparison_latex
+from swesbi.show.paper.comparison import comparison_table
+from swesbi.show.paper.measured import StudyResults, pool_size
+from swesbi.show.paper.values import read_paper
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, by_subject
-from swesbi.tables.files import write_csv
-from swesbi.tables.paper_values import read_paper
 
 
 class ComparedExperimentSettings(Settings):

@@ -33,6 +33,7 @@ from swesbi.progress import Progress
 from swesbi.recording.dataset import read_observation
 from swesbi.recording.speed import NoiseComponents
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.simulations.draw import draw_simulations
 from swesbi.speed_model.model import SpeedModel
 from swesbi.speed_model.subjects import build_speed_model
@@ -40,7 +41,6 @@ from swesbi.stages.exact import ExactPosteriorStageSettings, write_posterior
 from swesbi.stages.origin import Origin
 from swesbi.stages.predictive import PredictiveSpeedsStageSettings, write_check
 from swesbi.stages.verdict import VerdictStageSettings, judge
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "population answer"

@@ -13,25 +13,22 @@ from pydantic import JsonValue
 from swesbi import __version__
 from swesbi.artefacts import ArtefactError, atomic_path
 from swesbi.evaluation.exact_result import read_exact_result
-from swesbi.figures.strata import read_strata
-from swesbi.figures.training import read_history
 from swesbi.inference.support import read_support
 from swesbi.noise.dataset import read_noise
 from swesbi.population.cohort import read_cohort
 from swesbi.recording.dataset import read_observation
-from swesbi.report import captions
-from swesbi.report.exact import Exact
-from swesbi.report.exact_section import Section, make_section, section_figures
-from swesbi.report.figures import figure
-from swesbi.report.files import file_groups, relative
-from swesbi.report.names import protocol_entry
-from swesbi.report.page import Cohort, Figures, Provenance, as_yaml, make_page, render
-from swesbi.report.paper import read_comparison
-from swesbi.report.population import OverPopulation
-from swesbi.report.population_section import make_population_section, population_figures
-from swesbi.report.provenance import provenance_table, software_table
-from swesbi.report.results import Experiment, Recovery, Results
 from swesbi.settings import Settings
+from swesbi.show.figures.population import read_strata
+from swesbi.show.figures.registry import PagePart
+from swesbi.show.figures.training import read_history
+from swesbi.show.names import protocol_entry
+from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
+from swesbi.show.page.page import Cohort, Provenance, as_yaml, make_page, render, study_figures
+from swesbi.show.page.sections import Section, make_population_section, make_section, section_figures
+from swesbi.show.results import Experiment, Recovery, Results
+from swesbi.show.tables.exact import Exact
+from swesbi.show.tables.experiments import read_comparison
+from swesbi.show.tables.population import OverPopulation
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place
 
@@ -188,15 +185,22 @@ def report(
     tables = {"scores": ppc_csv, "features": features_csv, "posterior": posterior_csv}
     files = {"training": trainings, "own": recoveries, "acquisition": recovery_acquisitions}
     results = _results(settings, observations, supports, tables, files, comparison_csv)
-    pngs = (workflow_png, ppc_png, posterior_png, experiments_png, epochs_png)
-    pdfs = (workflow_pdf, ppc_pdf, posterior_pdf, experiments_pdf, epochs_pdf)
-    figures = _figures(pngs, pdfs, training_pngs, report, results.main, title)
+    images = {
+        "workflow": (workflow_png, workflow_pdf),
+        "ppc": (ppc_png, ppc_pdf),
+        "posterior": (posterior_png, posterior_pdf),
+        "experiments": (experiments_png, experiments_pdf),
+        "epochs": (epochs_png, epochs_pdf),
+    }
+    figures = study_figures(images, training_pngs, report, results.main, title)
     checks = {"calibration": calibrations, "misspecification": misspecifications}
     checks["identifiability"] = identifiabilities
     exact = read_exact(results.experiments, exact_posteriors, checks, noise, truth_csv)
     sections = _sections(exact, exact_pngs, report, title)
     populations = [
-        make_population_section(each, population_figures(population_pngs, each.name, report, title), title)
+        make_population_section(
+            each, section_figures(PagePart.POPULATION, population_pngs, each.name, report, title), title
+        )
         for each in read_populations(settings.populations, population_cohorts, population_strata)
     ]
     origins = _provenance(settings, origin, artefacts, relative(configuration, report))
@@ -207,31 +211,9 @@ def report(
     _write(report, render(page))
 
 
-def _figures(
-    pngs: Sequence[Path],
-    pdfs: Sequence[Path],
-    trainings: Sequence[Path],
-    report: Path,
-    main: Experiment,
-    title: str,
-) -> Figures:
-    """Put captions to figures: figures 1 to 3, the experiments, the epochs, and each training."""
-    said = {
-        "workflow": captions.workflow(title),
-        "ppc": captions.ppc(main, title),
-        "posterior": captions.posterior(main, title),
-        "experiments": captions.experiments(title),
-        "epochs": captions.epochs(main, title),
-    }
-    files = zip(said.items(), pngs, pdfs, strict=True)
-    shown = {name: figure(png, report, *words, pdf) for (name, words), png, pdf in files}
-    training = tuple(figure(path, report, *captions.training(path.stem, title)) for path in trainings)
-    return Figures(**shown, training=training)
-
-
 def _sections(exact: Iterable[Exact], pngs: Sequence[Path], report: Path, title: str) -> list[Section]:
     return [
-        make_section(each, section_figures(pngs, each.experiment.name, report, title), title)
+        make_section(each, section_figures(PagePart.SPEEDS, pngs, each.experiment.name, report, title), title)
         for each in exact
     ]
 

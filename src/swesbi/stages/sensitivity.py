@@ -10,18 +10,17 @@ from swesbi.discrepancy.cohort import generate_cohort
 from swesbi.discrepancy.evidence import score_subject
 from swesbi.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.discrepancy.table import best_pair, discrepancy_table
-from swesbi.figures.discrepancy import draw_discrepancy
-from swesbi.figures.sensitivity import draw_sensitivity
-from swesbi.figures.style import save_figure
 from swesbi.progress import Progress
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.sensitivity.posteriors import read_posteriors
 from swesbi.sensitivity.table import sensitivity_table
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.choices import draw_discrepancy, draw_sensitivity
+from swesbi.show.figures.style import save_figure
 from swesbi.speed_model.model import SpeedModelSettings
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")

@@ -8,14 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.figures import experiments, workflow
-from swesbi.figures.epochs import draw as draw_epochs
-from swesbi.figures.epochs import read_epochs
-from swesbi.figures.experiments import ExperimentScore
-from swesbi.figures.style import save_figure
-from swesbi.figures.training import draw as draw_training
-from swesbi.figures.training import read_history
-from swesbi.figures.workflow_panels import WorkflowPicture
 from swesbi.inference.dataset import read_pool, read_posterior
 from swesbi.inference.pool import Pool
 from swesbi.inference.posterior import Posterior
@@ -24,6 +16,10 @@ from swesbi.parameters import K_ATP
 from swesbi.prior import PriorSettings
 from swesbi.recording.dataset import read_observation
 from swesbi.settings import Settings
+from swesbi.show.figures.experiments import ExperimentScore, draw_experiments
+from swesbi.show.figures.style import save_figure
+from swesbi.show.figures.training import draw_epochs, draw_training, read_epochs, read_history
+from swesbi.show.figures.workflow import WorkflowPicture, draw_workflow
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import Place, by_place, pick
 
@@ -78,7 +74,7 @@ def workflow_figure(
         subjects=len(data.subjects),
         rows=len(data.z),
     )
-    save_figure(workflow.draw(picture, settings.cohort_title), figure_pdf, figure_png)
+    save_figure(draw_workflow(picture, settings.cohort_title), figure_pdf, figure_png)
 
 
 def shown_place(verdicts: Mapping[Place, Support]) -> Place:
@@ -133,7 +129,7 @@ def experiments_figure(
         for place, path in by_place(predictives).items()
     ]
     masses = (read_predictive(predictives[0])[0].interval, read_posterior(posteriors[0]).interval_mass)
-    figure = experiments.draw(scores, settings.main_experiment, masses, settings.cohort_title)
+    figure = draw_experiments(scores, settings.main_experiment, masses, settings.cohort_title)
     save_figure(figure, figure_pdf, figure_png)
 
 

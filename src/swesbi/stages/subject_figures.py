@@ -9,20 +9,20 @@ from swesbi.evaluation.cmaes_dataset import read_cmaes
 from swesbi.evaluation.exact_result import read_exact_result
 from swesbi.evaluation.predictive_dataset import read_predictive
 from swesbi.evaluation.truth import read_truth
-from swesbi.figures import (
-    exact_cohort,
-    exact_subject,
-    posterior_cohort,
-    posterior_subject,
-    ppc_cohort,
-    ppc_subject,
-)
-from swesbi.figures.panels import ExactPanel, PosteriorPanel, PredictivePanel
-from swesbi.figures.style import save_figure
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.settings import Settings
+from swesbi.show.figures.posterior import draw_cohort_posteriors, draw_exact_posteriors
+from swesbi.show.figures.posterior_subject import draw_exact_subject, draw_subject_posterior
+from swesbi.show.figures.predictive import (
+    ExactPanel,
+    PosteriorPanel,
+    PredictivePanel,
+    draw_cohort_checks,
+    draw_subject_check,
+)
+from swesbi.show.figures.style import save_figure
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, by_subject, pick
 
@@ -52,7 +52,7 @@ def subject_figures(
     panel = PosteriorPanel(
         provenance.subject, draws.theta, draws.unfiltered, fit.theta, read_support(support)
     )
-    drawn = posterior_subject.draw(panel, settings.prior, draws.interval_mass, settings.cohort_title)
+    drawn = draw_subject_posterior(panel, settings.prior, draws.interval_mass, settings.cohort_title)
     save_figure(drawn, posterior_png)
 
 
@@ -63,7 +63,7 @@ def save_predictive_check(
     check, provenance = read_predictive(predictive)
     fit, _ = read_cmaes(cmaes)
     panel = PredictivePanel(provenance.subject, check, fit, read_support(support))
-    save_figure(ppc_subject.draw(panel, cohort_title), figure)
+    save_figure(draw_subject_check(panel, cohort_title), figure)
 
 
 class ExactSubjectFiguresSettings(Settings):
@@ -111,7 +111,7 @@ def save_exact_posterior(
         support=read_support(support),
         truth=read_truth(truth).get(subject),
     )
-    save_figure(exact_subject.draw(panel, settings.prior, settings.cohort_title), figure)
+    save_figure(draw_exact_subject(panel, settings.prior, settings.cohort_title), figure)
 
 
 class CohortFiguresSettings(Settings):
@@ -147,9 +147,9 @@ def cohort_figures(
             PosteriorPanel(place.subject, posterior.theta, posterior.unfiltered, fit.theta, support)
         )
     title = settings.cohort_title
-    save_figure(ppc_cohort.draw(checks, title), ppc_pdf, ppc_png)
+    save_figure(draw_cohort_checks(checks, title), ppc_pdf, ppc_png)
     save_figure(
-        posterior_cohort.draw(marginals, settings.prior, interval, title), posterior_pdf, posterior_png
+        draw_cohort_posteriors(marginals, settings.prior, interval, title), posterior_pdf, posterior_png
     )
 
 
@@ -186,5 +186,5 @@ def exact_figures(
         true_phi = truths.get(place.subject)
         marginals.append(ExactPanel(place.subject, result, fit.theta, support, true_phi))
     title = settings.cohort_title
-    save_figure(ppc_cohort.draw(checks, title), ppc_pdf, ppc_png)
-    save_figure(exact_cohort.draw(marginals, settings.prior, title), posterior_pdf, posterior_png)
+    save_figure(draw_cohort_checks(checks, title), ppc_pdf, ppc_png)
+    save_figure(draw_exact_posteriors(marginals, settings.prior, title), posterior_pdf, posterior_png)

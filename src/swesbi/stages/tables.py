@@ -14,16 +14,11 @@ from swesbi.evaluation.verdict import verdict_numbers
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import read_support
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
+from swesbi.show.latex import posterior_latex, ppc_latex
+from swesbi.show.study_tables import Answer, Case, features_table, posterior_table, ppc_table, truth_table
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, by_subject, pick
-from swesbi.tables.case import Case
-from swesbi.tables.features import features_table
-from swesbi.tables.files import write_csv
-from swesbi.tables.latex import ppc_latex
-from swesbi.tables.posterior import posterior_table
-from swesbi.tables.posterior_latex import posterior_latex
-from swesbi.tables.ppc import ppc_table
-from swesbi.tables.truth import Answer, truth_table
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -19,8 +19,8 @@ from swesbi.inference.training import train as train_estimator
 from swesbi.prior import PriorSettings
 from swesbi.seeds import integer_seed
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 

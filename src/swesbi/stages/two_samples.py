@@ -27,11 +27,11 @@ from swesbi.flow.files import load_flow
 from swesbi.prior import JointPriorSettings
 from swesbi.seeds import generator, integer_seed
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.speed_model.model import SpeedModel, SpeedModelSettings
 from swesbi.speed_model.subjects import read_speed_model
 from swesbi.stages.origin import Origin
 from swesbi.stages.places import by_place, place_of
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]

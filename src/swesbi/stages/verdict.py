@@ -30,10 +30,10 @@ from swesbi.parameters import SCALE
 from swesbi.recording.dataset import read_contexts
 from swesbi.seeds import generator
 from swesbi.settings import Settings
+from swesbi.show.csv import write_csv
 from swesbi.speed_model.model import SpeedModel, SpeedModelSettings
 from swesbi.speed_model.subjects import read_speed_model
 from swesbi.stages.origin import Origin
-from swesbi.tables.files import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 

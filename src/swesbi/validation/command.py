@@ -74,8 +74,8 @@ def _elsewhere(cohort: Path, config: Config, source: Path) -> str:
 
 def _plot(report: CohortReport, folder: Path) -> None:
     # matplotlib is slow to import, and most checks draw nothing
-    from swesbi.figures.recording_sheet import draw_recording_sheet
-    from swesbi.figures.style import save_figure
+    from swesbi.show.figures.recording import draw_recording_sheet
+    from swesbi.show.figures.style import save_figure
 
     for subject in report.subjects:
         path = folder / f"{subject.observation.subject}.png"

@@ -1,0 +1,211 @@
+"""The generated parts of the page on an experiment on speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+
+from swesbi.config import Study
+from swesbi.evaluation.exact_result import read_exact_result
+from swesbi.evaluation.verdict import status
+from swesbi.noise.dataset import read_noise
+from swesbi.parameters import THETA_NAMES
+from swesbi.show.docs.results import finished, of_experiment, read_experiment, read_table
+from swesbi.show.numbers import MISSING, fixed, share
+from swesbi.show.results import records
+from swesbi.show.table import Table, markdown, of_records
+from swesbi.show.tables.exact import (
+    Exact,
+    alarms_table,
+    calibration_summary,
+    exact_table,
+    identifiability_table,
+    noise_table,
+    truth_table,
+    verdicts_table,
+)
+from swesbi.show.tables.experiments import level
+from swesbi.show.tables.subjects import score_table
+
+REFERENCE: Final = Path("tests/reference/study")
+"""Tables of studies of their own, which take longer than the study: committed, not made anew."""
+
+
+@dataclass(frozen=True)
+class CalibrationResults:
+    """Results of one experiment on speeds.
+
+    Attributes:
+        shown: What the page of results shows of it too.
+        cohort_title: What the subjects are ("virtual volunteers").
+        discrepancy: The study of the discrepancy; None before ``make discrepancy``.
+        sensitivity: The study of other choices; None before ``make sensitivity``.
+        flow_choice: The study of architectures; None before ``benchmarks/flow_choice.py``.
+    """
+
+    shown: Exact
+    cohort_title: str
+    discrepancy: pd.DataFrame | None
+    sensitivity: pd.DataFrame | None
+    flow_choice: pd.DataFrame | None
+
+
+def experiment_shown(study: Study) -> str | None:
+    """Return the experiment on speeds that the page shows, the first that is run; None if none is."""
+    names = (name for name in study.config.experiments_run if name in study.config.speed_experiments)
+    return next(names, None)
+
+
+def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) -> CalibrationResults:
+    """Read what the page shows.
+
+    Args:
+        folder: Results of the study.
+        study: Configuration and cohort.
+        name: The experiment.
+        docs: Folder of the documentation, which holds tables of its own.
+
+    Raises:
+        ArtefactError: The study is not finished: a file is missing.
+    """
+    own, truth = folder / name, folder / "tables" / "truth.csv"
+    known = (study.cohort / "truth.csv").is_file()
+    with finished():
+        shown = Exact(
+            experiment=read_experiment(folder, study, name),
+            results={s: read_exact_result(own / "subjects" / s / "posterior.h5") for s in study.subjects},
+            calibration=read_table(own / "calibration.csv"),
+            misspecification=read_table(own / "misspecification.csv"),
+            identifiability=read_table(own / "identifiability.csv"),
+            noise=read_noise(folder / "cohort" / "noise.h5"),
+            truth=of_experiment(truth, name) if known else pd.DataFrame(),
+        )
+    return CalibrationResults(
+        shown,
+        study.config.cohort_title,
+        _if_there(REFERENCE / "discrepancy.csv"),
+        _if_there(REFERENCE / "sensitivity.csv"),
+        _if_there(docs / "tables" / "flow_choice.csv"),
+    )
+
+
+def answer_part(results: CalibrationResults) -> str:
+    """Say in a few lines what came out."""
+    exact, experiment = results.shown, results.shown.experiment
+    found = [status(part) for part in exact.supports.values()]
+    counted = ", ".join(f"{found.count(name)} {name}" for name in dict.fromkeys(found))
+    covered = experiment.supported["coverage_phases"]
+    phases = f"{share(covered.min(), 0)} to {share(covered.max(), 0)}" if len(covered) else MISSING
+    own, acquired = (
+        ", ".join(share(level(table, experiment)[name]) for name in THETA_NAMES)
+        for table in (experiment.recovery.own, experiment.recovery.acquisition)
+    )
+    lines = [
+        f"- Verdicts ({results.cohort_title}): {counted}.",
+        f"- Coverage of the measured phases by {experiment.predictive_percent:g} % bands of new "
+        f"recordings: {phases} over the subjects that are not unsupported.",
+        f"- {experiment.credible_percent:g} % credible intervals cover, with own noise, {own} of the true "
+        f"k_0, k_ATP, k_SR; on recordings acquired sample by sample {acquired}.",
+    ]
+    if len(exact.truth):
+        lines.append(
+            f"- True parameters inside their {experiment.credible_percent:g} % intervals: {_inside(exact)}."
+        )
+    return "\n".join(lines)
+
+
+def truth_part(results: CalibrationResults) -> str:
+    """Show which intervals hold the truth of the generated recordings."""
+    if not len(results.shown.truth):
+        return "The cohort has no known true parameters."
+    return f"Inside: {_inside(results.shown)}.\n\n{_with_title(truth_table)(results)}"
+
+
+def discrepancy_part(results: CalibrationResults) -> str:
+    """Show the evidence of the sizes of the discrepancy on the generated cohort."""
+    if results.discrepancy is None:
+        return "Not measured yet: `make discrepancy`."
+    found = results.discrepancy.sort_values("log_evidence", ascending=False)
+    chosen = pd.concat([found.head(5), found[(found["speed_fraction"] == 0) & (found["timing_cycle"] == 0)]])
+    rows = [
+        {
+            "speed": share(row["speed_fraction"], 0),
+            "timing (cycle)": share(row["timing_cycle"]),
+            "log evidence": fixed(row["log_evidence"], 1),
+            "below the best": f"{fixed(row['below_best'], 1)} ± {fixed(row['below_best_se'], 1)}",
+        }
+        | {f"coverage `{name}`": share(row[f"coverage_{name}"], 0) for name in THETA_NAMES}
+        for row in records(chosen)
+    ]
+    note = f"{int(found['subjects'].iloc[0])} generated subjects; the last row is without."
+    return f"{markdown(of_records(rows))}\n\n{note}"
+
+
+def flow_part(results: CalibrationResults) -> str:
+    """Show what other architectures and numbers of simulations give."""
+    if results.flow_choice is None:
+        return "Not measured yet: `python benchmarks/flow_choice.py`."
+    rows = [
+        {
+            "flow": f"{row['model']} {row['transforms']} x {row['hidden_features']}",
+            "simulations a subject": str(row["simulations_per_subject"]),
+            "training (s)": fixed(row["training_s"], 0),
+            "held-out log-probability": fixed(row["log_probability"], 3),
+            "median efficiency": share(row["efficiency_median"], 0),
+        }
+        for row in records(results.flow_choice)
+    ]
+    return markdown(of_records(rows))
+
+
+def sensitivity_part(results: CalibrationResults) -> str:
+    """Show how far other choices move medians, in widths of the intervals."""
+    if results.sensitivity is None:
+        return "Not measured yet: `make sensitivity`."
+    rows = []
+    for label, part in results.sensitivity.groupby("label", sort=False):
+        moved = part.groupby("parameter")["shift_in_widths"].apply(lambda shifts: shifts.abs().max())
+        width = part.groupby("parameter")["width_ratio"].median()
+        rows.append(
+            {"choice": str(label)}
+            | {f"`{name}`": f"{fixed(moved[name], 2)}; {fixed(width[name], 2)}" for name in THETA_NAMES}
+        )
+    what = "Largest move of a median in widths of its interval; median ratio of the widths."
+    return f"{markdown(of_records(rows))}\n\n{what}\n\n![Other choices](figures/sensitivity.png)"
+
+
+def _with_title(make: Callable[[Exact, str], Table]) -> Callable[[CalibrationResults], str]:
+    return lambda results: markdown(make(results.shown, results.cohort_title))
+
+
+def _plain(make: Callable[[Exact], Table]) -> Callable[[CalibrationResults], str]:
+    return lambda results: markdown(make(results.shown))
+
+
+def _inside(exact: Exact) -> str:
+    known = exact.truth.dropna(subset="median")
+    return f"{int((known['inside'].astype(str) == 'True').sum())} of {len(known)}"
+
+
+def _if_there(path: Path) -> pd.DataFrame | None:
+    return read_table(path) if path.is_file() else None
+
+
+PARTS: Final[Mapping[str, Callable[[CalibrationResults], str]]] = {
+    "answer": answer_part,
+    "noise": _with_title(noise_table),
+    "discrepancy": discrepancy_part,
+    "flow": flow_part,
+    "verdicts": _with_title(verdicts_table),
+    "posteriors": _with_title(exact_table),
+    "truth": truth_part,
+    "scores": lambda results: markdown(score_table(results.shown.experiment, results.cohort_title)),
+    "calibration": _plain(calibration_summary),
+    "alarms": _plain(alarms_table),
+    "identifiability": _with_title(identifiability_table),
+    "sensitivity": sensitivity_part,
+}

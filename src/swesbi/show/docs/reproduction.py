@@ -1,0 +1,201 @@
+"""The generated parts of the page on what reproduces, each a text made of a finished study's numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import pandas as pd
+
+from swesbi.parameters import THETA_NAMES
+from swesbi.show.docs.results import Results
+from swesbi.show.numbers import fixed, mean_sd, share
+from swesbi.show.table import markdown, of_records
+from swesbi.show.tables.experiments import (
+    comparison_table,
+    median_table,
+    paper_table,
+    recovery_table,
+    training_table,
+)
+from swesbi.show.tables.subjects import score_table, verdict_table
+from swesbi.show.training_tables import (
+    COVERAGE_PHASES,
+    FRESH_LOSS,
+    RECOVERY_COVERAGE,
+    RELATIVE_SD,
+    RMSE,
+    VALIDATION_LOSS,
+)
+
+PAPER_RECOVERY: Final = (
+    "The paper, own noise: 92.5 % for k_0, 90.5 % for k_ATP, 26.5 % for k_SR, of 400 each."
+)
+
+
+def run_part(results: Results) -> str:
+    """Say what was run."""
+    return markdown(training_table(results.experiments))
+
+
+def support_part(results: Results) -> str:
+    """Show both criteria of prior support, subject by subject."""
+    count = f"{len(results.supported)} of {len(results.subjects)}"
+    shown = markdown(verdict_table(results.main, results.cohort_title))
+    return f"Supported: {count} ({results.cohort_title}, experiment `{results.main.name}`).\n\n{shown}"
+
+
+def scores_part(results: Results) -> str:
+    """Show table 1: the scores of the subjects, and mean and standard deviation over the supported ones."""
+    return markdown(score_table(results.main, results.cohort_title))
+
+
+def recovery_part(results: Results) -> str:
+    """Show what credible intervals cover, under the own observation model and on recordings."""
+    return f"{markdown(recovery_table(results.experiments))}\n\n{PAPER_RECOVERY}"
+
+
+def experiments_part(results: Results) -> str:
+    """Show support, fit, coverage and medians of each experiment beside the others."""
+    tables = (make(results.experiments, results.cohort_title) for make in (comparison_table, median_table))
+    return "\n\n".join([*map(markdown, tables), _shared(results)])
+
+
+def truth_part(results: Results) -> str:
+    """Set medians and 90 % intervals of the supported subjects beside the theta that made the recordings."""
+    if not results.true_theta:
+        return "The cohort has no known true parameters."
+    chosen = results.main.posterior
+    rows, inside = [], 0
+    for name in results.supported:
+        row = {"subject": name}
+        for j, parameter in enumerate(THETA_NAMES):
+            found = chosen[(chosen["subject"] == name) & (chosen["parameter"] == parameter)].iloc[0]
+            true, low, high = results.true_theta[name][j], found["ci_low"], found["ci_high"]
+            inside += int(low <= true <= high)
+            row[f"`{parameter}` true"] = fixed(true, 1)
+            interval = f"[{fixed(low, 2)}, {fixed(high, 2)}]"
+            row[f"`{parameter}` inferred"] = f"{fixed(found['median'], 2)} {interval}"
+        rows.append(row)
+    if not rows:
+        return "The prior supports no subject."
+    total = len(rows) * len(THETA_NAMES)
+    shown = markdown(of_records(rows))
+    return f"True parameters inside their 90 % credible intervals: {inside} of {total}.\n\n{shown}"
+
+
+def correlation_part(results: Results) -> str:
+    """Show the posterior correlations of the supported subjects."""
+    table = results.main.posterior
+    chosen = table[table["parameter"].isin(THETA_NAMES) & table["subject"].isin(results.supported)]
+    pairs = ((0, 1), (0, 2), (1, 2))
+    titles = {pair: f"`{THETA_NAMES[pair[0]]}`, `{THETA_NAMES[pair[1]]}`" for pair in pairs}
+    values: dict[tuple[int, int], pd.Series] = {
+        (i, j): chosen[chosen["parameter"] == THETA_NAMES[i]].set_index("subject")[
+            f"correlation_{THETA_NAMES[j]}"
+        ]
+        for i, j in pairs
+    }
+    rows = [
+        {"subject": name} | {titles[pair]: fixed(values[pair][name], 2) for pair in pairs}
+        for name in results.supported
+    ]
+    mean = {titles[pair]: mean_sd(values[pair], 2) for pair in pairs}
+    return markdown(of_records([*rows, {"subject": "mean ± sd"} | mean]))
+
+
+def comparison_part(results: Results) -> str:
+    """Show every number of the paper beside this study's, folded."""
+    shown = markdown(paper_table(results.comparison, results.cohort_title))
+    summary = f"<summary>All {len(results.comparison)} numbers</summary>"
+    return f"<details>\n{summary}\n\n{shown}\n\n</details>"
+
+
+def _shared(results: Results) -> str:
+    """Show errors on the subjects that every experiment supports, where recordings are the same."""
+    sets = [set(experiment.supported["subject"]) for experiment in results.experiments]
+    common = [name for name in results.subjects if all(name in one for one in sets)]
+    if not common:
+        return "No subject is supported under every experiment."
+    errors = []
+    for experiment in results.experiments:
+        own = experiment.scores.set_index("subject")
+        errors.append(f"`{experiment.name}` {mean_sd(own.loc[common, 'rmse_kpa'], 2)} kPa")
+    return (
+        f"RMSE over the subjects that every experiment supports ({', '.join(common)}): {'; '.join(errors)}."
+    )
+
+
+def epochs_part(results: Results) -> str:
+    """Show loss, recovery, observed coverage, error and width at each checkpoint."""
+    epochs = sorted(set(results.epochs["epoch"]))
+    return markdown(of_records([_row(results, epoch) for epoch in epochs]))
+
+
+def _row(results: Results, epoch: int) -> dict[str, str]:
+    at = results.epochs[results.epochs["epoch"] == epoch]
+    recovery = _of(at, RECOVERY_COVERAGE).set_index("parameter")["value"]
+    widths = _supported(results, at, RELATIVE_SD).groupby("parameter")["value"].median()
+    best = " (best)" if at["best"].any() else ""
+    return {
+        "epoch": f"{epoch}{best}",
+        "validation loss": fixed(_of(at, VALIDATION_LOSS)["value"].iloc[0], 2),
+        "loss of parameters never seen": fixed(_of(at, FRESH_LOSS)["value"].iloc[0], 2),
+        "recovery of k_0, k_ATP, k_SR": ", ".join(share(recovery[name]) for name in THETA_NAMES),
+        "phases in the predictive interval": _range(_supported(results, at, COVERAGE_PHASES), 100.0, 0, " %"),
+        "RMSE (kPa)": _range(_supported(results, at, RMSE), 1.0, 2),
+        "sd / prior sd of k_0, k_ATP, k_SR": ", ".join(
+            share(widths.get(name, float("nan")), 2) for name in THETA_NAMES
+        ),
+    }
+
+
+def width_part(results: Results) -> str:
+    """Say in a sentence how far the posteriors shrink between the first and the best epoch."""
+    earliest, reached = int(results.epochs["epoch"].min()), _best_epoch(results)
+    first, best = (_median_width(results, epoch) for epoch in (earliest, reached))
+    factors = ", ".join(f"{fixed(first[name] / best[name], 0)} for `{name}`" for name in THETA_NAMES)
+    now = ", ".join(f"{share(best[name], 2)} for `{name}`" for name in THETA_NAMES)
+    return (
+        f"From epoch {earliest} to the best one, {reached}, the posteriors of the supported subjects narrow "
+        f"by a factor of {factors} (medians over subjects), to {now}, relative to the prior's standard "
+        "deviation."
+    )
+
+
+def _best_epoch(results: Results) -> int:
+    return int(results.epochs["epoch"][results.epochs["best"] == 1].iloc[0])
+
+
+def _median_width(results: Results, epoch: int) -> pd.Series:
+    at = results.epochs[results.epochs["epoch"] == epoch]
+    widths = _supported(results, at, RELATIVE_SD).groupby("parameter")["value"].median()
+    return widths.reindex(list(THETA_NAMES))
+
+
+def _of(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
+    return rows[rows["quantity"] == quantity]
+
+
+def _supported(results: Results, rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
+    return _of(rows[rows["subject"].isin(results.supported)], quantity)
+
+
+def _range(rows: pd.DataFrame, scale: float, decimals: int, unit: str = "") -> str:
+    """Return the least and the greatest value over the subjects."""
+    low, high = (fixed(scale * value, decimals) for value in (rows["value"].min(), rows["value"].max()))
+    return f"{low}{unit}" if low == high else f"{low} to {high}{unit}"
+
+
+PARTS: Final[Mapping[str, Callable[[Results], str]]] = {
+    "run": run_part,
+    "support": support_part,
+    "scores": scores_part,
+    "truth": truth_part,
+    "correlations": correlation_part,
+    "recovery": recovery_part,
+    "epochs": epochs_part,
+    "width": width_part,
+    "experiments": experiments_part,
+    "comparison": comparison_part,
+}

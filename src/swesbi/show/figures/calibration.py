@@ -1,0 +1,238 @@
+"""Calibration of an experiment: ranks, coverage, weights, and what holds at each subject's own data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter, PercentFormatter
+from numpy.typing import NDArray
+
+from swesbi.calibration.checks import C2ST, SBC, TARP
+from swesbi.calibration.levels import central_level
+from swesbi.calibration.quantities import QUANTITY_NAMES
+from swesbi.calibration.ranked import NETWORK, WEIGHTED, Diagnostics, Ranked
+from swesbi.calibration.settings import JudgementSettings
+from swesbi.calibration.table import LOCAL, POOLED
+from swesbi.calibration.uniformity import band, points, uniformity
+from swesbi.parameters import ATTAINED, ATTAINED_SYMBOL, PHI_NAMES, PHI_SYMBOLS
+from swesbi.show.figures.style import (
+    CMAES,
+    OBSERVED,
+    POSTERIOR,
+    PRIOR,
+    TEXT_WIDTH_IN,
+    new_figure,
+    shared_legend,
+    style,
+    titled,
+)
+
+FloatArray = NDArray[np.float64]
+HEIGHT_IN: Final = 6.9
+BAND: Final = "#DCDCDC"
+LABELS: Final = {
+    **PHI_SYMBOLS,
+    ATTAINED: ATTAINED_SYMBOL,
+    "log_likelihood": "log-likelihood",
+}
+PARAMETERS: Final = PHI_NAMES
+COLORS: Final = dict(zip(PARAMETERS, ("#009E73", "#CC79A7", "#000000", "#E69F00"), strict=True))
+SAMPLER_COLORS: Final = {NETWORK: CMAES, WEIGHTED: POSTERIOR}
+SAMPLER_NAMES: Final = {NETWORK: "network", WEIGHTED: "weighted (reported)"}
+REPORTED: Final = 0.9
+
+
+@dataclass(frozen=True)
+class CalibrationCase:
+    """What the figure shows.
+
+    Attributes:
+        ranked: Recordings by how they were made: "own", "acquired" and "local".
+        diagnostics: Of the exact posteriors of the "own" recordings.
+        table: Rows of ``calibration.csv``.
+        settings: What is asked.
+        max_k_hat: Pareto shape above which weights are not used.
+    """
+
+    ranked: Mapping[str, Ranked]
+    diagnostics: Diagnostics
+    table: pd.DataFrame
+    settings: JudgementSettings
+    max_k_hat: float
+
+
+def draw_calibration(case: CalibrationCase, cohort_title: str, experiment: str) -> Figure:
+    """Draw twelve panels: ranks of six quantities, then coverage, weights and local calibration.
+
+    Args:
+        case: What is shown.
+        cohort_title: What the subjects are ("virtual volunteers").
+        experiment: Name of the experiment.
+    """
+    with style():
+        figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
+        grid = figure.subplots(4, 3)
+        for index, name in enumerate(QUANTITY_NAMES):
+            _ranks(grid.flat[index], case, index)
+            grid.flat[index].set_title(f"({'abcdef'[index]}) {LABELS[name]}")
+        _coverage(grid[2, 0], case)
+        _joint(grid[2, 1], case)
+        _reported_coverage(grid[2, 2], case)
+        _efficiency(grid[3, 0], case)
+        _local(grid[3, 1], case)
+        _two_samples(grid[3, 2], case)
+        for axes in (grid[0, 0], grid[1, 0]):
+            axes.set_ylabel("ECDF of ranks $-$ uniform")
+        title = f"Calibration of the experiment '{experiment}'"
+        figure.suptitle(titled(title, f"contexts of the {cohort_title}"), fontsize=7.5)
+        shared_legend(figure, [grid[0, 0], grid[2, 1], grid[2, 0]], entries_a_row=3)
+    return figure
+
+
+def _ranks(axes: Axes, case: CalibrationCase, index: int) -> None:
+    own = case.ranked["own"]
+    for subject in dict.fromkeys(own.subject.tolist()):
+        level = own.weighted.level[own.subject == subject, index]
+        _line(axes, level, color=POSTERIOR, lw=0.4, alpha=0.35, label="weighted, one subject")
+    _band(axes, len(own.truth), case.settings.alpha / len(QUANTITY_NAMES))
+    for sampler in (NETWORK, WEIGHTED):
+        _line(
+            axes, own.of(sampler).level[:, index], color=SAMPLER_COLORS[sampler], label=SAMPLER_NAMES[sampler]
+        )
+    _level_axis(axes)
+
+
+def _coverage(axes: Axes, case: CalibrationCase) -> None:
+    own = case.ranked["own"]
+    _band(axes, len(own.truth), case.settings.alpha / len(QUANTITY_NAMES))
+    for index, name in enumerate(PARAMETERS):
+        _line(
+            axes, central_level(own.weighted.level[:, index]), color=COLORS[name], lw=0.9, label=LABELS[name]
+        )
+    _level_axis(axes, "nominal level")
+    axes.set_ylabel("coverage $-$ nominal")
+    axes.set_title("(g) intervals, weighted")
+
+
+def _joint(axes: Axes, case: CalibrationCase) -> None:
+    own, acquired = case.ranked["own"], case.ranked["acquired"]
+    _band(axes, len(own.truth), case.settings.alpha)
+    for sampler in (NETWORK, WEIGHTED):
+        _line(axes, own.of(sampler).tarp, color=SAMPLER_COLORS[sampler])
+    _line(
+        axes, acquired.weighted.tarp, color=POSTERIOR, ls=":", lw=0.9, label="weighted, acquired recordings"
+    )
+    _level_axis(axes, "nominal level")
+    axes.set_title("(h) joint regions (TARP)")
+
+
+def _reported_coverage(axes: Axes, case: CalibrationCase) -> None:
+    """Draw the coverage of the 90 % intervals with 95 % normal errors, over the 88 to 92 % asked for."""
+    table = case.table[(case.table["subject"] == POOLED) & (case.table["test"] == SBC)]
+    looks = [
+        ("own", NETWORK, "o"),
+        ("own", WEIGHTED, "o"),
+        ("acquired", NETWORK, "s"),
+        ("acquired", WEIGHTED, "s"),
+    ]
+    for offset, (recordings, sampler, marker) in enumerate(looks):
+        rows = table[(table["recordings"] == recordings) & (table["sampler"] == sampler)].set_index(
+            "quantity"
+        )
+        values, n = rows["coverage_90"].reindex(PARAMETERS), rows["n"].reindex(PARAMETERS)
+        error = 1.96 * np.sqrt(values * (1.0 - values) / n)
+        x = np.arange(len(PARAMETERS)) + 0.17 * (offset - 1.5)
+        color = SAMPLER_COLORS[sampler]
+        face = color if recordings == "own" else "white"
+        axes.errorbar(x, values, error, ls="", marker=marker, ms=2.6, lw=0.8, color=color, mfc=face, mew=0.8)
+    axes.axhline(REPORTED, color=PRIOR, lw=0.8, ls="--", zorder=0)
+    axes.axhspan(0.88, 0.92, color=BAND, lw=0, zorder=-1)
+    axes.set_xticks(range(len(PARAMETERS)), [LABELS[name] for name in PARAMETERS])
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    axes.set_xlabel("open: acquired")
+    axes.set_title("(i) 90 % intervals")
+
+
+def _efficiency(axes: Axes, case: CalibrationCase) -> None:
+    found = case.diagnostics
+    axes.hist(found.efficiency, bins=np.linspace(0.0, 1.0, 41).tolist(), color=POSTERIOR, alpha=0.8)
+    median = float(np.median(found.efficiency))
+    axes.axvline(median, 0.0, 0.66, color=OBSERVED, lw=0.8, ls="--")
+    high = float(np.mean(found.k_hat > case.max_k_hat))
+    text = (
+        f"median {100 * median:.0f} %\n"
+        rf"$\hat{{k}}$ > {case.max_k_hat:g}: {100 * high:.1f} %" + "\n"
+        f"MCMC: {int(found.by_mcmc.sum())} of {len(found.by_mcmc)}"
+    )
+    axes.text(0.04, 0.96, text, transform=axes.transAxes, va="top", fontsize=6.0)
+    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    axes.set_ylim(0.0, 1.5 * axes.get_ylim()[1])
+    axes.set_xlabel("importance efficiency")
+    axes.set_ylabel("recordings")
+    axes.set_title("(j) weights")
+
+
+def _local(axes: Axes, case: CalibrationCase) -> None:
+    table = case.table[(case.table["recordings"] == LOCAL) & case.table["test"].isin([SBC, TARP])]
+    subjects = list(dict.fromkeys(table["subject"]))
+    for offset, sampler in ((-0.16, NETWORK), (0.16, WEIGHTED)):
+        rows = table[table["sampler"] == sampler]
+        x = [subjects.index(name) + offset for name in rows["subject"]]
+        axes.plot(x, rows["p_value"], ls="", marker="o", ms=2.2, color=SAMPLER_COLORS[sampler], alpha=0.8)
+    axes.axhline(float(table[table["test"] == SBC]["limit"].min()), color=PRIOR, lw=0.8, ls="--", zorder=0)
+    axes.set_yscale("log")
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    _subject_axis(axes, subjects)
+    axes.set_ylabel("p-value")
+    axes.set_title("(k) local calibration")
+
+
+def _two_samples(axes: Axes, case: CalibrationCase) -> None:
+    table = case.table[case.table["test"] == C2ST]
+    subjects = list(dict.fromkeys(table["subject"]))
+    for sampler in (NETWORK, WEIGHTED):
+        rows = table[table["sampler"] == f"{sampler} mcmc"]
+        x = [subjects.index(name) for name in rows["subject"]]
+        axes.plot(x, rows["statistic"], ls="", marker="o", ms=3.0, color=SAMPLER_COLORS[sampler])
+    axes.axhline(0.5, color=PRIOR, lw=0.8, zorder=0)
+    axes.axhline(case.settings.max_c2st, color=PRIOR, lw=0.8, ls="--", zorder=0)
+    _subject_axis(axes, subjects)
+    axes.set_ylabel("accuracy")
+    axes.set_title("(l) C2ST with MCMC")
+
+
+def _line(axes: Axes, level: FloatArray, **look: object) -> None:
+    difference = np.concatenate([[0.0], uniformity(level).difference, [0.0]])
+    axes.plot(_with_ends(), difference, **look)  # type: ignore[arg-type]
+
+
+def _band(axes: Axes, n: int, level: float) -> None:
+    low, high = (np.concatenate([[0.0], limit, [0.0]]) for limit in band(n, level))
+    axes.fill_between(
+        _with_ends(), low, high, color=BAND, lw=0, zorder=-1, label="simultaneous 95 % band, pooled"
+    )
+
+
+def _with_ends() -> FloatArray:
+    return np.concatenate([[0.0], points(), [1.0]])
+
+
+def _level_axis(axes: Axes, label: str = "") -> None:
+    axes.set_xlim(0.0, 1.0)
+    axes.set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.set_xlabel(label)
+
+
+def _subject_axis(axes: Axes, subjects: list[str]) -> None:
+    named = len(subjects) <= 12
+    axes.set_xticks(range(len(subjects)) if named else [], subjects if named else [])
+    axes.set_xlim(-0.5, len(subjects) - 0.5)
+    axes.set_xlabel("subject")

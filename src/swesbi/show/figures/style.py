@@ -1,0 +1,150 @@
+"""One look for every figure, a place for every panel, and files that are the same whenever they are made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+import matplotlib as mpl
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure, SubFigure
+
+from swesbi.artefacts import atomic_path
+
+TEXT_WIDTH_IN: Final = 12.2 / 2.54
+"""Text width of Springer's LNCS class, in inches."""
+
+OBSERVED: Final = "#000000"
+POSTERIOR: Final = "#0072B2"
+CMAES: Final = "#D55E00"
+TRUTH: Final = "#009E73"
+PRIOR: Final = "#8C8C8C"
+EXCLUDED_BACKGROUND: Final = "#EDEDED"
+EXCLUDED_POSTERIOR: Final = "#4D5B66"
+STRAINED: Final = "#B07000"
+NETWORK: Final = "#6A1B9A"
+STATUS_COLORS: Final = {"supported": POSTERIOR, "strained": STRAINED, "unsupported": EXCLUDED_POSTERIOR}
+
+RC: Final[Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 7.0,
+    "axes.titlesize": 7.0,
+    "axes.labelsize": 7.0,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "legend.fontsize": 6.5,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "xtick.minor.size": 1.5,
+    "ytick.minor.size": 1.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "lines.linewidth": 1.1,
+    "pdf.fonttype": 42,
+    "mathtext.fontset": "dejavusans",
+}
+
+PNG_DPI: Final = 300
+MAX_PIXELS: Final = 30_000
+"""Longest side of an image: a cohort of hundreds keeps within what image libraries open."""
+NO_TIMESTAMP: Final = {
+    ".pdf": {"CreationDate": None, "ModDate": None},
+    ".png": {"Software": None},
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw in the study's style, from matplotlib's own defaults whatever the user's matplotlibrc says."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(RC)
+        yield
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """Return an empty figure on the Agg canvas; its constrained layout keeps text apart."""
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save_figure(figure: Figure, *paths: Path) -> None:
+    """Write a figure as PDF (embedded TrueType fonts) or PNG, by suffix, without a timestamp.
+
+    Raises:
+        ValueError: The suffix is neither .pdf nor .png.
+    """
+    for path in paths:
+        if path.suffix not in NO_TIMESTAMP:
+            raise ValueError(f"{path}: figures are written as .pdf or .png, not {path.suffix!r}")
+        with style(), atomic_path(path) as temporary:
+            dpi = min(PNG_DPI, MAX_PIXELS / max(figure.get_size_inches()))
+            figure.savefig(temporary, dpi=dpi, metadata=NO_TIMESTAMP[path.suffix])
+
+
+def columns(panels: int) -> int:
+    """Return how many columns a grid of panels gets: few and wide for small cohorts, at most five."""
+    if panels <= 3:
+        return panels
+    if panels == 4:
+        return 2
+    return 3 if panels <= 9 else 4 if panels <= 24 else 5
+
+
+def rows(panels: int) -> int:
+    """Return how many rows the grid needs."""
+    return math.ceil(panels / columns(panels))
+
+
+def panel_grid(figure: Figure | SubFigure, panels: int) -> list[Axes]:
+    """Return one axes a panel, row by row, with common scales; what is left of the last row stays empty."""
+    grid = figure.subplots(rows(panels), columns(panels), sharex=True, sharey=True, squeeze=False)
+    axes = list(grid.flat)
+    for spare in axes[panels:]:
+        spare.remove()
+    for lowest in axes[max(0, panels - columns(panels)) : panels]:
+        lowest.tick_params(labelbottom=True)
+    return axes[:panels]
+
+
+def label_outer(axes: Sequence[Axes], xlabel: str) -> None:
+    """Label the x axis of the lowest panel of each column."""
+    for lowest in axes[max(0, len(axes) - columns(len(axes))) :]:
+        lowest.set_xlabel(xlabel)
+
+
+def mark_excluded(axes: Axes) -> None:
+    """Grey the panel of a subject outside the prior's support."""
+    axes.set_facecolor(EXCLUDED_BACKGROUND)
+
+
+def shared_legend(figure: Figure, axes: Sequence[Axes], entries_a_row: int) -> None:
+    """Put one legend below all panels, each label once."""
+    handles: dict[str, Artist] = {}
+    for one in axes:
+        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="outside lower center",
+        ncols=entries_a_row,
+        columnspacing=1.2,
+        handlelength=1.8,
+    )
+
+
+def titled(what: str, cohort_title: str) -> str:
+    """Return a figure's title, which says whose data it shows."""
+    return f"{what}: {cohort_title}"

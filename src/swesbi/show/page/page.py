@@ -1,0 +1,202 @@
+"""The page itself: what the templates are given, and their rendering."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import yaml
+from jinja2 import DictLoader, Environment, StrictUndefined
+
+from swesbi.show.figures.registry import PagePart, figures_of
+from swesbi.show.names import with_symbols
+from swesbi.show.page.files import Figure, figure
+from swesbi.show.page.sections import Fact, PopulationSection, Section, caution, headline
+from swesbi.show.results import Experiment, Results
+from swesbi.show.table import Table
+from swesbi.show.tables.experiments import (
+    comparison_table,
+    differences_table,
+    levels_table,
+    median_table,
+    paper_table,
+    recovery_table,
+    training_table,
+)
+from swesbi.show.tables.subjects import (
+    context_table,
+    derived_table,
+    feature_table,
+    posterior_table,
+    recording_table,
+    score_table,
+    verdict_table,
+)
+
+TEMPLATES: Final = ("templates/page.html", "templates/macros.html", "templates/page.css")
+ENTRY: Final = TEMPLATES[0]
+
+
+@dataclass(frozen=True)
+class Cohort:
+    """What the subjects are, and who says so.
+
+    Attributes:
+        title: What figures and tables call them.
+        folder: Folder of the recordings.
+        origin: Where the recordings come from, in the words of the cohort's ``recording.yaml``.
+        protocol: How they were made, likewise, entry by entry; empty if it does not say.
+    """
+
+    title: str
+    folder: str
+    origin: str
+    protocol: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Figures:
+    """The figures of the page; training has one an experiment."""
+
+    workflow: Figure
+    ppc: Figure
+    posterior: Figure
+    experiments: Figure
+    epochs: Figure
+    training: tuple[Figure, ...]
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where the results come from; the configuration as text, and the file that holds the same."""
+
+    seed: int
+    code_hash: str
+    version: str
+    artefacts: Table
+    software: Table
+    configuration: str
+    configuration_file: str
+
+
+@dataclass(frozen=True)
+class Page:
+    """Everything that the templates show."""
+
+    cohort: Cohort
+    verdicts: tuple[Fact, ...]
+    main: str
+    experiments: tuple[str, ...]
+    facts: tuple[Fact, ...]
+    caution: str
+    tables: Mapping[str, Table]
+    levels: tuple[Table, ...]
+    figures: Figures
+    sections: tuple[Section, ...]
+    populations: tuple[PopulationSection, ...]
+    files: tuple[Table, ...]
+    provenance: Provenance
+
+
+def make_page(
+    results: Results,
+    cohort: Cohort,
+    figures: Figures,
+    sections: Sequence[Section],
+    populations: Sequence[PopulationSection],
+    files: Sequence[Table],
+    provenance: Provenance,
+) -> Page:
+    """Put the page together from the results; one section an experiment on speeds or over a population."""
+    return Page(
+        cohort=cohort,
+        verdicts=tuple(Fact(name, support.verdict) for name, support in results.main.supports.items()),
+        main=results.main.name,
+        experiments=tuple(experiment.name for experiment in results.experiments),
+        facts=headline(results.main),
+        caution=caution(results.main),
+        tables=_tables(results, cohort.title),
+        levels=tuple(map(levels_table, results.experiments)),
+        figures=figures,
+        sections=tuple(sections),
+        populations=tuple(populations),
+        files=tuple(files),
+        provenance=provenance,
+    )
+
+
+def study_figures(
+    files: Mapping[str, tuple[Path, Path]],
+    trainings: Sequence[Path],
+    page: Path,
+    main: Experiment,
+    title: str,
+) -> Figures:
+    """Put captions to the figures of the study, and to each experiment's training.
+
+    Args:
+        files: PNG and PDF of each figure of the study, by name.
+        trainings: PNG of each experiment's training.
+        page: The page.
+        main: The main experiment.
+        title: What the subjects are.
+    """
+    out = [subject for subject, support in main.supports.items() if not support.supported]
+    fields = {
+        "predictive": main.predictive_percent,
+        "credible": main.credible_percent,
+        "excluded": f"Outside the prior's support, and greyed: {', '.join(out)}." if out else "",
+    }
+    specs, trained = figures_of(PagePart.STUDY), figures_of(PagePart.EXPERIMENT)["training"]
+    shown = {
+        name: figure(png, page, *specs[name].texts(title, main.name, fields), pdf)
+        for name, (png, pdf) in files.items()
+    }
+    training = tuple(
+        figure(png, page, *trained.texts(title, png.stem.removeprefix(f"{trained.name}-")))
+        for png in trainings
+    )
+    return Figures(**shown, training=training)
+
+
+def render(page: Page) -> str:
+    """Return the page as HTML; equal pages give equal text."""
+    folder = Path(__file__).parent
+    sources = {Path(name).name: (folder / name).read_text(encoding="utf-8") for name in TEMPLATES}
+    environment = Environment(
+        loader=DictLoader(sources),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["symbols"] = with_symbols
+    return environment.get_template(Path(ENTRY).name).render(page=page)
+
+
+def as_yaml(plain: Mapping[str, Any]) -> str:
+    """Return a configuration as the page prints it."""
+    return yaml.safe_dump(dict(plain), allow_unicode=True, default_flow_style=None, sort_keys=True, width=100)
+
+
+def _tables(results: Results, title: str) -> dict[str, Table]:
+    main, experiments = results.main, results.experiments
+    others = [experiment for experiment in experiments if experiment is not main]
+    return {
+        "context": context_table(results.observations, title),
+        "recordings": recording_table(results.observations, title),
+        "verdicts": verdict_table(main, title),
+        "scores": score_table(main, title),
+        "features": feature_table(main, title),
+        "posterior": posterior_table(main, title),
+        "derived": derived_table(main, title),
+        "differences": differences_table(others, main),
+        "experiments": comparison_table(experiments, title),
+        "medians": median_table(experiments, title),
+        "recovery": recovery_table(experiments),
+        "training": training_table(experiments),
+        "paper": paper_table(results.comparison, title),
+    }

@@ -1,0 +1,373 @@
+"""An experiment on speeds: verdicts and their tests, exact posteriors, calibration, alarms, noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
+from swesbi.evaluation.exact_result import ExactResult
+from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
+from swesbi.inference.support import Support, SupportTest
+from swesbi.intervals import interval_levels
+from swesbi.noise.cohort import CohortNoise
+from swesbi.parameters import PHI_NAMES
+from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, quantity
+from swesbi.show.numbers import MISSING, count, estimate, fixed, percent, significant, span
+from swesbi.show.results import Experiment, records
+from swesbi.show.table import Cell, Column, Row, Strong, Table, words
+
+PASSIVE: Final = "passive_scale_kpa"
+SYMBOLS: Final = {**PARAMETERS, PASSIVE: "passive scale a"}
+UNITS: Final = {**PARAMETER_UNITS, PASSIVE: "kPa"}
+ALL_SUBJECTS: Final = "all"
+
+
+@dataclass(frozen=True)
+class Exact:
+    """What only an experiment on speeds has.
+
+    Attributes:
+        experiment: What every experiment has.
+        results: Exact posterior of each subject.
+        calibration: ``calibration.csv``.
+        misspecification: ``misspecification.csv``.
+        identifiability: ``identifiability.csv``.
+        noise: The cohort's noise.
+        truth: Its rows of ``truth.csv``; empty for a cohort without known truth.
+    """
+
+    experiment: Experiment
+    results: Mapping[str, ExactResult]
+    calibration: pd.DataFrame
+    misspecification: pd.DataFrame
+    identifiability: pd.DataFrame
+    noise: CohortNoise
+    truth: pd.DataFrame
+
+    @property
+    def supports(self) -> Mapping[str, Support]:
+        """Verdict of each subject."""
+        return self.experiment.supports
+
+
+def verdicts_table(exact: Exact, cohort_title: str) -> Table:
+    """Return the verdict of each subject, the tests behind it, and how reliable its draws are."""
+    columns = (
+        *words("Subject", "Verdict", "Tests that speak against it", "Draws by"),
+        Column("k-hat"),
+        Column("Efficiency", "%"),
+        Column("R-hat"),
+        *words("Reliable"),
+    )
+    rows = []
+    for subject, support in exact.supports.items():
+        result = exact.results[subject]
+        flagged = ", ".join(_flag(test) for test in support.tests if test.flagged)
+        cells = (
+            subject,
+            status(support),
+            flagged or MISSING,
+            sampler_in_words(support),
+            fixed(result.k_hat, 2) if math.isfinite(result.k_hat) else "inf",
+            percent(result.efficiency, 0),
+            fixed(result.r_hat, 3),
+            "yes" if result.converged else "no",
+        )
+        rows.append(Row(cells, muted=not support.supported))
+    note = (
+        "Draws come from the network, weighted with the exact likelihood; k-hat is the Pareto shape of the "
+        "weights, efficiency their effective share. Where either fails, MCMC on the same likelihood answers, "
+        "and R-hat compares its independent ensembles."
+    )
+    return Table(f"Verdict and reliability of each subject ({cohort_title}).", columns, tuple(rows), note)
+
+
+def outcomes_table(exact: Exact, cohort_title: str) -> Table:
+    """Return every test of every subject: its p-value, or the statistic where it has none."""
+    names = list(dict.fromkeys(test.name for part in exact.supports.values() for test in part.tests))
+    columns = (*words("Test"), *(Column(subject) for subject in exact.supports))
+    found = {(subject, test.name): test for subject, part in exact.supports.items() for test in part.tests}
+    rows = []
+    for name in names:
+        cells: list[Cell] = [label_of_test(name)]
+        for subject in exact.supports:
+            test = found.get((subject, name))
+            if test is None:
+                cells.append(MISSING)
+                continue
+            value = test.statistic if test.p_value is None else test.p_value
+            text = significant(value, 2)
+            cells.append(Strong(text) if test.flagged else text)
+        rows.append(Row(tuple(cells)))
+    note = (
+        "p-values against recordings that the model itself made of the same subject; where a test has no "
+        "null distribution, its statistic. Bold: flagged."
+    )
+    return Table(f"Could the model have made the recording? ({cohort_title})", columns, tuple(rows), note)
+
+
+def exact_table(exact: Exact, cohort_title: str) -> Table:
+    """Return the exact posterior of every subject beside the network's and the CMA-ES fit."""
+    mass = exact.experiment.credible_percent / 100.0
+    columns = (
+        *words("Subject", "Parameter", "Unit"),
+        Column("Median"),
+        Column("Credible interval", f"{100.0 * mass:g} %"),
+        Column("Median, network alone"),
+        Column("CMA-ES"),
+        *words("Draws by", "Verdict"),
+    )
+    fits = {
+        (str(row["subject"]), str(row["parameter"])): float(row["cmaes"])
+        for row in records(exact.experiment.posterior)
+    }
+    rows = []
+    for subject, support in exact.supports.items():
+        result = exact.results[subject]
+        for j, name in enumerate(PHI_NAMES):
+            low, high = np.quantile(result.phi[:, j], interval_levels(mass))
+            cells = (
+                subject,
+                SYMBOLS[name],
+                UNITS[name],
+                *estimate(float(np.median(result.phi[:, j])), float(low), float(high)),
+                significant(float(np.median(result.npe_phi[:, j]))),
+                significant(fits.get((subject, name), math.nan)),
+                sampler_in_words(support),
+                status(support),
+            )
+            rows.append(Row(cells, muted=not support.supported))
+    note = (
+        "The posterior of an unsupported subject says where the model's best answer lies and is not to "
+        "be read as that of the subject. Passive scale: a nuisance parameter, inferred with the others."
+    )
+    return Table(f"Exact posteriors ({cohort_title}).", columns, tuple(rows), note)
+
+
+def truth_table(exact: Exact, cohort_title: str) -> Table:
+    """Return true parameters of a generated cohort beside their credible intervals."""
+    columns = (
+        *words("Subject", "Verdict", "Parameter", "Unit"),
+        Column("Truth"),
+        Column("Median"),
+        Column("Credible interval", f"{exact.experiment.credible_percent:g} %"),
+        *words("Inside"),
+    )
+    rows = []
+    for row in records(exact.truth):
+        known = not pd.isna(row["median"])
+        inside = ("yes" if str(row["inside"]) == "True" else "no") if known else MISSING
+        cells = (
+            str(row["subject"]),
+            str(row["status"]),
+            PARAMETERS[str(row["parameter"])],
+            PARAMETER_UNITS[str(row["parameter"])],
+            significant(row["truth"]),
+            *estimate(row["median"], row["low"], row["high"]),
+            inside,
+        )
+        rows.append(Row(cells, muted=not known))
+    note = (
+        "The recordings were generated with a richer physiology than the model's, so its best parameters "
+        "need not equal these. The discrepancy of the observation model is meant to cover the difference."
+    )
+    return Table(f"Truth of the generated recordings ({cohort_title}).", columns, tuple(rows), note)
+
+
+def calibration_summary(exact: Exact) -> Table:
+    """Return how many checks of calibration fail, by how recordings were made and who answered."""
+    columns = (
+        *words("Recordings", "Answer"),
+        Column("Checks, pooled", "failed of all"),
+        Column("Checks, by subject", "failed of all"),
+        *(Column(f"Coverage of {PARAMETERS[name]}", "%, pooled") for name in PARAMETERS),
+        Column("Joint coverage", "%, pooled"),
+        Column("Recordings"),
+    )
+    table = exact.calibration
+    kinds = table[table["test"] != "c2st"].groupby(["recordings", "sampler"], sort=False)
+    rows = []
+    for (made, sampler), part in kinds:
+        pooled, single = part[part["subject"] == POOLED], part[part["subject"] != POOLED]
+        covered = [
+            _coverage(pooled, "sbc", name) if len(pooled) else _coverage(pooled, "", "")
+            for name in PARAMETERS
+        ]
+        joint = _coverage(pooled, "tarp", "joint")
+        answer = ANSWERS.get(str(sampler), str(sampler))
+        cells = (RECORDINGS.get(str(made), str(made)), answer, _failed(pooled), _failed(single), *covered)
+        rows.append(Row((*cells, joint, count(part["n"].max()))))
+    note = (
+        "Checks: ranks of the truth and coverage at all levels within simultaneous bands, joint coverage, "
+        "contraction. Coverage is that of 90 % intervals and regions. At the subject's own data, the truth "
+        "is a draw of its posterior and the recording a new one from it."
+    )
+    return Table(
+        "Calibration on recordings of known parameters.",
+        columns,
+        tuple(rows),
+        f"{note} {two_samples(table)}",
+    )
+
+
+def calibration_checks(exact: Exact) -> Table:
+    """Return every check, the failed ones in bold."""
+    columns = (
+        *words("Subject", "Recordings", "Answer", "Test", "Quantity"),
+        Column("n"),
+        Column("Statistic"),
+        Column("p-value"),
+        Column("Limit"),
+        *words("Failed"),
+    )
+    rows = []
+    for row in records(exact.calibration):
+        failed = bool(row["flagged"])
+        cells = (
+            str(row["subject"]),
+            RECORDINGS.get(str(row["recordings"]), str(row["recordings"])),
+            ANSWERS.get(str(row["sampler"]), str(row["sampler"])),
+            str(row["test"]),
+            quantity(str(row["quantity"])),
+            count(row["n"]),
+            significant(row["statistic"]),
+            significant(row["p_value"], 2),
+            significant(row["limit"], 2),
+            Strong("yes") if failed else "no",
+        )
+        rows.append(Row(cells))
+    return Table("Every check of calibration.", columns, tuple(rows))
+
+
+def alarms_table(exact: Exact) -> Table:
+    """Return how often the verdict raises an alarm on well-specified recordings and on others."""
+    table = exact.misspecification
+    columns = (
+        *words("Subject", "Recordings"),
+        *(Column(name, "% (interval)") for name in ALARMS),
+        Column("Recordings"),
+        Column("Median efficiency", "%"),
+    )
+    rows = []
+    chosen = table[table["alarm"].isin(ALARMS)]
+    for (subject, made), part in chosen.groupby(["subject", "recordings"], sort=False):
+        rates = {str(row["alarm"]): row for row in records(part)}
+        first = next(iter(rates.values()))
+        cells = (
+            str(subject),
+            RECORDINGS.get(str(made), str(made)),
+            *(_rate(rates[name]) if name in rates else MISSING for name in ALARMS),
+            count(first["n"]),
+            percent(first["median_efficiency"], 0),
+        )
+        rows.append(Row(cells, summary=subject == ALL_SUBJECTS))
+    note = (
+        "On recordings that the model itself made an alarm is false. On the volunteers recorded anew it is "
+        "the power to see that their physiology is another than the model's. Intervals: 95 % Clopper-Pearson."
+    )
+    return Table("Alarms of the misspecification tests.", columns, tuple(rows), note)
+
+
+def identifiability_table(exact: Exact, cohort_title: str) -> Table:
+    """Return how far the recording narrows each quantity, and what the likelihood alone says."""
+    columns = (
+        *words("Subject", "Quantity"),
+        Column("Contraction", "log scale"),
+        Column("Posterior sd", "% of the value"),
+        Column("Expected sd", "% of the value"),
+        Column("Likelihood interval"),
+    )
+    rows = []
+    for row in records(exact.identifiability):
+        name = str(row["quantity"])
+        cells = (
+            str(row["subject"]),
+            SYMBOLS.get(name) or quantity(name),
+            fixed(row["contraction_log"], 3),
+            percent(row["sd_log"]),
+            percent(row["expected_sd_log"]),
+            _likelihood_interval(row),
+        )
+        rows.append(Row(cells))
+    note = (
+        "Contraction: 1 − posterior variance / prior variance of the logarithm. Expected: by the information "
+        "of the phases. An end of the likelihood interval in brackets is the bound of the prior: the "
+        "recording alone does not close it."
+    )
+    return Table(f"What a recording tells ({cohort_title}).", columns, tuple(rows), note)
+
+
+def noise_table(exact: Exact, cohort_title: str) -> Table:
+    """Return the noise components, and the discrepancy that stands beside them."""
+    columns = (
+        *words("Component"),
+        Column("Size", "% of the speed"),
+        Column("Standard error"),
+        Column("Interval", f"{100.0 * exact.noise.interval:g} %"),
+    )
+    pooled = exact.noise.pooled
+    rows = [
+        Row((name, percent(part.fraction, 2), percent(part.standard_error, 2), _limits(part.low, part.high)))
+        for name, part in (("between repeats", pooled.repeat), ("between samples", pooled.sample))
+    ]
+    discrepancy = exact.experiment.settings["observation_model"]["discrepancy"]
+    rows.append(
+        Row(("model discrepancy in speed", percent(discrepancy["speed_fraction"], 2), MISSING, "set"))
+    )
+    timing = percent(discrepancy["timing_cycle"], 2)
+    rows.append(Row(("model discrepancy in timing, % of the cycle", timing, MISSING, "set")))
+    note = (
+        f"Noise from {count(pooled.samples)} samples in {count(pooled.repeats)} repeats, by restricted "
+        f"maximum likelihood; the same in all recordings: p = {exact.noise.homogeneity_p:.2g}. The "
+        "discrepancy was chosen on a generated cohort, none of whose subjects is shown here."
+    )
+    return Table(f"Noise of the measured speeds ({cohort_title}).", columns, tuple(rows), note)
+
+
+def two_samples(calibration: pd.DataFrame) -> str:
+    """Say how well a classifier tells samplers apart."""
+    accuracies = calibration[calibration["test"] == "c2st"]
+    if accuracies.empty:
+        return "No samplers were compared."
+    pairs = [
+        f"{pair}: {fixed(part['statistic'].min(), 3)} to {fixed(part['statistic'].max(), 3)}"
+        for pair, part in accuracies.groupby("sampler", sort=False)
+    ]
+    return f"Accuracy of a classifier that tells two samplers apart (0.5: it cannot), {'; '.join(pairs)}."
+
+
+def _flag(test: SupportTest) -> str:
+    p = "" if test.p_value is None else f" (p = {fixed(test.p_value, 4)})"
+    return f"{label_of_test(test.name)}{p}"
+
+
+def _rate(row: Mapping[Hashable, Any]) -> str:
+    return f"{percent(row['rate'])} ({span(percent(row['ci_low']), percent(row['ci_high']))})"
+
+
+def _coverage(table: pd.DataFrame, test: str, name: str) -> str:
+    rows = table[(table["test"] == test) & (table["quantity"] == name)]
+    known = rows["coverage_90"].dropna()
+    return percent(float(known.iloc[0])) if len(known) else MISSING
+
+
+def _failed(table: pd.DataFrame) -> str:
+    return f"{int(table['flagged'].sum())} of {len(table)}" if len(table) else MISSING
+
+
+def _limits(low: float, high: float) -> str:
+    return span(percent(low, 2), percent(high, 2))
+
+
+def _likelihood_interval(row: Mapping[Hashable, Any]) -> str:
+    ends = []
+    for name in ("likelihood_low", "likelihood_high"):
+        text = significant(row[name])
+        ends.append(f"({text})" if str(row[f"{name}_open"]) == "True" else text)
+    return span(*ends)

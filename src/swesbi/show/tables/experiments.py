@@ -1,0 +1,293 @@
+"""Tables of the experiments beside each other: recovery, settings, scores, training, the paper's numbers."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+from typing import Any, Final
+
+import pandas as pd
+
+from swesbi.artefacts import ArtefactError
+from swesbi.parameters import THETA_NAMES
+from swesbi.show.names import PARAMETER_UNITS, PARAMETERS
+from swesbi.show.numbers import MINUS, MISSING, count, estimate, fixed, mean_sd, percent, span
+from swesbi.show.results import Experiment, records
+from swesbi.show.table import Cell, Column, Row, Table, body, words
+
+
+def level(table: pd.DataFrame, experiment: Experiment) -> dict[str, float]:
+    """Return the coverage of each parameter at the nominal level of the experiment's credible intervals.
+
+    Where the study has not scored that level, the one next to it is taken; the tables name it.
+    """
+    rows = table[table["nominal"] == nearest_level(table, experiment)]
+    return {str(row["parameter"]): float(row["coverage"]) for row in records(rows)}
+
+
+def nearest_level(table: pd.DataFrame, experiment: Experiment) -> float:
+    """Return the nominal level next to that of the experiment's credible intervals."""
+    wanted = experiment.credible_percent / 100.0
+    return min((float(value) for value in table["nominal"].unique()), key=lambda value: abs(value - wanted))
+
+
+def recovery_table(experiments: Sequence[Experiment]) -> Table:
+    """Return both recoveries side by side, at the level of the credible intervals."""
+    rows = [row for part in experiments for row in _rows(part, nearest_level(part.recovery.own, part))]
+    return _table("Recovery of known parameters.", rows)
+
+
+def levels_table(experiment: Experiment) -> Table:
+    """Return both recoveries of one experiment at every nominal level."""
+    levels = experiment.recovery.own["nominal"].unique()
+    rows = [row for nominal in levels for row in _rows(experiment, float(nominal))]
+    return _table(f"Recovery at every nominal level, experiment {experiment.name}.", rows)
+
+
+def _table(caption: str, rows: Sequence[Row]) -> Table:
+    columns = (
+        *words("Experiment", "Parameter"),
+        Column("Nominal", "%"),
+        Column("Coverage, own noise", "% (interval)"),
+        Column("Recordings"),
+        Column("Coverage, acquisition noise", "% (interval)"),
+        Column("Recordings"),
+        Column("Bias", "own noise"),
+        Column("Bias", "acquisition"),
+        Column("Contraction", "own noise"),
+    )
+    note = (
+        "Own noise: the experiment's observation model on the features. Acquisition noise: synthetic "
+        "recordings, passed through quality control, passive calibration and inference like a measured one. "
+        "Intervals are Clopper-Pearson intervals on the coverage. Bias, in the parameter's unit: mean of "
+        "posterior mean minus truth. Contraction: 1 − mean posterior variance / prior variance."
+    )
+    return Table(caption, columns, tuple(rows), note)
+
+
+def _rows(experiment: Experiment, nominal: float) -> list[Row]:
+    own, acquisition = (
+        {str(row["parameter"]): row for row in records(table[table["nominal"] == nominal])}
+        for table in (experiment.recovery.own, experiment.recovery.acquisition)
+    )
+    return [
+        Row(
+            (
+                experiment.name,
+                f"{PARAMETERS[name]}, {PARAMETER_UNITS[name]}",
+                percent(nominal, 0),
+                *_recovery_cells(own[name]),
+                *_recovery_cells(acquisition[name]),
+                fixed(own[name]["bias"], 2),
+                fixed(acquisition[name]["bias"], 2),
+                fixed(own[name]["contraction"], 3),
+            )
+        )
+        for name in PARAMETERS
+    ]
+
+
+def _recovery_cells(row: Mapping[Hashable, Any]) -> tuple[Cell, ...]:
+    interval = span(percent(row["ci_low"]), percent(row["ci_high"]))
+    return f"{percent(row['coverage'])} ({interval})", count(row["n"])
+
+
+_KINDS: Final = {False: "noise on features", True: "noise on the measured speeds"}
+PAIRS: Final = tuple(combinations(THETA_NAMES, 2))
+SCORES: Final = (
+    ("RMSE, prior predictive (kPa)", "rmse_prior_kpa", 1.0, 2),
+    ("RMSE, posterior predictive (kPa)", "rmse_kpa", 1.0, 2),
+    ("RMSE reduction (%)", "rmse_reduction_percent", 1.0, 1),
+    ("R²", "r2", 1.0, 3),
+    ("Post-peak RMSE (kPa)", "post_peak_rmse_kpa", 1.0, 2),
+    ("Coverage of the predictive band, grid (%)", "coverage_grid", 100.0, 0),
+    ("Coverage of the predictive band, measured phases (%)", "coverage_phases", 100.0, 0),
+)
+
+
+def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Table:
+    """Return the settings in which each experiment differs from the main one.
+
+    One of another kind, which has other settings altogether, differs in its kind.
+    """
+    reference = dict(_leaves(main.settings))
+    rows: list[tuple[Cell, ...]] = []
+    for experiment in experiments:
+        if experiment.exact != main.exact:
+            rows.append((experiment.name, "kind", *(_KINDS[part.exact] for part in (main, experiment))))
+            continue
+        own = dict(_leaves(experiment.settings))
+        changed = [key for key in {**reference, **own} if own.get(key) != reference.get(key)]
+        rows.extend(
+            (experiment.name, key, _value(reference.get(key)), _value(own.get(key))) for key in changed
+        )
+    columns = words("Experiment", "Setting", f"In {main.name}", "Here")
+    return Table(f"What differs from the experiment {main.name}.", columns, body(rows))
+
+
+def comparison_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
+    """Return one column an experiment: support, scores, correlations, coverages, training."""
+    lines = [(label, [value(part) for part in experiments]) for label, value in _measures()]
+    columns = (
+        Column("Mean ± sd over supported subjects", numeric=False),
+        *(Column(e.name) for e in experiments),
+    )
+    note = (
+        "Each experiment's means are over the subjects that its own prior supports, so they may be over "
+        "different subjects."
+    )
+    return Table(
+        f"Experiments side by side ({cohort_title}).",
+        columns,
+        tuple(Row((label, *values)) for label, values in lines),
+        note,
+    )
+
+
+def median_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
+    """Return each subject's posterior medians with credible intervals, one column an experiment."""
+    columns = (
+        *words("Subject", "Parameter", "Unit"),
+        *(Column(experiment.name) for experiment in experiments),
+    )
+    cells = [_medians(experiment) for experiment in experiments]
+    rows = [
+        (subject, label, PARAMETER_UNITS[name], *(part.get((subject, name), MISSING) for part in cells))
+        for subject in experiments[0].supports
+        for name, label in PARAMETERS.items()
+    ]
+    note = "Median and credible interval; a dash where the experiment's prior does not support the subject."
+    return Table(f"Posterior medians by experiment ({cohort_title}).", columns, body(rows), note)
+
+
+def correlations(experiment: Experiment, one: str, other: str) -> list[float]:
+    """Return the posterior correlation of two parameters in every supported subject."""
+    table = experiment.posterior
+    rows = table[(table["parameter"] == one) & table["supported"]]
+    return [float(value) for value in rows[f"correlation_{other}"]]
+
+
+def _measures() -> Iterator[tuple[str, Callable[[Experiment], str]]]:
+    yield "Subjects supported", _supported
+    for label, column, scale, decimals in SCORES:
+        yield label, partial(_score, column=column, scale=scale, decimals=decimals)
+    for one, other in PAIRS:
+        label = f"Correlation of {PARAMETERS[one]} and {PARAMETERS[other]}"
+        yield label, partial(_correlation, one=one, other=other)
+    for name, symbol in PARAMETERS.items():
+        yield f"Recovery coverage of {symbol} (%)", partial(_coverage, parameter=name)
+    yield "Epochs trained", lambda experiment: count(len(experiment.training))
+    yield "Lowest validation loss", lambda experiment: fixed(experiment.training["validation_loss"].min(), 2)
+
+
+def _score(experiment: Experiment, *, column: str, scale: float, decimals: int) -> str:
+    return mean_sd(scale * experiment.supported[column].to_numpy(), decimals)
+
+
+def _correlation(experiment: Experiment, *, one: str, other: str) -> str:
+    return mean_sd(correlations(experiment, one, other), 2)
+
+
+def _coverage(experiment: Experiment, *, parameter: str) -> str:
+    return percent(level(experiment.recovery.own, experiment).get(parameter, math.nan))
+
+
+def _supported(experiment: Experiment) -> str:
+    names = [subject for subject, support in experiment.supports.items() if support.supported]
+    return f"{len(names)} of {len(experiment.supports)}" + (f" ({', '.join(names)})" if names else "")
+
+
+def _medians(experiment: Experiment) -> dict[tuple[str, str], str]:
+    table = experiment.posterior
+    rows = records(table[table["parameter"].isin(PARAMETERS) & table["supported"]])
+    return {
+        (str(row["subject"]), str(row["parameter"])): "{} ({})".format(
+            *estimate(row["median"], row["ci_low"], row["ci_high"])
+        )
+        for row in rows
+    }
+
+
+def _leaves(plain: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Yield every setting by its dotted key."""
+    for key, value in plain.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _value(value: object) -> str:
+    if value is None:
+        return MISSING
+    return f"{value:g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False).strip('"')
+
+
+def training_table(experiments: Sequence[Experiment]) -> Table:
+    """Return how long each estimator was trained, and what it reached."""
+    columns = (
+        Column("Experiment", numeric=False),
+        Column("Epochs trained"),
+        Column("Epoch of the lowest validation loss"),
+        Column("Lowest validation loss"),
+        Column("Training loss there"),
+        Column("Validation loss at the end"),
+    )
+    note = "Loss: mean of −log q(θ | z) over the rows of the pool."
+    return Table("Training of the estimators.", columns, tuple(map(_row, experiments)), note)
+
+
+def _row(experiment: Experiment) -> Row:
+    history = experiment.training
+    best = records(history)[int(history["validation_loss"].argmin())]
+    return Row(
+        (
+            experiment.name,
+            count(len(history)),
+            count(best["epoch"]),
+            fixed(best["validation_loss"], 2),
+            fixed(best["training_loss"], 2),
+            fixed(history["validation_loss"].iloc[-1], 2),
+        )
+    )
+
+
+COLUMNS: Final = ("quantity", "paper", "this_study", "note")
+
+
+def read_comparison(path: Path) -> pd.DataFrame:
+    """Read ``paper_comparison.csv`` as text, as it was written.
+
+    Raises:
+        ArtefactError: A column is missing.
+    """
+    table = pd.read_csv(path, dtype=str, keep_default_na=False)
+    if missing := [name for name in COLUMNS if name not in table.columns]:
+        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
+    return table
+
+
+def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
+    """Return the comparison; numbers keep the digits that the table of the study gives them."""
+    columns = words("Quantity", "Paper", "This study", "Reading")
+    rows = tuple(
+        Row(
+            (
+                str(row["quantity"]),
+                _number(row["paper"]),
+                _number(row["this_study"]),
+                str(row["note"]),
+            )
+        )
+        for row in records(comparison)
+    )
+    return Table(f"Every number of the paper, and of this study ({cohort_title}).", columns, rows)
+
+
+def _number(text: object) -> str:
+    """Return a number with a true minus; text passes."""
+    return f"{MINUS}{str(text)[1:]}" if str(text)[:1] == "-" and str(text)[1:2].isdigit() else str(text)

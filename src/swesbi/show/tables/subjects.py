@@ -1,0 +1,270 @@
+"""Tables of the subjects: context, recording, verdict, predictive scores, features, posterior."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, Final
+
+import pandas as pd
+
+from swesbi.recording.observation import Observation
+from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, component, feature_unit, quantity, rejection
+from swesbi.show.numbers import MISSING, count, estimate, fixed, mean_sd, percent, significant, span
+from swesbi.show.results import Experiment, records
+from swesbi.show.table import Column, Row, Table, body, words
+
+CONTEXT_COLUMNS: Final = (
+    Column("Subject", numeric=False),
+    Column("Sex", numeric=False),
+    Column("Age", "years"),
+    Column("Body surface area", "m²"),
+    Column("Heart rate", "1/min"),
+    Column("LVEDV", "mL"),
+    Column("LVESV", "mL"),
+    Column("Ejection fraction", "%"),
+    Column("Septal thickness", "cm"),
+)
+
+
+def context_table(observations: Sequence[Observation], cohort_title: str) -> Table:
+    """Return the context c_d of each subject; the ejection fraction is that of the measured volumes."""
+    rows = []
+    for context in (observation.context for observation in observations):
+        ejected = 1.0 - context.lvesv_ml / context.lvedv_ml
+        rows.append(
+            (
+                context.subject,
+                context.sex,
+                fixed(context.age_years, 0),
+                fixed(context.bsa_m2, 2),
+                fixed(context.hr_bpm, 0),
+                fixed(context.lvedv_ml, 0),
+                fixed(context.lvesv_ml, 0),
+                percent(ejected, 0),
+                fixed(context.ivsd_cm, 2),
+            )
+        )
+    note = (
+        "LVEDV, LVESV: left ventricular end-diastolic and end-systolic volume; septal thickness at "
+        "end diastole. Heart rate, LVEDV and septal thickness set the simulator; "
+        "all seven condition the posterior."
+    )
+    return Table(f"Context of each subject ({cohort_title}).", CONTEXT_COLUMNS, body(rows), note)
+
+
+def recording_table(observations: Sequence[Observation], cohort_title: str) -> Table:
+    """Return what quality control accepted and rejected of each recording, and why."""
+    reasons = [
+        reason
+        for reason in observations[0].rejected
+        if any(observation.rejected[reason] for observation in observations)
+    ]
+    columns = (
+        Column("Subject", numeric=False),
+        Column("Phases measured", "of recorded"),
+        Column("Samples accepted", "of recorded"),
+        *(Column(rejection(reason), "rejected") for reason in reasons),
+        Column("Between repeats", "sd, % of speed"),
+        Column("Within repeats", "sd, % of speed"),
+        Column("Stiffness", "kPa, lowest to highest"),
+    )
+    rows = tuple(Row(_recording(observation, reasons)) for observation in observations)
+    note = (
+        "Each rejected sample counts once, for the first reason that applies. Stiffness is the range of the "
+        "measured phases."
+    )
+    return Table(f"Recordings and quality control ({cohort_title}).", columns, rows, note)
+
+
+def _recording(observation: Observation, reasons: Sequence[str]) -> tuple[str, ...]:
+    accepted = int(observation.samples_accepted.sum())
+    recorded = accepted + sum(observation.rejected.values())
+    stiffness = observation.stiffness_kpa[observation.measured]
+    return (
+        observation.subject,
+        f"{int(observation.measured.sum())} of {len(observation.phase)}",
+        f"{count(accepted)} of {count(recorded)}",
+        *(count(observation.rejected[reason]) for reason in reasons),
+        percent(observation.noise.repeat_fraction),
+        percent(observation.noise.sample_fraction),
+        f"{fixed(float(stiffness.min()), 1)} to {fixed(float(stiffness.max()), 1)}",
+    )
+
+
+DERIVED_UNITS: Final = {"1": "", "1/s": PARAMETER_UNITS["k_sr_per_s"]}
+
+
+def verdict_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return the outcome of both support criteria for each subject."""
+    columns = (
+        *words("Subject", "Verdict"),
+        Column("Largest |z|"),
+        *words("Attained by"),
+        Column("Draws in bounds"),
+        Column("Share in bounds", "%"),
+        *(Column(f"Unfiltered {label}", PARAMETER_UNITS[name]) for name, label in PARAMETERS.items()),
+    )
+    rows = []
+    for subject, support in experiment.supports.items():
+        cells = (
+            subject,
+            "supported" if support.supported else "not supported",
+            fixed(support.max_abs_z, 2),
+            component(support.worst_component),
+            count(support.in_prior_draws),
+            percent(support.acceptance),
+            *(significant(support.unfiltered_median[name]) for name in PARAMETERS),
+        )
+        rows.append(Row(cells, muted=not support.supported))
+    required = experiment.settings["support"]
+    note = (
+        f"Required: |z| ≤ {required['max_abs_z']:g} in every component of the standardised feature-context "
+        f"vector, and {count(required['min_in_prior_draws'])} of {count(required['candidate_draws'])} "
+        "candidate draws within the prior's bounds. Unfiltered: median of all candidates."
+    )
+    return Table(f"Does the prior support the subject? ({cohort_title})", columns, tuple(rows), note)
+
+
+def score_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return table 1: the predictive scores of each subject, and their mean over the supported ones."""
+    columns = (
+        Column("Subject", numeric=False),
+        Column("RMSE, prior", "kPa"),
+        Column("RMSE, posterior", "kPa"),
+        Column("Reduction", "%"),
+        Column("NRMSE"),
+        Column("R²"),
+        Column("Post-peak RMSE", "kPa"),
+        Column("Coverage, grid", "%"),
+        Column("Coverage, measured phases", "%"),
+        Column("RMSE, CMA-ES", "kPa"),
+    )
+    rows = [_scores(row) for row in records(experiment.scores)]
+    band = "band of new recordings, noise included" if experiment.exact else "predictive band"
+    note = (
+        "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage "
+        f"is the share of the observed curve inside the {experiment.predictive_percent:g} % {band}. "
+        "Subjects outside the prior's support have no posterior scores."
+    )
+    if len(experiment.supported) > 1:
+        rows.append(_mean_scores(experiment.supported))
+    number = "" if experiment.exact else "Table 1. "
+    caption = f"{number}Posterior predictive performance ({cohort_title})."
+    return Table(caption, columns, tuple(rows), note)
+
+
+def _scores(row: Mapping[Hashable, Any]) -> Row:
+    cells = (
+        str(row["subject"]),
+        fixed(row["rmse_prior_kpa"], 2),
+        fixed(row["rmse_kpa"], 2),
+        fixed(row["rmse_reduction_percent"], 1),
+        fixed(row["nrmse"], 3),
+        fixed(row["r2"], 3),
+        fixed(row["post_peak_rmse_kpa"], 2),
+        percent(row["coverage_grid"], 0),
+        percent(row["coverage_phases"], 0),
+        fixed(row["rmse_cmaes_kpa"], 2),
+    )
+    return Row(cells, muted=not row["supported"])
+
+
+def _mean_scores(scores: pd.DataFrame) -> Row:
+    cells = (
+        "supported, mean ± sd",
+        mean_sd(scores["rmse_prior_kpa"].to_numpy(), 2),
+        mean_sd(scores["rmse_kpa"].to_numpy(), 2),
+        mean_sd(scores["rmse_reduction_percent"].to_numpy(), 1),
+        mean_sd(scores["nrmse"].to_numpy(), 3),
+        mean_sd(scores["r2"].to_numpy(), 3),
+        mean_sd(scores["post_peak_rmse_kpa"].to_numpy(), 2),
+        mean_sd(100.0 * scores["coverage_grid"].to_numpy(), 0),
+        mean_sd(100.0 * scores["coverage_phases"].to_numpy(), 0),
+        mean_sd(scores["rmse_cmaes_kpa"].to_numpy(), 2),
+    )
+    return Row(cells, summary=True)
+
+
+def feature_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return the checked features of each subject: observed, predicted, inside or not."""
+    columns = (
+        *words("Subject", "Feature", "Unit"),
+        Column("Observed"),
+        Column("Prior median"),
+        Column("Posterior median"),
+        Column("Posterior interval", f"{experiment.predictive_percent:g} %"),
+        *words("Inside"),
+    )
+    rows = []
+    for row in records(experiment.features):
+        inside = {True: "yes", False: "no"}.get(row["inside"], MISSING) if row["supported"] else MISSING
+        cells = (
+            str(row["subject"]),
+            component(str(row["feature"])),
+            feature_unit(str(row["feature"])),
+            significant(row["observed"]),
+            significant(row["prior_median"]),
+            significant(row["median"]),
+            span(significant(row["pi_low"]), significant(row["pi_high"])),
+            inside,
+        )
+        rows.append(Row(cells, muted=not row["supported"]))
+    note = "Intervals are those of a new observation, the observation model's noise included."
+    return Table(f"The features that carry noise ({cohort_title}).", columns, tuple(rows), note)
+
+
+def posterior_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return medians, credible intervals and correlations of the three parameters."""
+    columns = (
+        *words("Subject", "Parameter", "Unit"),
+        Column("Median"),
+        Column("Credible interval", f"{experiment.credible_percent:g} %"),
+        *(Column(f"Correlation with {label}") for label in PARAMETERS.values()),
+        Column("Unfiltered median"),
+        Column("CMA-ES"),
+    )
+    table = experiment.posterior
+    rows = []
+    for row in records(table[table["parameter"].isin(PARAMETERS)]):
+        name = str(row["parameter"])
+        correlations = [
+            MISSING if other == name else fixed(row[f"correlation_{other}"], 2) for other in PARAMETERS
+        ]
+        cells = (
+            str(row["subject"]),
+            PARAMETERS[name],
+            PARAMETER_UNITS[name],
+            *estimate(row["median"], row["ci_low"], row["ci_high"]),
+            *correlations,
+            significant(row["unfiltered_median"]),
+            significant(row["cmaes"]),
+        )
+        rows.append(Row(cells, muted=not row["supported"]))
+    note = "The unfiltered median is of all candidate draws, whether or not the prior allows them."
+    return Table(f"Posterior of the three parameters ({cohort_title}).", columns, tuple(rows), note)
+
+
+def derived_table(experiment: Experiment, cohort_title: str) -> Table:
+    """Return what a cardiologist reads: quantities of the posterior predictive simulations."""
+    columns = (
+        *words("Subject", "Quantity", "Unit"),
+        Column("Median"),
+        Column("Interval", f"{experiment.credible_percent:g} %"),
+        Column("Measured"),
+    )
+    table = experiment.posterior
+    rows = []
+    for row in records(table[~table["parameter"].isin(PARAMETERS) & table["supported"]]):
+        cells = (
+            str(row["subject"]),
+            quantity(str(row["parameter"])),
+            DERIVED_UNITS.get(str(row["unit"]), str(row["unit"])),
+            *estimate(row["median"], row["ci_low"], row["ci_high"]),
+            significant(row["measured"]),
+        )
+        rows.append(Row(cells))
+    note = (
+        "From the simulations that the posterior draws of the supported subjects give. The fit sees the "
+        "stiffness curve alone; the measured volumes enter only as context."
+    )
+    return Table(f"Derived quantities ({cohort_title}).", columns, tuple(rows), note)

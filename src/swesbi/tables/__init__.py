@@ -1,1 +1,0 @@
-"""The tables of the study, as CSV and LaTeX."""

@@ -1,0 +1,42 @@
+"""The list of figures: complete without matplotlib, and every figure of it stands on the page."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.resources import files
+
+import pytest
+
+from swesbi.show.figures.registry import FIGURES, PAGE_FIGURES, PageFigure, PagePart, figures_of
+
+TEMPLATE = (files("swesbi.show.page") / "templates" / "page.html").read_text(encoding="utf-8")
+FIELDS = {"predictive": 90.0, "credible": 90.0, "excluded": "Outside: F."}
+SOURCES = {
+    PagePart.STUDY: "page.figures",
+    PagePart.EXPERIMENT: "page.figures",
+    PagePart.SPEEDS: "section.figures",
+    PagePart.POPULATION: "section.figures",
+}
+
+
+def test_the_list_is_read_without_matplotlib() -> None:
+    code = "import sys, swesbi.show.figures.registry; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_figure_is_named_once_in_its_place() -> None:
+    assert sum(len(figures_of(place)) for place in PagePart) == len(PAGE_FIGURES)
+
+
+def test_every_figure_of_the_workflow_but_those_of_a_subject_is_on_the_page() -> None:
+    shown = {spec.name for spec in PAGE_FIGURES}
+    assert {figure.name for figure in FIGURES if figure.of != "subject"} == shown - {"noise"}
+
+
+@pytest.mark.parametrize("spec", PAGE_FIGURES, ids=lambda spec: f"{spec.name}, {spec.part}")
+def test_a_figure_says_what_it_shows_and_stands_on_the_page(spec: PageFigure) -> None:
+    description, caption = spec.texts("virtual volunteers", "some", FIELDS)
+    assert "{" not in description + caption
+    assert "virtual volunteers" in caption or "population of some" in caption
+    assert f"{SOURCES[spec.part]}.{spec.name}" in TEMPLATE
