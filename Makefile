@@ -1,12 +1,15 @@
 # Two commands are all: `make study` and `make test`. Each creates .venv and installs what it needs.
 PYTHON ?= python3
 CORES ?= 2
+TESTS ?= not slow and not exhaustive
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+# workers side by side must not fight for threads; idle ones take over what others have not begun
+PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow lint types check-workflow reference format clean
+.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow test-exhaustive lint types check-workflow reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -47,11 +50,14 @@ sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a ta
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
 	$(BIN)/python -m swesbi.docs
 
-test: $(INSTALLED) ## the fast tests and a smoke study
-	$(BIN)/python -m pytest -m "not slow"
+test: smoke ## a smoke study, unless it is there already, and the fast tests on it
+	$(PYTEST) -m "$(TESTS)"
 
-test-slow: $(INSTALLED) ## the slow tests
-	$(BIN)/python -m pytest -m slow
+test-slow: smoke ## the slow tests
+	$(PYTEST) -m slow
+
+test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on both clusters and without a network
+	$(PYTEST) -m exhaustive
 
 lint: $(INSTALLED) ## ruff and snakefmt
 	$(BIN)/ruff check .
