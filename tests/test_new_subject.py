@@ -105,6 +105,7 @@ def corner(model: SpeedModel) -> FittedProposal:
     return FittedProposal(StudentProposal(np.full(4, 3.0), 0.05 * np.eye(4)), model.settings.prior)
 
 
+@pytest.mark.slow
 def test_a_proposal_in_the_wrong_place_is_refined_until_its_weights_are_good(model: SpeedModel) -> None:
     refined = refine(model, corner(model), REFINEMENT, 1)
     assert refined.efficiency[0] < 0.05
