@@ -10,6 +10,17 @@ from filelock import FileLock
 from study_copy import StudyCopy, adopt_results, copy_study, duplicate
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with what takes longest, so that no worker is left with it when the others have finished."""
+    items.sort(key=minutes, reverse=True)
+
+
+def minutes(item: pytest.Item) -> float:
+    """Return how long a test takes, roughly, as its marker says."""
+    mark = item.get_closest_marker("slow") or item.get_closest_marker("exhaustive")
+    return float(mark.kwargs.get("minutes", 1.0)) if mark else 0.0
+
+
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> StudyCopy:
     """A copy of the project whose small study has finished; every worker has the same, so tests only read it.

@@ -109,7 +109,7 @@ def start_anew(study: StudyCopy) -> None:
 @pytest.mark.parametrize(
     ("kills", "targets", "least_rules"),
     [
-        pytest.param(3, (ONE_SUBJECT,), 1, marks=pytest.mark.slow, id="3 kills, one subject"),
+        pytest.param(3, (ONE_SUBJECT,), 1, marks=pytest.mark.slow(minutes=2), id="3 kills, one subject"),
         pytest.param(20, (), 5, marks=pytest.mark.exhaustive, id="20 kills, the whole study"),
     ],
 )

@@ -309,7 +309,7 @@ def test_a_network_of_other_settings_is_refused(refused: Typed, finished: StudyC
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(minutes=2)
 def test_the_workflow_gives_the_same_answer_and_reruns_nothing_else(
     typed: Typed, finished: StudyCopy, own_study: StudyCopy, tmp_path: Path
 ) -> None:

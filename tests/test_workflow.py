@@ -183,14 +183,14 @@ def test_a_failing_stage_names_the_fault_and_keeps_the_traceback(tmp_path: Path)
     assert not (study.results / "cohort" / "A" / "observation.h5").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(minutes=5)
 def test_one_core_and_two_give_equal_arrays_in_every_artefact(finished: StudyCopy, tmp_path: Path) -> None:
     study = copy_study(tmp_path / "one-core")
     study.run(cores=1)
     assert assert_equal_results(study.results, finished.results) > 30
 
 
-@pytest.mark.slow
+@pytest.mark.slow(minutes=3)
 def test_every_experiment_runs_and_shares_what_it_can(own_study: StudyCopy) -> None:
     study = own_study
     study.run("--config", "run=all")
