@@ -190,18 +190,13 @@ def test_one_core_and_two_give_equal_arrays_in_every_artefact(finished: StudyCop
     assert assert_equal_results(study.results, finished.results) > 30
 
 
-@pytest.mark.slow(minutes=3)
-def test_every_experiment_runs_and_shares_what_it_can(own_study: StudyCopy) -> None:
-    study = own_study
-    study.run("--config", "run=all")
-    done = study.snakemake("--summary", "--config", "run=all")
-    assert "update pending" not in done.stdout
-    priors = {path.name for path in (study.results / "simulations").iterdir()}
+def test_every_experiment_runs_and_shares_what_it_can(editable: StudyCopy) -> None:
+    priors = {path.name for path in (editable.results / "simulations").iterdir()}
     assert priors == {"paper", "wide", "calibrated"}
-    for experiment in ("paper", "scalar_only", "wide_prior", "calibrated"):
-        assert (study.results / experiment / "subjects" / "A" / "ppc.png").is_file()
-    with edited(study, "config.yaml", "log_sd: 1.0,", "log_sd: 0.9,"):
-        jobs = study.planned("--config", "run=all")
+    for experiment in ("paper", "scalar_only", "wide_prior", "calibrated", "amortised"):
+        assert (editable.results / experiment / "subjects" / "A" / "ppc.png").is_file()
+    with edited(editable, "config.yaml", "log_sd: 1.0,", "log_sd: 0.9,"):
+        jobs = editable.planned()
     assert {job.output.split("/")[2] for job in of_rule(jobs, "simulate")} == {"wide"}
     assert {job.output.split("/")[1] for job in of_rule(jobs, "train")} == {"wide_prior"}
 
