@@ -82,5 +82,5 @@ format: $(INSTALLED) ## format the code in place
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow/rules
 
-clean: ## remove the virtual environment and caches; results stay
-	rm -rf $(VENV) .snakemake .pytest_cache .mypy_cache .ruff_cache src/*.egg-info
+clean: ## remove the virtual environment, caches and the smoke study; results/ stays
+	rm -rf $(VENV) results-smoke .snakemake .pytest_cache .mypy_cache .ruff_cache src/*.egg-info
