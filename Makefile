@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow lint types check-workflow reference format clean
+.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow test-exhaustive lint types check-workflow reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -48,10 +48,13 @@ docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished stud
 	$(BIN)/python -m swesbi.docs
 
 test: $(INSTALLED) ## the fast tests and a smoke study
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow and not exhaustive"
 
 test-slow: $(INSTALLED) ## the slow tests
 	$(BIN)/python -m pytest -m slow
+
+test-exhaustive: $(INSTALLED) ## what takes hours: mutations of the code, which the stored tables must notice
+	$(BIN)/python -m pytest -m exhaustive
 
 lint: $(INSTALLED) ## ruff and snakefmt
 	$(BIN)/ruff check .
@@ -65,11 +68,12 @@ check-workflow: $(INSTALLED) ## Snakemake's lint and a dry run of the full study
 	$(BIN)/python -m pytest tests/test_workflow_lint.py
 	$(BIN)/snakemake --dry-run --quiet --cores $(CORES)
 
-reference: ## renew the reference tables from a finished study, after reading them
-	mkdir -p tests/reference/study
-	cp results/tables/ppc.csv tests/reference/study/ppc.csv
-	for path in results/*/recovery.csv; do \
-		cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done
+reference: smoke ## renew the stored tables: of the small study, and of the full one where it has finished
+	$(BIN)/python tests/reference_tables.py results-smoke tests/reference/small_study
+	if [ -e results/report.html ]; then \
+		cp results/tables/ppc.csv tests/reference/study/ppc.csv; \
+		for path in results/*/recovery.csv; do \
+			cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done; fi
 
 format: $(INSTALLED) ## format the code in place
 	$(BIN)/ruff check --fix .

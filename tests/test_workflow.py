@@ -161,18 +161,13 @@ def test_one_core_and_two_give_equal_arrays_in_every_artefact(finished: StudyCop
     assert assert_equal_results(study.results, finished.results) > 30
 
 
-@pytest.mark.slow
-def test_every_experiment_runs_and_shares_what_it_can(tmp_path: Path) -> None:
-    study = copy_study(tmp_path)
-    study.run("--config", "run=all")
-    done = study.snakemake("--summary", "--config", "run=all")
-    assert "update pending" not in done.stdout
-    priors = {path.name for path in (study.results / "simulations").iterdir()}
+def test_every_experiment_runs_and_shares_what_it_can(finished: StudyCopy) -> None:
+    priors = {path.name for path in (finished.results / "simulations").iterdir()}
     assert priors == {"paper", "wide", "calibrated"}
-    for experiment in ("paper", "scalar_only", "wide_prior", "calibrated"):
-        assert (study.results / experiment / "subjects" / "A" / "ppc.png").is_file()
-    with edited(study, "config.yaml", "log_sd: 1.0,", "log_sd: 0.9,"):
-        jobs = study.planned("--config", "run=all")
+    for experiment in ("paper", "scalar_only", "wide_prior", "calibrated", "amortised"):
+        assert (finished.results / experiment / "subjects" / "A" / "ppc.png").is_file()
+    with edited(finished, "config.yaml", "log_sd: 1.0,", "log_sd: 0.9,"):
+        jobs = finished.planned()
     assert {job.output.split("/")[2] for job in of_rule(jobs, "simulate")} == {"wide"}
     assert {job.output.split("/")[1] for job in of_rule(jobs, "train")} == {"wide_prior"}
 
