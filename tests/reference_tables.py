@@ -6,9 +6,10 @@ subject (empty where it is the whole cohort's), quantity, value. ``make referenc
     python tests/reference_tables.py results-smoke tests/reference/small_study
 
 Tolerances follow from what can differ between machines. The last digits of sums and of compiled code do, and
-nothing else does before a network is trained. Training amplifies them, and draws from a network move with it,
-by what ``mutations.py`` measures; a tolerance is several times that. Counts move by whole draws or
-recordings.
+nothing else does before a network is trained. Training amplifies them, and draws from a network move with it:
+a learning rate changed by 5e-7 of itself moved medians, interval ends, recovery and exact posteriors by at
+most 5e-6 of themselves, correlations by 1e-6, and no count at all. ``test_mutations.py`` repeats that, and
+shows what a wrong sign or a lost term does.
 """
 
 from __future__ import annotations
@@ -46,9 +47,9 @@ class Tolerance(NamedTuple):
 
 ROUNDED: Final = Tolerance(1e-6)  # sums and compiled code in another order
 SEARCHED: Final = Tolerance(1e-4, 1e-6)  # where an optimiser stops
-TRAINED: Final = Tolerance(1e-2, 1e-3)  # draws from a trained network
-COUNTED: Final = Tolerance(0.02, 2.0)  # draws that lie within bounds
-SHARE: Final = Tolerance(0.0, 0.05)  # one recording of 24 on the other side of an interval's end
+TRAINED: Final = Tolerance(1e-3, 1e-4)  # draws from a trained network, two hundred times what was measured
+COUNTED: Final = Tolerance(0.0, 2.0)  # two draws of thousands on the other side of a bound
+SHARE: Final = Tolerance(0.0, 0.05)  # one recording of 24, a few draws of 100 on the other side of a limit
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,7 @@ def verdict(path: Path) -> Numbers:
 
 
 RECOVERY: Final = table(["parameter", "nominal"], ["coverage", "n", "bias", "contraction"])
-RECOVERED: Final = {"": TRAINED, "coverage": SHARE, "n": Tolerance(0.0, 1.0)}
+RECOVERED: Final = {"": TRAINED, "coverage": SHARE, "n": COUNTED}
 SCORES: Final = ("rmse_kpa", "nrmse", "r2", "post_peak_rmse_kpa", "coverage", "phases_coverage", "failed")
 CHECKED: Final = ("feature_median", "feature_low", "feature_high")
 CHECKS: Final = ["statistic", "coverage_90", "contraction", "flagged"]
@@ -207,9 +208,9 @@ SOURCES: Final = (
         EVERY,
         f"{SUBJECT}/posterior.h5",
         datasets("median", "interval", "correlation"),
-        {"": TRAINED, "correlation": SHARE},
+        {"": TRAINED},
     ),
-    Source(SPEEDS, f"{SUBJECT}/posterior.h5", EXACT, {"": TRAINED, "k_hat": SHARE, "efficiency": SHARE}),
+    Source(SPEEDS, f"{SUBJECT}/posterior.h5", EXACT, {"": TRAINED}),
     Source(
         EVERY,
         f"{SUBJECT}/support.json",
@@ -230,7 +231,12 @@ SOURCES: Final = (
     ),
     Source(EVERY, "{experiment}/recovery.csv", RECOVERY, RECOVERED),
     Source(EVERY, "{experiment}/recovery_acquisition.csv", RECOVERY, RECOVERED),
-    Source(("calibrated",), f"{SUBJECT}/calibration_recordings.h5", CALIBRATED, {"": TRAINED}),
+    Source(
+        ("calibrated",),
+        f"{SUBJECT}/calibration_recordings.h5",
+        CALIBRATED,
+        {"": TRAINED, "own/weighted_level": SHARE},
+    ),
     Source(
         ("calibrated",),
         "{experiment}/calibration.csv",
@@ -289,10 +295,12 @@ def differences(results: Path, folder: Path) -> pd.DataFrame:
     return apart[[*KEYS, "stored", "found", "excess"]].reset_index(drop=True)
 
 
-def _excess(found: object, stored: object, tolerance: Tolerance) -> float:
+def _excess(found: object, stored: object, tolerance: object) -> float:
     """Return the difference over the tolerance; zero for equal texts, infinite where it has no size."""
     if found == stored:
         return 0.0
+    if not isinstance(tolerance, Tolerance):  # found lacks the row
+        return np.inf
     try:
         apart, size = abs(float(str(found)) - float(str(stored))), abs(float(str(stored)))
     except ValueError:

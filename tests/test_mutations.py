@@ -141,7 +141,7 @@ MUTATIONS = (
         "(values - self.mean) / self.scale",
         "values - self.mean",
         (PAPER_OF_A,),
-        "posterior/median",
+        "support/max_abs_z",
     ),
     Mutation(
         "criterion of prior support turned round",

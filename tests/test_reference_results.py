@@ -66,8 +66,11 @@ def test_a_value_that_is_no_number_agrees_with_none(finished: StudyCopy, tmp_pat
 
 def test_a_number_that_one_side_lacks_is_named(finished: StudyCopy, tmp_path: Path) -> None:
     table = edited_tables(finished, tmp_path)
-    table.drop(index=0).to_csv(tmp_path / f"{COHORT}.csv", index=False)
-    assert differences(finished.results, tmp_path)["quantity"].tolist() == [table.loc[0, "quantity"]]
+    lacking = table["quantity"][:2].tolist()
+    table.loc[0, "quantity"] = "observation/another"
+    table.drop(index=1).to_csv(tmp_path / f"{COHORT}.csv", index=False)
+    named = differences(finished.results, tmp_path)["quantity"]
+    assert sorted(named) == sorted(["observation/another", *lacking])
 
 
 def edited_tables(finished: StudyCopy, folder: Path) -> pd.DataFrame:
