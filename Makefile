@@ -56,7 +56,7 @@ test: smoke ## a smoke study, unless it is there already, and the fast tests on 
 test-slow: smoke ## the slow tests
 	$(PYTEST) -m slow
 
-test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on both clusters and without a network
+test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on clusters and without network, mutations of the code
 	$(PYTEST) -m exhaustive
 
 lint: $(INSTALLED) ## ruff and snakefmt
@@ -71,11 +71,12 @@ check-workflow: $(INSTALLED) ## Snakemake's lint and a dry run of the full study
 	$(BIN)/python -m pytest tests/test_workflow_lint.py
 	$(BIN)/snakemake --dry-run --quiet --cores $(CORES)
 
-reference: ## renew the reference tables from a finished study, after reading them
-	mkdir -p tests/reference/study
-	cp results/tables/ppc.csv tests/reference/study/ppc.csv
-	for path in results/*/recovery.csv; do \
-		cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done
+reference: smoke ## renew the stored tables: of the small study, and of the full one where it has finished
+	$(BIN)/python tests/reference_tables.py results-smoke tests/reference/small_study
+	if [ -e results/report.html ]; then \
+		cp results/tables/ppc.csv tests/reference/study/ppc.csv; \
+		for path in results/*/recovery.csv; do \
+			cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done; fi
 
 format: $(INSTALLED) ## format the code in place
 	$(BIN)/ruff check --fix .
