@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from study_copy import ROOT
 
 from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml
 from swesbi.config.slices import POPULATION_STAGES, SPEED_STAGES, STAGES, stage_settings
 
-ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base"}
 WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}

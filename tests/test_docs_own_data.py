@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from study_copy import StudyCopy, copy_study
+from study_copy import ROOT, StudyCopy, copy_study
 
 from swesbi.new_subject.files import OUTPUTS
 
-PAGE = (Path(__file__).parents[1] / "docs" / "own-data.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
 
 

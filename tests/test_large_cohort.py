@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 
 import pytest
-from study_copy import StudyCopy, copy_study, rules_of
+from study_copy import ROOT, StudyCopy, copy_study, rules_of
 
 from swesbi.config import load_study, read_yaml
 
@@ -78,7 +78,7 @@ def test_batches_of_recordings_give_the_bytes_of_single_ones(finished: StudyCopy
 
 @pytest.mark.parametrize("subjects", [1, 32, 33, 600])
 def test_batches_hold_every_subject_once_in_order(subjects: int) -> None:
-    study = load_study(read_yaml(Path(__file__).parents[1] / "config.yaml"))
+    study = load_study(read_yaml(ROOT / "config.yaml"))
     names = [f"S{number}" for number in range(subjects)]
     batches = study.batches(names)
     assert [name for batch in batches for name in batch] == names

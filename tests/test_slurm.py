@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 from study_arrays import assert_equal_results, assert_part_of
-from study_copy import StudyCopy, copy_study
+from study_copy import ROOT, StudyCopy, copy_study
 
-SCRIPT = Path(__file__).parent / "cluster" / "slurm.sh"
+SCRIPT = ROOT / "tests" / "cluster" / "slurm.sh"
 PROFILE = "workflow/profiles/slurm"
 DAEMONS = ("slurmctld", "slurmd", "munged", "sbatch", "squeue")
 # This Slurm has no accounts and keeps none of jobs; it has two processors, and one disk. The plugin waits ten

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from cohorts import ROWS, recording, snapshot, write_cohort, write_overlay
 from recordings import RECORDING
+from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.figures.recording_sheet import draw_recording_sheet
 from swesbi.recording import REASONS, RecordingError, read_samples, read_subjects
 from swesbi.validation import examine_cohort
-
-ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(autouse=True)

@@ -10,6 +10,7 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING
+from study_copy import ROOT
 
 from swesbi.recording import RecordingError, Samples, ingest, read_samples, read_subjects
 from swesbi.recording.samples import FAILED_STATUSES
@@ -38,7 +39,7 @@ from swesbi.virtual_cohort.tables import (
     summarise_speeds,
 )
 
-SHIPPED = Path(__file__).parents[1] / "data" / "virtual_volunteers"
+SHIPPED = ROOT / "data" / "virtual_volunteers"
 DESIGNED_PEAK_KPA = {"A": 40, "B": 60, "C": 60, "D": 58, "E": 60, "F": 64}
 BY_NAME = {volunteer.context.subject: volunteer for volunteer in VOLUNTEERS}
 
