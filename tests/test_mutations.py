@@ -15,6 +15,9 @@ from reference_tables import SMALL_STUDY, differences
 from study_copy import ROOT, StudyCopy, duplicate
 
 EXACT_OF_A = "calibrated/subjects/A/posterior.h5"
+WEIGHTED_OF_F = (
+    "amortised/subjects/F/posterior.h5"  # by importance; the network of `calibrated` is too small for it
+)
 PAPER_OF_A = "paper/subjects/A/support.json"
 
 
@@ -91,8 +94,8 @@ MUTATIONS = (
         "systematic resampling that prefers the first draws",
         "(np.arange(draws) + rng.random()) / draws",
         "((np.arange(draws) + rng.random()) / draws) ** 1.2",
-        ("calibrated/subjects/A/calibration_recordings.h5",),
-        "calibration_recordings/own/weighted_mean",
+        (WEIGHTED_OF_F,),
+        "posterior/median",
     ),
     Mutation(
         "factor 3 lost in E = 3 rho c^2 of the predicted speeds",
@@ -188,6 +191,14 @@ CONTROLS = (
         "learning_rate: 2.0e-3",
         "learning_rate: 2.000001e-3",
         (EXACT_OF_A, "calibrated/subjects/A/calibration_recordings.h5"),
+        "",
+        "config.yaml",
+    ),
+    Mutation(
+        "learning rate of the population changed by a rounding error",
+        "learning_rate: 1.5e-3",
+        "learning_rate: 1.500001e-3",
+        (WEIGHTED_OF_F,),
         "",
         "config.yaml",
     ),
