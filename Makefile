@@ -1,12 +1,15 @@
 # Two commands are all: `make study` and `make test`. Each creates .venv and installs what it needs.
 PYTHON ?= python3
 CORES ?= 2
+TESTS ?= not slow and not exhaustive
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+# workers side by side must not fight for threads; idle ones take over what others have not begun
+PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow lint types check-workflow reference format clean
+.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow test-exhaustive lint types check-workflow reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -47,11 +50,14 @@ sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a ta
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
 	$(BIN)/python -m swesbi.show.docs
 
-test: $(INSTALLED) ## the fast tests and a smoke study
-	$(BIN)/python -m pytest -m "not slow"
+test: smoke ## a smoke study, unless it is there already, and the fast tests on it
+	$(PYTEST) -m "$(TESTS)"
 
-test-slow: $(INSTALLED) ## the slow tests
-	$(BIN)/python -m pytest -m slow
+test-slow: smoke ## the slow tests
+	$(PYTEST) -m slow
+
+test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on clusters and without network, mutations of the code
+	$(PYTEST) -m exhaustive
 
 lint: $(INSTALLED) ## ruff and snakefmt
 	$(BIN)/ruff check .
@@ -65,16 +71,17 @@ check-workflow: $(INSTALLED) ## Snakemake's lint and a dry run of the full study
 	$(BIN)/python -m pytest tests/test_workflow_lint.py
 	$(BIN)/snakemake --dry-run --quiet --cores $(CORES)
 
-reference: ## renew the reference tables from a finished study, after reading them
-	mkdir -p tests/reference/study
-	cp results/tables/ppc.csv tests/reference/study/ppc.csv
-	for path in results/*/recovery.csv; do \
-		cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done
+reference: smoke ## renew the stored tables: of the small study, and of the full one where it has finished
+	$(BIN)/python tests/reference_tables.py results-smoke tests/reference/small_study
+	if [ -e results/report.html ]; then \
+		cp results/tables/ppc.csv tests/reference/study/ppc.csv; \
+		for path in results/*/recovery.csv; do \
+			cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done; fi
 
 format: $(INSTALLED) ## format the code in place
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow/rules
 
-clean: ## remove the virtual environment and caches; results stay
-	rm -rf $(VENV) .snakemake .pytest_cache .mypy_cache .ruff_cache src/*.egg-info
+clean: ## remove the virtual environment, caches and the smoke study; results/ stays
+	rm -rf $(VENV) results-smoke .snakemake .pytest_cache .mypy_cache .ruff_cache src/*.egg-info

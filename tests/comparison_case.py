@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import yaml
 from evaluation_cases import INTERVAL, PRIOR, TITLE, check, cmaes_settings, fit, posterior_theta, support
+from study_copy import ROOT
 
 from swesbi.context import Context
 from swesbi.evaluation.fit import CmaesFit
@@ -23,7 +23,7 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.show.paper.measured import PoolSize, StudyResults
 from swesbi.show.study_tables import Case, features_table, posterior_table, ppc_table
 
-CONFIG = yaml.safe_load((Path(__file__).parents[1] / "config.yaml").read_text(encoding="utf-8"))
+CONFIG = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))
 SUBJECTS = "ABCDEF"
 EXCLUDED = "EF"
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import yaml
+from study_copy import ROOT
 
 from swesbi.context import Context
 from swesbi.forward_model.settings import ForwardModelSettings
 
-CONFIG = Path(__file__).parents[1] / "config.yaml"
+CONFIG = ROOT / "config.yaml"
 SETTINGS = ForwardModelSettings.from_plain(yaml.safe_load(CONFIG.read_text())["forward_model"])
 COHORT = {
     "A": Context("A", "M", 24, 1.88, 57, 118, 45, 0.88),

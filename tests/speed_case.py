@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
+from study_copy import ROOT
 
 from swesbi.config import Config, parse_config, read_yaml
 from swesbi.context import Context
 from swesbi.speed_model.model import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.speed_model.recording import SpeedRecording
 
-ROOT = Path(__file__).parents[1]
 CONTEXT = Context("T", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
 PHI = np.array([60.0, 6.0, 29.0, 2.2])
 RELATIVE_SE = 0.028

@@ -12,6 +12,13 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 PARTS = ("Snakefile", "config.yaml", "workflow", "src", "data")
+RESULTS = "results-smoke"
+KNOWN = ".snakemake/metadata"  # what Snakemake knows of results: the inputs, params and code that made them
+COMPILED = {
+    ".pyc",
+    ".nbi",
+    ".nbc",
+}  # by Python and Numba, valid wherever the source has the same time
 
 
 class Job(NamedTuple):
@@ -34,7 +41,7 @@ class StudyCopy:
 
     @property
     def results(self) -> Path:
-        return self.folder / "results-smoke"
+        return self.folder / RESULTS
 
     def snakemake(self, *arguments: str, cores: int = 2) -> subprocess.CompletedProcess[str]:
         """Run Snakemake in the copy, with the copy's own package."""
@@ -86,22 +93,40 @@ class StudyCopy:
 
 
 def copy_study(folder: Path) -> StudyCopy:
-    """Copy the project, without its results, into ``folder``."""
+    """Copy the project with its compiled code, without its results, into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
     for part in PARTS:
-        source = ROOT / part
-        if source.is_dir():
-            shutil.copytree(source, folder / part, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+        if (ROOT / part).is_dir():
+            copy_tree(ROOT / part, folder / part)
         else:
-            shutil.copy2(source, folder / part)
+            shutil.copy2(ROOT / part, folder / part)
     shutil.copy2(ROOT / "tests" / "smoke.yaml", folder / "smoke.yaml")
     return StudyCopy(folder)
 
 
+def adopt_results(study: StudyCopy) -> None:
+    """Give a copy the results of ``make smoke`` in the project, where there are any, current or not."""
+    for part in (RESULTS, KNOWN):
+        if (ROOT / part).is_dir():
+            copy_tree(ROOT / part, study.folder / part)
+
+
 def duplicate(study: StudyCopy, folder: Path) -> StudyCopy:
     """Copy a study with its results, its compiled code and what Snakemake knows of it."""
-    shutil.copytree(study.folder, folder)
+    copy_tree(study.folder, folder)
     return StudyCopy(folder, study.config)
+
+
+def copy_tree(source: Path, target: Path) -> None:
+    """Copy a folder with the times of its files, which tell Snakemake and Numba what is current."""
+    shutil.copytree(source, target, ignore=_passing)
+
+
+def _passing(folder: str, names: list[str]) -> set[str]:
+    """Return what another process may be writing at this moment, and what installing leaves."""
+    if Path(folder).name == "__pycache__":
+        return {name for name in names if Path(name).suffix not in COMPILED}
+    return {name for name in names if name.endswith(".egg-info")}
 
 
 def rules_of(jobs: set[Job]) -> set[str]:

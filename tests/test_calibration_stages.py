@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from calibration_case import PRIOR, Sampler, prior_variances, simulate
 from figure_text import assert_text_apart
+from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError, Provenance, load, save
 from swesbi.calibration.dataset import (
@@ -34,7 +35,6 @@ from swesbi.stages.calibration import CalibrationStageSettings
 from swesbi.stages.check_figures import CalibrationFigureSettings
 from swesbi.stages.origin import Origin
 
-ROOT = Path(__file__).parents[1]
 SUBJECTS = ("A", "B")
 RECORDINGS = 120
 JUDGEMENT = JudgementSettings(

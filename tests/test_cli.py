@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.artefacts import load
 from swesbi.stages.registry import STAGES
 
-ROOT = Path(__file__).parents[1]
 RECORDING = "data/virtual_volunteers/swe/A.csv"
 
 

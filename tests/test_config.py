@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from study_copy import ROOT
 
 from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml, slices
 from swesbi.config.slices import stage_settings
 from swesbi.stages.registry import STAGES
 
-ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 COMMON = ROOT / "workflow" / "rules" / "common.smk"
 HEAVY = {

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from study_copy import StudyCopy, copy_study, duplicate
+from study_copy import ROOT, StudyCopy, copy_study
 
 from swesbi.new_subject.files import OUTPUTS
 
-PAGE = (Path(__file__).parents[1] / "docs" / "own-data.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
 
 
@@ -45,8 +45,9 @@ def walked(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyCopy, dict[st
     return study, {command: typed(command, study).stdout for command in commands}
 
 
-def test_a_trained_network_answers_as_the_page_says(finished: StudyCopy, tmp_path: Path) -> None:
-    study = duplicate(finished, tmp_path / "project")
+@pytest.mark.slow
+def test_a_trained_network_answers_as_the_page_says(own_study: StudyCopy) -> None:
+    study = own_study
     (study.folder / "fill.py").write_text(blocks("python")[0], encoding="utf-8")
     typed(".venv/bin/python -m swesbi template data/septum_12", study)
     typed(".venv/bin/python fill.py", study)
@@ -64,17 +65,20 @@ def test_a_trained_network_answers_as_the_page_says(finished: StudyCopy, tmp_pat
         assert {path.name for path in (answers / subject).iterdir()} == set(OUTPUTS.values())
 
 
+@pytest.mark.slow
 def test_validate_prints_the_table_of_the_page(walked: tuple[StudyCopy, dict[str, str]]) -> None:
     shown = next(text for command, text in walked[1].items() if " validate " in command)
     assert "2 recordings can be used; origin: synthetic recordings of docs/own-data.md" in shown
     assert blocks("text")[0] in shown
 
 
+@pytest.mark.slow
 def test_there_is_a_sheet_for_each_subject(walked: tuple[StudyCopy, dict[str, str]]) -> None:
     for subject in ("S-101", "S-102"):
         assert (walked[0].folder / "sheets" / f"{subject}.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_both_ways_give_the_same_observed_curve(walked: tuple[StudyCopy, dict[str, str]]) -> None:
     folder = walked[0].folder
     by_hand = xr.load_dataset(folder / "S-101.h5", engine="h5netcdf")

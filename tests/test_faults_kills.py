@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from study_arrays import assert_equal_results
-from study_copy import StudyCopy, duplicate
+from study_arrays import assert_equal_results, assert_part_of
+from study_copy import StudyCopy
 
 from swesbi.artefacts.files import check_whole
 
 SEED = 20
-KILLS = 20
+ONE_SUBJECT = "results-smoke/paper/subjects/A/ppc.png"
 MOST_JOBS = 4
 LONGEST_S = 3.0
 SCRIPT = re.compile(r"scripts/tmp\w+\.(\w+)\.py$")
@@ -71,12 +71,14 @@ def wait_for_moment(process: subprocess.Popen[bytes], output: Path, moment: Mome
     return False
 
 
-def run_until_killed(study: StudyCopy, moment: Moment, way: str, rng: np.random.Generator) -> set[str] | None:
+def run_until_killed(
+    study: StudyCopy, targets: tuple[str, ...], moment: Moment, way: str, rng: np.random.Generator
+) -> set[str] | None:
     """Run the study and kill it; return the rules at work, or None if it had finished before."""
     output = study.folder / "output.txt"
     with output.open("wb") as file:
         process = subprocess.Popen(
-            study.command(),
+            study.command(*targets),
             cwd=study.folder,
             env=study.environment,
             start_new_session=True,
@@ -104,34 +106,43 @@ def start_anew(study: StudyCopy) -> None:
     shutil.rmtree(study.folder / ".snakemake")
 
 
-@pytest.mark.slow
-def test_the_study_is_completed_after_twenty_kills(finished: StudyCopy, tmp_path: Path) -> None:
-    """Kill one study again and again until it is finished, compare, start anew, until there were 20 kills.
+@pytest.mark.parametrize(
+    ("kills", "targets", "least_rules"),
+    [
+        pytest.param(3, (ONE_SUBJECT,), 1, marks=pytest.mark.slow(minutes=2), id="3 kills, one subject"),
+        pytest.param(20, (), 5, marks=pytest.mark.exhaustive, id="20 kills, the whole study"),
+    ],
+)
+def test_the_study_is_completed_after_kills(
+    finished: StudyCopy, own_study: StudyCopy, kills: int, targets: tuple[str, ...], least_rules: int
+) -> None:
+    """Kill one study again and again until it is finished, compare, start anew, until the kills are spent.
 
-    Every kill is followed by a plain run with the same command, so by the end each of the 20 has been
-    recovered from. Compared with an undisturbed run are, whenever a study has finished, all arrays of its
+    Every kill is followed by a plain run with the same command, so by the end each has been recovered
+    from. Compared with an undisturbed run are, whenever a study has finished, all arrays of its
     artefacts and the bytes of its other results; after each single kill, only that every artefact that is
     there is whole. Moments and ways of killing are drawn from a seed; which job they hit depends on the
     machine, and a few hit no job because the run is just starting.
     """
     rng = np.random.default_rng(SEED)
-    study = duplicate(finished, tmp_path / "study")
+    assert_same = assert_part_of if targets else assert_equal_results
+    study = own_study
     start_anew(study)
     hit: list[set[str]] = []
     completed = 0
-    while len(hit) < KILLS:
+    while len(hit) < kills:
         way = WAYS[len(hit) % len(WAYS)]
         moment = Moment(int(rng.integers(0, MOST_JOBS + 1)), float(rng.uniform(0.0, LONGEST_S)))
-        rules = run_until_killed(study, moment, way, rng)
+        rules = run_until_killed(study, targets, moment, way, rng)
         if rules is not None:
             hit.append(rules)
             print(f"kill {len(hit)}: {way}, at work: {', '.join(sorted(rules)) or 'no job yet'}", flush=True)
             assert_no_half_written_artefact(study.results)
             continue
-        assert_equal_results(study.results, finished.results)
+        assert_same(study.results, finished.results)
         completed += 1
         start_anew(study)
-    study.run()
-    assert assert_equal_results(study.results, finished.results) > 30
+    study.run(*targets)
+    assert assert_same(study.results, finished.results) > 15
     print(f"{len(hit)} kills, {completed + 1} completed studies")
-    assert len(set().union(*hit)) >= 5, f"the kills have hit {set().union(*hit)} alone"
+    assert len(set().union(*hit)) >= least_rules, f"the kills have hit {set().union(*hit)} alone"

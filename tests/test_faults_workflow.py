@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import pytest
 from study_arrays import arrays
-from study_copy import StudyCopy, duplicate
+from study_copy import StudyCopy
 
 from swesbi.running.lock import held_with_others
 from swesbi.running.workflow import check_writable, current_run, guard_execution, remove_stale_locks
@@ -33,12 +33,6 @@ ORPHAN = (
 )
 
 
-@pytest.fixture
-def copied(finished: StudyCopy, tmp_path: Path) -> StudyCopy:
-    """A finished study of its own, to be damaged."""
-    return duplicate(finished, tmp_path / "study")
-
-
 def damaged_by(path: Path, way: str) -> None:
     """Damage a file and keep its modification time, as a failing disk does."""
     times, content = path.stat(), bytearray(path.read_bytes())
@@ -52,20 +46,22 @@ def damaged_by(path: Path, way: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", ["bit flip", "truncation"])
-def test_a_damaged_shard_is_named_and_repaired_by_the_printed_command(copied: StudyCopy, way: str) -> None:
-    shard, pool = copied.folder / SHARD, copied.folder / POOL
+def test_a_damaged_shard_is_named_and_repaired_by_the_printed_command(own_study: StudyCopy, way: str) -> None:
+    shard, pool = own_study.folder / SHARD, own_study.folder / POOL
     before = {path: arrays(path) for path in (shard, pool)}
     damaged_by(shard, way)
     pool.unlink()
-    done = copied.snakemake(POOL)
+    done = own_study.snakemake(POOL)
     assert done.returncode != 0
     assert not pool.exists()
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("DamagedArtefactError")]
     assert f"{SHARD}: " in line
     command = line.split("delete it and rerun: ")[1]
-    repaired = subprocess.run(command, shell=True, cwd=copied.folder, env=copied.environment, check=False)
+    repaired = subprocess.run(
+        command, shell=True, cwd=own_study.folder, env=own_study.environment, check=False
+    )
     assert repaired.returncode == 0
-    copied.run(POOL)
+    own_study.run(POOL)
     for path, expected in before.items():
         found = arrays(path)
         assert found.keys() == expected.keys()
@@ -73,17 +69,17 @@ def test_a_damaged_shard_is_named_and_repaired_by_the_printed_command(copied: St
 
 
 @pytest.mark.slow
-def test_left_over_locks_and_markers_stop_nothing_and_a_dry_run_leaves_them(copied: StudyCopy) -> None:
-    state, result = copied.folder / ".snakemake", "results-smoke/cohort/A/passive.h5"
+def test_left_over_locks_and_markers_stop_nothing_and_a_dry_run_leaves_them(own_study: StudyCopy) -> None:
+    state, result = own_study.folder / ".snakemake", "results-smoke/cohort/A/passive.h5"
     (state / "locks").mkdir(exist_ok=True)
     lock = state / "locks" / "0.output.lock"
     lock.write_text(f"{result}\n")
     (state / "incomplete" / "cmVzdWx0cy1zbW9rZS9jb2hvcnQvQS9wYXNzaXZlLmg1").write_text(
         '{"external_jobid": null}'
     )
-    assert copied.snakemake("--dry-run", result).returncode == 0
+    assert own_study.snakemake("--dry-run", result).returncode == 0
     assert lock.exists()
-    done = copied.snakemake(result)
+    done = own_study.snakemake(result)
     assert done.returncode == 0, done.stderr
     assert "The last run was killed" in done.stderr
     assert "rule passive" in done.stderr or "Passive baseline of A" in done.stderr
@@ -91,9 +87,9 @@ def test_left_over_locks_and_markers_stop_nothing_and_a_dry_run_leaves_them(copi
 
 
 @pytest.fixture
-def read_only(copied: StudyCopy) -> Iterator[StudyCopy]:
+def read_only(own_study: StudyCopy) -> Iterator[StudyCopy]:
     """A study whose results lie on a read-only file system."""
-    target = str(copied.results)
+    target = str(own_study.results)
     commands = (["mount", "--bind", target, target], ["mount", "-o", "remount,ro,bind", target])
     if os.name != "posix" or os.geteuid() != 0 or shutil.which("mount") is None:
         pytest.skip("mounting needs root")
@@ -101,7 +97,7 @@ def read_only(copied: StudyCopy) -> Iterator[StudyCopy]:
         if subprocess.run(command, capture_output=True, check=False).returncode != 0:
             subprocess.run(["umount", target], capture_output=True, check=False)
             pytest.skip("mounting is not permitted here")
-    yield copied
+    yield own_study
     subprocess.run(["umount", target], check=True)
 
 
@@ -115,15 +111,15 @@ def test_a_read_only_results_folder_is_named_before_any_job(read_only: StudyCopy
 
 
 @pytest.fixture
-def nearly_full(copied: StudyCopy) -> Iterator[StudyCopy]:
+def nearly_full(own_study: StudyCopy) -> Iterator[StudyCopy]:
     """A study whose pool is to be written on a disk of 64 KiB."""
-    target = copied.results / "paper"
+    target = own_study.results / "paper"
     shutil.rmtree(target)
     target.mkdir()
     command = ["mount", "-t", "tmpfs", "-o", "size=64k", "none", str(target)]
     if subprocess.run(command, capture_output=True, check=False).returncode != 0:
         pytest.skip("mounting is not permitted here")
-    yield copied
+    yield own_study
     subprocess.run(["umount", str(target)], check=True)
 
 

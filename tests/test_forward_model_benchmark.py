@@ -7,8 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from study_copy import ROOT
 
-SCRIPT = Path(__file__).parents[1] / "benchmarks" / "simulator.py"
+SCRIPT = ROOT / "benchmarks" / "simulator.py"
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,6 +10,7 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
+from study_copy import ROOT
 
 from swesbi.forward_model.equations import cavity, passive_stress, viscosity
 from swesbi.forward_model.model import build_model
@@ -22,7 +22,7 @@ from swesbi.forward_model.references import (
     compare_with_svzerod,
 )
 
-REFERENCE = Path(__file__).parent / "reference" / "forward_model"
+REFERENCE = ROOT / "tests" / "reference" / "forward_model"
 
 
 @pytest.mark.parametrize(

@@ -44,6 +44,7 @@ def total(said: str) -> int:
     return int(found[1])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(why_not()), reason=why_not())
 def test_the_whole_study_is_planned_for_kubernetes(tmp_path: Path) -> None:
     study = copy_study(tmp_path / "study")
@@ -52,10 +53,21 @@ def test_the_whole_study_is_planned_for_kubernetes(tmp_path: Path) -> None:
     assert total(done.stdout + done.stderr) == total(study.snakemake("--dry-run").stdout) > 50
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("names", "containers"),
+    [
+        pytest.param(TARGETS[:1], 1, marks=pytest.mark.slow, id="one pod"),
+        # three recordings and a baseline share a pod, then the noise; the simulations are one more
+        pytest.param(TARGETS, 3, marks=pytest.mark.exhaustive, id="three pods"),
+    ],
+)
 @pytest.mark.skipif(bool(why_not()), reason=why_not())
 def test_what_pods_are_told_gives_the_arrays_of_a_run_on_this_machine(
-    local_results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    finished: StudyCopy,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    names: tuple[str, ...],
+    containers: int,
 ) -> None:
     study = copy_study(tmp_path / "study")
     # pods are given what git holds
@@ -63,20 +75,19 @@ def test_what_pods_are_told_gives_the_arrays_of_a_run_on_this_machine(
     for command in (["init", "--quiet"], ["add", "--all"]):
         subprocess.run(["git", *command], cwd=study.folder, check=True)
     volume = tmp_path / "volume"
-    targets = [f"{study.results.name}/{target}" for target in TARGETS]
+    targets = [f"{study.results.name}/{name}" for name in names]
     faster = ["--seconds-between-status-checks", "2"]
     with cluster(tmp_path) as (pods, configuration):
         monkeypatch.setenv("KUBECONFIG", str(configuration))
         command = snakemake(study, volume, *faster, "--", *targets)
         done = study.call(*command, timeout_s=TIMEOUT_S)
         assert done.returncode == 0, done.stdout + done.stderr + pods.logs()
-    # recordings of three subjects and a baseline share a pod, then the noise; the simulations are one more
-    assert len(pods.containers) == 3
+    assert len(pods.containers) == containers
     for container in pods.containers.values():
         assert container["image"] == "swesbi"
         assert {"name": "swesbi", "mountPath": str(volume)} in container["volumeMounts"]
         assert int(container["resources"]["requests"]["memory"].removesuffix("M")) >= 1200
-    for target in TARGETS:
+    for target in names:
         made = arrays(volume / study.results.name / target)
-        for name, array in arrays(local_results / target).items():
+        for name, array in arrays(finished.results / target).items():
             np.testing.assert_array_equal(made[name], array, err_msg=f"{target}: {name}")

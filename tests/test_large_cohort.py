@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 
 import pytest
-from study_copy import StudyCopy, copy_study, rules_of
+from study_copy import ROOT, StudyCopy, copy_study, rules_of
 
 from swesbi.config import load_study, read_yaml
 
@@ -32,6 +32,7 @@ def make_large(study: StudyCopy, subjects: int) -> None:
     study.edit("smoke.yaml", "subjects: [A, B, F]", "subjects: all")
 
 
+@pytest.mark.slow
 def test_the_population_alone_needs_no_other_experiment(tmp_path: Path) -> None:
     rules = rules_of(copy_study(tmp_path).planned(*ALONE))
     assert {"population_cohort", "strata_figure", "training_figure", "exact_subject_figures"} <= rules
@@ -64,6 +65,7 @@ def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tm
     assert loaded.answered("amortised")
 
 
+@pytest.mark.slow
 def test_batches_of_recordings_give_the_bytes_of_single_ones(finished: StudyCopy, tmp_path: Path) -> None:
     study = copy_study(tmp_path)
     study.edit("smoke.yaml", "population_parts: 2", "population_parts: 2\n  subjects_per_job: 2")
@@ -76,7 +78,7 @@ def test_batches_of_recordings_give_the_bytes_of_single_ones(finished: StudyCopy
 
 @pytest.mark.parametrize("subjects", [1, 32, 33, 600])
 def test_batches_hold_every_subject_once_in_order(subjects: int) -> None:
-    study = load_study(read_yaml(Path(__file__).parents[1] / "config.yaml"))
+    study = load_study(read_yaml(ROOT / "config.yaml"))
     names = [f"S{number}" for number in range(subjects)]
     batches = study.batches(names)
     assert [name for batch in batches for name in batch] == names

@@ -80,6 +80,7 @@ def test_a_recording_acquired_sample_by_sample_has_the_noise_and_phases_that_wer
         assert np.median(model.recording.relative_se) == pytest.approx(subject.level, rel=0.1)
 
 
+@pytest.mark.slow
 def test_parts_of_the_calibration_join_to_what_one_part_would_be(tmp_path: Path) -> None:
     for number, (start, stop) in enumerate(((0, 2), (2, 4))):
         groups = {kind: fresh_dataset(parts(start, stop, kind)) for kind in (OWN, ACQUIRED)}
@@ -181,6 +182,7 @@ def answer(study: dict[str, Path], folder: Path, subjects: tuple[str, ...]) -> d
     return {subject: tuple(path.read_bytes() for path in paths) for subject, paths in made.items()}
 
 
+@pytest.mark.slow
 def test_a_batch_answers_each_subject_as_a_job_of_its_own_would(
     study: dict[str, Path], tmp_path: Path
 ) -> None:

@@ -25,7 +25,7 @@ from swesbi.recording.subjects import read_subjects
 from swesbi.validation.protocol import read_protocol
 
 PHASES = 8
-FAST, SLOW = 300, 10_000
+FAST, SLOW, EXHAUSTIVE = 300, 2_000, 10_000
 NUMBERS = st.one_of(
     st.floats().map(repr),
     st.integers(-3, 40).map(str),
@@ -282,7 +282,12 @@ def test_a_parser_reads_or_refuses(fuzz: Callable[[Path, int], None], tmp_path: 
     fuzz(tmp_path, int(FAST * PARSERS[fuzz]))
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize(
+    "examples",
+    [pytest.param(SLOW, marks=pytest.mark.slow), pytest.param(EXHAUSTIVE, marks=pytest.mark.exhaustive)],
+)
 @pytest.mark.parametrize("fuzz", PARSERS)
-def test_a_parser_reads_or_refuses_thousands(fuzz: Callable[[Path, int], None], tmp_path: Path) -> None:
-    fuzz(tmp_path, int(SLOW * PARSERS[fuzz]))
+def test_a_parser_reads_or_refuses_thousands(
+    fuzz: Callable[[Path, int], None], examples: int, tmp_path: Path
+) -> None:
+    fuzz(tmp_path, int(examples * PARSERS[fuzz]))

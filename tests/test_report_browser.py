@@ -9,7 +9,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 from browser import Browser, browser, find_browser
-from study_copy import StudyCopy
+from study_copy import StudyCopy, duplicate
 
 pytestmark = pytest.mark.slow
 
@@ -57,10 +57,12 @@ def results(program: str, request: pytest.FixtureRequest, tmp_path_factory: pyte
     """The results of a finished study, copied away from the project, with both reports among them."""
     # asked for here, since pytest would otherwise run the study before it looks for the browser
     finished: StudyCopy = request.getfixturevalue("finished")
-    finished.run("--report", "snakemake-report.html")
-    copy = tmp_path_factory.mktemp("elsewhere") / "results of a study"
-    shutil.copytree(finished.results, copy)
-    shutil.move(finished.folder / "snakemake-report.html", copy / "snakemake-report.html")
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    study = duplicate(finished, elsewhere / "study")
+    study.run("--report", "snakemake-report.html")
+    copy = elsewhere / "results of a study"
+    shutil.move(study.results, copy)
+    shutil.move(study.folder / "snakemake-report.html", copy / "snakemake-report.html")
     return copy
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from study_copy import ROOT, StudyCopy, copy_study, duplicate
+from study_copy import ROOT, StudyCopy, copy_study
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance
 from swesbi.artefacts.files import LENGTH, append_checksum
@@ -260,10 +260,11 @@ socket.getaddrinfo = socket.create_connection = denied
 '''
 
 
-def test_core_stages_run_without_the_network(finished: StudyCopy, tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_core_stages_run_without_the_network(own_study: StudyCopy, tmp_path: Path) -> None:
     (tmp_path / "site").mkdir()
     (tmp_path / "site" / "sitecustomize.py").write_text(DENIED)
-    study = duplicate(finished, tmp_path / "study")
+    study = own_study
     environment = {**study.environment, "PYTHONPATH": f"{tmp_path / 'site'}:{study.folder / 'src'}"}
     probe = [sys.executable, "-c", "import socket; socket.create_connection(('127.0.0.1', 1))"]
     stopped = subprocess.run(probe, env=environment, capture_output=True, text=True, check=False)
@@ -286,14 +287,25 @@ def test_core_stages_run_without_the_network(finished: StudyCopy, tmp_path: Path
     assert all(target.is_file() for target in targets)
 
 
-@pytest.mark.slow
-def test_the_whole_study_runs_in_a_namespace_without_network(tmp_path: Path) -> None:
+ONE_SUBJECT = "results-smoke/paper/subjects/A/ppc.png"
+
+
+@pytest.mark.parametrize(
+    ("targets", "last"),
+    [
+        pytest.param((ONE_SUBJECT,), ONE_SUBJECT, marks=pytest.mark.slow, id="one subject"),
+        pytest.param((), "results-smoke/report.html", marks=pytest.mark.exhaustive, id="the whole study"),
+    ],
+)
+def test_the_study_runs_in_a_namespace_without_network(
+    tmp_path: Path, targets: tuple[str, ...], last: str
+) -> None:
     unshare = ["unshare", "--net"]
     if shutil.which("unshare") is None or subprocess.run([*unshare, "true"], check=False).returncode != 0:
         pytest.skip("network namespaces are not permitted here")
     study: StudyCopy = copy_study(tmp_path)
     done = subprocess.run(
-        [*unshare, *study.command()],
+        [*unshare, *study.command(*targets)],
         cwd=study.folder,
         env=study.environment,
         capture_output=True,
@@ -301,4 +313,4 @@ def test_the_whole_study_runs_in_a_namespace_without_network(tmp_path: Path) -> 
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert (study.results / "report.html").is_file()
+    assert (study.folder / last).is_file()

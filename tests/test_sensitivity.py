@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from study_copy import ROOT
 
 from swesbi.artefacts import Provenance, save
 from swesbi.config import ConfigError, load_study, read_yaml
@@ -13,7 +14,6 @@ from swesbi.config.slices import stage_settings
 from swesbi.sensitivity.posteriors import KIND, VariantPosterior, read_posteriors, to_dataset
 from swesbi.sensitivity.table import sensitivity_table
 
-ROOT = Path(__file__).parents[1]
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 LEVELS = np.linspace(0.0, 1.0, 2001)
 

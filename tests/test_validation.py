@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from cohorts import ROWS, recording, snapshot, write_cohort, write_overlay
 from recordings import RECORDING
+from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.recording.problems import RecordingError
@@ -16,8 +17,6 @@ from swesbi.recording.reader import read_samples
 from swesbi.recording.subjects import read_subjects
 from swesbi.show.figures.recording import draw_recording_sheet
 from swesbi.validation import examine_cohort
-
-ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(autouse=True)

@@ -9,13 +9,12 @@ from pathlib import Path
 import pytest
 from bad_input import CASES, Case, cell, context
 from cohorts import snapshot, write_cohort, write_overlay
+from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.recording import csv_table
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
-
-ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(autouse=True)

@@ -10,6 +10,7 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING
+from study_copy import ROOT
 
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
@@ -32,7 +33,7 @@ from swesbi.virtual_cohort.tables import (
 from swesbi.virtual_cohort.truth import Truth, TruthCurve, simulate_truth
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer
 
-SHIPPED = Path(__file__).parents[1] / "data" / "virtual_volunteers"
+SHIPPED = ROOT / "data" / "virtual_volunteers"
 DESIGNED_PEAK_KPA = {"A": 40, "B": 60, "C": 60, "D": 58, "E": 60, "F": 64}
 BY_NAME = {volunteer.context.subject: volunteer for volunteer in VOLUNTEERS}
 

@@ -33,101 +33,128 @@ def edited(study: StudyCopy, path: str, old: str, new: str) -> Iterator[None]:
         os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
 
 
-def test_a_finished_study_has_nothing_to_do(finished: StudyCopy) -> None:
-    assert finished.planned() == set()
+def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
+    assert editable.planned() == set()
 
 
 @pytest.mark.parametrize(
     ("path", "old", "new", "rules"),
     [
-        (
+        pytest.param(
             "smoke.yaml",
             "predictive:\n      draws: 50\n    recovery",
             "predictive:\n      draws: 40\n    recovery",
             EPOCHS | PREDICTIVE,
+            id="ppc setting",
         ),
-        ("smoke.yaml", "learning_rate: 0.002", "learning_rate: 0.001", TRAINED),
-        ("smoke.yaml", "augmentations: 4", "augmentations: 3", {"pool"} | TRAINED),
-        ("config.yaml", "maximum_kpa: 1.0", "maximum_kpa: 2.0", {"pool"} | TRAINED),
-        (
+        pytest.param(
+            "smoke.yaml",
+            "learning_rate: 0.002",
+            "learning_rate: 0.001",
+            TRAINED,
+            id="training setting",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "smoke.yaml",
+            "augmentations: 4",
+            "augmentations: 3",
+            {"pool"} | TRAINED,
+            id="augmentations",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param("config.yaml", "maximum_kpa: 1.0", "maximum_kpa: 2.0", {"pool"} | TRAINED, id="noise"),
+        pytest.param(
             "smoke.yaml",
             "generations: 5",
             "generations: 4",
             {"cmaes", "subject_figures", "exact_subject_figures", "exact_figures"} | SHOWN,
+            id="cma-es",
+            marks=pytest.mark.slow,
         ),
-        ("config.yaml", "shards_per_subject: 1", "shards_per_subject: 1 # as before", set()),
-        ("config.yaml", "device: auto", "device: cpu", set()),
-        (
+        pytest.param(
+            "config.yaml", "shards_per_subject: 1", "shards_per_subject: 1 # as before", set(), id="comment"
+        ),
+        pytest.param(
+            "config.yaml", "device: auto", "device: cpu", set(), id="device", marks=pytest.mark.slow
+        ),
+        pytest.param(
             "src/swesbi/stages/predictive.py",
-            'LOGGER = logging.getLogger("swesbi")',
-            'LOGGER = logging.getLogger("swesbi")\nNEW = 1',
+            'generator(origin.seed, "predictive", origin.subject, name)',
+            'generator(origin.seed, "another", origin.subject, name)',
             PREDICTIVE,
+            id="stage code",
         ),
-        (
+        pytest.param(
             "src/swesbi/inference/training.py",
-            "from swesbi.progress import Progress",
-            "from swesbi.progress import Progress\n\nNEW = 1",
+            'LOGGER.debug("sbi: %s", printed',
+            'LOGGER.debug("sbi said: %s", printed',
             TRAINED,
+            id="imported code",
+            marks=pytest.mark.slow,
         ),
-        ("src/swesbi/stages/training.py", '"""Train q', '"""Fit q', set()),
-        ("src/swesbi/forward_model/simulate.py", '"""', '"""A word. ', set()),
-    ],
-    ids=[
-        "ppc setting",
-        "training setting",
-        "augmentations",
-        "noise",
-        "cma-es",
-        "comment",
-        "device",
-        "stage code",
-        "imported code",
-        "docstring of a stage",
-        "docstring of the model",
+        pytest.param(
+            "src/swesbi/stages/training.py",
+            '"""Train q',
+            '"""Fit q',
+            set(),
+            id="docstring of a stage",
+        ),
+        pytest.param(
+            "src/swesbi/forward_model/simulate.py",
+            '"""',
+            '"""A word. ',
+            set(),
+            id="docstring of the model",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_an_edit_reruns_what_it_affects(
-    finished: StudyCopy, path: str, old: str, new: str, rules: set[str]
+    editable: StudyCopy, path: str, old: str, new: str, rules: set[str]
 ) -> None:
     if new == '"""A word. ':
-        old = (finished.folder / path).read_text(encoding="utf-8").splitlines()[0]
+        old = (editable.folder / path).read_text(encoding="utf-8").splitlines()[0]
         new = old.replace('"""', '"""In other words: ', 1)
-    with edited(finished, path, old, new):
-        assert rules_of(finished.planned()) == rules
+    with edited(editable, path, old, new):
+        assert rules_of(editable.planned()) == rules
 
 
-def test_editing_the_model_reruns_the_simulations(finished: StudyCopy) -> None:
-    with edited(finished, "config.yaml", "destruction_alpha: 1.5", "destruction_alpha: 1.6"):
-        assert {"simulate", "passive", "pool", "cmaes"} <= rules_of(finished.planned())
+@pytest.mark.slow
+def test_editing_the_model_reruns_the_simulations(editable: StudyCopy) -> None:
+    with edited(editable, "config.yaml", "destruction_alpha: 1.5", "destruction_alpha: 1.6"):
+        assert {"simulate", "passive", "pool", "cmaes"} <= rules_of(editable.planned())
 
 
-def test_saving_a_recording_again_reruns_nothing(finished: StudyCopy) -> None:
+def test_saving_a_recording_again_reruns_nothing(editable: StudyCopy) -> None:
     for name in ("swe/A.csv", "subjects.csv"):
-        file = finished.folder / "data" / "virtual_volunteers" / name
+        file = editable.folder / "data" / "virtual_volunteers" / name
         file.write_bytes(file.read_bytes())
-    assert finished.planned() == set()
+    assert editable.planned() == set()
 
 
-def test_a_subject_more_is_the_only_one_simulated(finished: StudyCopy) -> None:
-    with edited(finished, "smoke.yaml", "subjects: [A, B, F]", "subjects: [A, B, F, C]"):
-        jobs = finished.planned()
+def test_a_subject_more_is_the_only_one_simulated(editable: StudyCopy) -> None:
+    with edited(editable, "smoke.yaml", "subjects: [A, B, F]", "subjects: [A, B, F, C]"):
+        jobs = editable.planned()
     for rule in ("ingest", "passive", "simulate", "cmaes"):
         assert all(job.is_of("C") for job in of_rule(jobs, rule))
     assert "pool" in rules_of(jobs)
 
 
-def test_a_row_of_the_table_reruns_its_subject_alone(finished: StudyCopy) -> None:
-    path = finished.folder / "data" / "virtual_volunteers" / "subjects.csv"
+@pytest.mark.slow
+def test_a_row_of_the_table_reruns_its_subject_alone(editable: StudyCopy) -> None:
+    path = editable.folder / "data" / "virtual_volunteers" / "subjects.csv"
     with path.open(newline="") as file:
         row = next(row for row in csv.DictReader(file) if row["subject"] == "B")
     line = next(line for line in path.read_text().splitlines() if line.startswith("B,"))
     other = line.replace(f",{row['hr_bpm']},", f",{float(row['hr_bpm']) + 1:g},", 1)
-    with edited(finished, "data/virtual_volunteers/subjects.csv", line, other):
-        jobs = finished.planned()
+    with edited(editable, "data/virtual_volunteers/subjects.csv", line, other):
+        jobs = editable.planned()
     for rule in ("ingest", "passive", "simulate"):
         assert all(job.is_of("B") for job in of_rule(jobs, rule))
 
 
+@pytest.mark.slow
 def test_one_subject_from_empty_needs_nothing_of_the_others_after_pooling(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
     jobs = study.planned("results-smoke/paper/subjects/A/ppc.png")
@@ -135,14 +162,15 @@ def test_one_subject_from_empty_needs_nothing_of_the_others_after_pooling(tmp_pa
         assert all(job.is_of("A") for job in of_rule(jobs, rule))
 
 
-def test_a_wrong_configuration_stops_before_any_job(finished: StudyCopy) -> None:
-    with edited(finished, "config.yaml", "sd_fraction: 0.08 # chosen", "sd_fraction: 8e-2 # chosen"):
-        done = finished.snakemake("--dry-run")
+def test_a_wrong_configuration_stops_before_any_job(editable: StudyCopy) -> None:
+    with edited(editable, "config.yaml", "sd_fraction: 0.08 # chosen", "sd_fraction: 8e-2 # chosen"):
+        done = editable.snakemake("--dry-run")
     assert done.returncode != 0
     assert "acquisition.sample_sd_fraction = '8e-2'" in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_a_failing_stage_names_the_fault_and_keeps_the_traceback(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
     recording = study.folder / "data" / "virtual_volunteers" / "swe" / "A.csv"
@@ -155,24 +183,20 @@ def test_a_failing_stage_names_the_fault_and_keeps_the_traceback(tmp_path: Path)
     assert not (study.results / "cohort" / "A" / "observation.h5").exists()
 
 
+@pytest.mark.slow(minutes=5)
 def test_one_core_and_two_give_equal_arrays_in_every_artefact(finished: StudyCopy, tmp_path: Path) -> None:
     study = copy_study(tmp_path / "one-core")
     study.run(cores=1)
     assert assert_equal_results(study.results, finished.results) > 30
 
 
-@pytest.mark.slow
-def test_every_experiment_runs_and_shares_what_it_can(tmp_path: Path) -> None:
-    study = copy_study(tmp_path)
-    study.run("--config", "run=all")
-    done = study.snakemake("--summary", "--config", "run=all")
-    assert "update pending" not in done.stdout
-    priors = {path.name for path in (study.results / "simulations").iterdir()}
+def test_every_experiment_runs_and_shares_what_it_can(editable: StudyCopy) -> None:
+    priors = {path.name for path in (editable.results / "simulations").iterdir()}
     assert priors == {"paper", "wide", "calibrated"}
-    for experiment in ("paper", "scalar_only", "wide_prior", "calibrated"):
-        assert (study.results / experiment / "subjects" / "A" / "ppc.png").is_file()
-    with edited(study, "config.yaml", "log_sd: 1.0,", "log_sd: 0.9,"):
-        jobs = study.planned("--config", "run=all")
+    for experiment in ("paper", "scalar_only", "wide_prior", "calibrated", "amortised"):
+        assert (editable.results / experiment / "subjects" / "A" / "ppc.png").is_file()
+    with edited(editable, "config.yaml", "log_sd: 1.0,", "log_sd: 0.9,"):
+        jobs = editable.planned()
     assert {job.output.split("/")[2] for job in of_rule(jobs, "simulate")} == {"wide"}
     assert {job.output.split("/")[1] for job in of_rule(jobs, "train")} == {"wide_prior"}
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from study_copy import ROOT
+
 # The project's own virtual environment holds what every rule needs; an untested container would promise more.
 ACCEPTED = {"Specify a conda environment or container for each rule."}
 

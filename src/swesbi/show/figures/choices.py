@@ -16,7 +16,6 @@ from scipy.stats import binom
 
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.sensitivity.settings import BASE
-from swesbi.sensitivity.table import BASE
 from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.show.numbers import as_percent
 

@@ -1,0 +1,323 @@
+"""The numbers of a finished small study, as tables that are stored and compared.
+
+A table belongs to one experiment, ``cohort.csv`` to what is no experiment's, and has one number a row:
+subject (empty where it is the whole cohort's), quantity, value. ``make reference`` renews what is stored by
+
+    python tests/reference_tables.py results-smoke tests/reference/small_study
+
+Tolerances follow from what can differ between machines. The last digits of sums and of compiled code do, and
+nothing else does before a network is trained. Training amplifies them, and draws from a network move with it.
+Two threads and code without AVX in NumPy, OpenBLAS, Numba and PyTorch, and likewise a learning rate changed by
+5e-7 of itself, moved medians, interval ends, recovery and exact posteriors by at most 5e-6 of themselves, all
+numbers by less than a tenth of their tolerance, and no count. ``test_mutations.py`` repeats the latter, and shows
+what a wrong sign or a lost term does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+SMALL_STUDY: Final = Path(__file__).parent / "reference" / "small_study"
+COHORT: Final = "cohort"
+KEYS: Final = ["experiment", "subject", "quantity"]
+DIGITS: Final = 9  # stored; well beyond the closest tolerance
+SHOWN_SIMULATIONS: Final = 3
+SUBJECTS: Final = ("A", "B", "F")
+FEATURES: Final = ("paper", "scalar_only", "wide_prior")
+SPEEDS: Final = ("calibrated", "amortised")
+EVERY: Final = (*FEATURES, *SPEEDS)
+
+Numbers = Iterator[tuple[str, object]]
+
+
+class Tolerance(NamedTuple):
+    """A number agrees where it differs by less than ``absolute + relative * |stored|``."""
+
+    relative: float
+    absolute: float = 1e-9
+
+
+ROUNDED: Final = Tolerance(1e-6)  # sums and compiled code in another order
+SEARCHED: Final = Tolerance(1e-4, 1e-6)  # where an optimiser stops
+TRAINED: Final = Tolerance(1e-3, 1e-4)  # draws from a trained network, two hundred times what was measured
+COUNTED: Final = Tolerance(0.0, 2.0)  # two draws of thousands on the other side of a bound
+SHARE: Final = Tolerance(0.0, 0.05)  # one recording of 24, a few draws of 100 on the other side of a limit
+
+
+@dataclass(frozen=True)
+class Source:
+    """What is taken from one artefact.
+
+    Attributes:
+        experiments: Those that have it, or the cohort.
+        path: Its path below the results, with ``{experiment}`` and ``{subject}``.
+        read: Yields the name of each number within the artefact, and the number or word.
+        tolerances: By the beginning of that name; the longest that fits holds.
+    """
+
+    experiments: tuple[str, ...]
+    path: str
+    read: Callable[[Path], Numbers]
+    tolerances: dict[str, Tolerance]
+
+    @property
+    def name(self) -> str:
+        """What names of its numbers begin with: its file's, or its folder's where a subject names it."""
+        path = Path(self.path)
+        return path.parts[0] if path.parts[0] in {"cmaes", "simulations"} else path.stem
+
+    def numbers(self, results: Path) -> Iterator[Number]:
+        """Yield its numbers of every experiment and subject.
+
+        Raises:
+            FileNotFoundError: The results lack an artefact.
+        """
+        for experiment in self.experiments:
+            for subject in SUBJECTS if "{subject}" in self.path else ("",):
+                path = results / self.path.format(experiment=experiment, subject=subject)
+                for name, value in self.read(path):
+                    yield Number(experiment, subject, f"{self.name}/{name}", _text(value), self._of(name))
+
+    def _of(self, name: str) -> Tolerance:
+        return self.tolerances[max((key for key in self.tolerances if name.startswith(key)), key=len)]
+
+
+class Number(NamedTuple):
+    """One row: whose it is, what it is, its value as text, and how far it may move."""
+
+    experiment: str
+    subject: str
+    quantity: str
+    value: str
+    tolerance: Tolerance
+
+
+def _text(value: object) -> str:
+    """Return a value as it is stored: words as they are, numbers rounded to ``DIGITS`` digits."""
+    if isinstance(value, bool | np.bool_):
+        return str(bool(value))
+    if isinstance(value, int | float | np.number):
+        return f"{value:.{DIGITS}g}"
+    return "" if value is None else str(value)
+
+
+def datasets(*names: str, group: str | None = None) -> Callable[[Path], Numbers]:
+    """Return the reader of datasets of an artefact: one number an element, named by its labels."""
+
+    def read(path: Path) -> Numbers:
+        with xr.open_dataset(path, group=group, engine="h5netcdf") as content:
+            for name in names:
+                yield from _elements(f"{group}/{name}" if group else name, content[name])
+
+    return read
+
+
+def _elements(name: str, array: xr.DataArray) -> Numbers:
+    """Yield the elements of a dataset; a dimension without coordinates counts from zero."""
+    labels = [array.get_index(dim) for dim in array.dims]
+    for index in np.ndindex(array.shape):
+        inside = ",".join(_label(label[i]) for label, i in zip(labels, index, strict=True))
+        yield f"{name}[{inside}]" if inside else name, array.values[index]
+
+
+def _label(value: object) -> str:
+    """Return a label as part of a name, which the last digits of a phase must not change."""
+    return f"{value:.6f}" if isinstance(value, float) else str(value)
+
+
+def simulated(path: Path) -> Numbers:
+    """Yield what the forward model gives at the first theta of a shard: volumes, peak and its time."""
+    with xr.open_dataset(path, engine="h5netcdf") as content:
+        for i in range(SHOWN_SIMULATIONS):
+            one = content.isel(simulation=i)
+            active, diastolic = one["active_stiffness_kpa"].values, float(one["end_diastolic_volume_ml"])
+            yield from ((f"{name}[{i}]", value) for name, value in _elements("theta", one["theta"]))
+            yield f"end_diastolic_volume_ml[{i}]", diastolic
+            yield f"ejection_fraction[{i}]", 1.0 - float(one["end_systolic_volume_ml"]) / diastolic
+            yield f"peak_kpa[{i}]", active.max()
+            yield f"time_to_peak_cycle[{i}]", content["cycle_phase"].values[active.argmax()]
+            yield f"mean_kpa[{i}]", active.mean()
+            yield f"beats[{i}]", int(one["beats"])
+
+
+def table(keys: list[str], columns: list[str]) -> Callable[[Path], Numbers]:
+    """Return the reader of the columns of a CSV whose rows the keys name."""
+
+    def read(path: Path) -> Numbers:
+        content = pd.read_csv(path)
+        for _, row in content.iterrows():
+            inside = ",".join(str(row[key]) for key in keys)
+            yield from ((f"{column}[{inside}]", row[column]) for column in columns)
+
+    return read
+
+
+def last_epoch(path: Path) -> Numbers:
+    """Yield the losses of the last epoch of a training."""
+    row = pd.read_csv(path).iloc[-1]
+    yield from ((name, row[name]) for name in ("epoch", "training_loss", "validation_loss"))
+
+
+def verdict(path: Path) -> Numbers:
+    """Yield the verdict on a subject and the tests behind it."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    for name in ("supported", "status", "sampler", "max_abs_z", "worst_component", "in_prior_draws"):
+        yield name, content.get(name)
+    yield "reasons", len(content["reasons"])
+    yield from ((f"unfiltered_median[{name}]", value) for name, value in content["unfiltered_median"].items())
+    for test in content.get("tests", ()):
+        yield from ((f"{key}[{test['name']}]", test[key]) for key in ("statistic", "p_value", "flagged"))
+
+
+RECOVERY: Final = table(["parameter", "nominal"], ["coverage", "n", "bias", "contraction"])
+RECOVERED: Final = {"": TRAINED, "coverage": SHARE, "n": COUNTED}
+SCORES: Final = ("rmse_kpa", "nrmse", "r2", "post_peak_rmse_kpa", "coverage", "phases_coverage", "failed")
+CHECKED: Final = ("feature_median", "feature_low", "feature_high")
+CHECKS: Final = ["statistic", "coverage_90", "contraction", "flagged"]
+CHECKED_TO: Final = {"": SHARE, "contraction": TRAINED}
+SUBJECT: Final = "{experiment}/subjects/{subject}"
+RECORDING: Final = datasets(
+    "stiffness_kpa", "stiffness_se_kpa", "repeat_noise_fraction", "sample_noise_fraction"
+)
+PASSIVE: Final = datasets("scale_kpa", "late_diastolic_observed_kpa", "late_diastolic_active_kpa")
+NOISE: Final = datasets("fraction", "standard_error", "low", "high", "homogeneity_p")
+CMAES: Final = datasets("theta", "loss", "rmse_kpa", "run_loss")
+EXACT: Final = datasets(
+    "passive_scale_median_kpa", "passive_scale_interval_kpa", "log_evidence", "k_hat", "efficiency"
+)
+
+CALIBRATED: Final = datasets("weighted_mean", "weighted_sd", "weighted_level", "npe_mean", group="own")
+
+SOURCES: Final = (
+    Source((COHORT,), "cohort/{subject}/observation.h5", RECORDING, {"": ROUNDED}),
+    Source((COHORT,), "cohort/{subject}/passive.h5", PASSIVE, {"": ROUNDED}),
+    Source((COHORT,), "cohort/noise.h5", NOISE, {"": SEARCHED}),
+    Source((COHORT,), "simulations/paper/{subject}/shard-0.h5", simulated, {"": ROUNDED}),
+    Source((COHORT,), "cmaes/{subject}.h5", CMAES, {"": SEARCHED}),
+    Source(FEATURES, "{experiment}/pool.h5", datasets("mean", "scale", "observed"), {"": ROUNDED}),
+    Source(EVERY, "{experiment}/training.csv", last_epoch, {"": TRAINED}),
+    Source(
+        EVERY,
+        f"{SUBJECT}/posterior.h5",
+        datasets("median", "interval", "correlation"),
+        {"": TRAINED},
+    ),
+    Source(SPEEDS, f"{SUBJECT}/posterior.h5", EXACT, {"": TRAINED}),
+    Source(
+        EVERY,
+        f"{SUBJECT}/support.json",
+        verdict,
+        {"": TRAINED, "in_prior_draws": COUNTED, "p_value": SHARE},
+    ),
+    Source(
+        EVERY,
+        f"{SUBJECT}/predictive.h5",
+        datasets(*SCORES, *CHECKED, group="prior"),
+        {"": ROUNDED},
+    ),
+    Source(
+        EVERY,
+        f"{SUBJECT}/predictive.h5",
+        datasets(*SCORES, *CHECKED, group="posterior"),
+        {"": TRAINED, "posterior/phases_coverage": SHARE, "posterior/coverage": SHARE},
+    ),
+    Source(EVERY, "{experiment}/recovery.csv", RECOVERY, RECOVERED),
+    Source(EVERY, "{experiment}/recovery_acquisition.csv", RECOVERY, RECOVERED),
+    Source(
+        ("calibrated",),
+        f"{SUBJECT}/calibration_recordings.h5",
+        CALIBRATED,
+        {"": TRAINED, "own/weighted_level": SHARE},
+    ),
+    Source(
+        ("calibrated",),
+        "{experiment}/calibration.csv",
+        table(["subject", "recordings", "sampler", "test", "quantity"], CHECKS),
+        CHECKED_TO,
+    ),
+    Source(
+        ("amortised",),
+        "{experiment}/calibration.csv",
+        table(["recordings", "sampler", "test", "quantity"], CHECKS),
+        CHECKED_TO,
+    ),
+    Source(
+        ("calibrated",),
+        "{experiment}/identifiability.csv",
+        table(["subject", "quantity"], ["expected_sd_log", "contraction_log", "maximum_likelihood"]),
+        {"": TRAINED},
+    ),
+)
+
+
+def small_study(results: Path) -> pd.DataFrame:
+    """Return every number of a finished small study, with the fields of ``Number`` as columns.
+
+    Raises:
+        FileNotFoundError: The results lack an artefact.
+    """
+    rows = [number for source in SOURCES for number in source.numbers(results)]
+    return pd.DataFrame(rows, columns=list(Number._fields))
+
+
+def stored(folder: Path) -> pd.DataFrame:
+    """Read the stored tables; columns experiment, subject, quantity, value, all text."""
+    tables = {path.stem: pd.read_csv(path, dtype=str, keep_default_na=False) for path in folder.glob("*.csv")}
+    return pd.concat([content.assign(experiment=name) for name, content in sorted(tables.items())])
+
+
+def store(results: Path, folder: Path) -> None:
+    """Write the tables of a finished small study, one an experiment."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for experiment, rows in small_study(results).groupby("experiment"):
+        rows[["subject", "quantity", "value"]].to_csv(folder / f"{experiment}.csv", index=False)
+
+
+def differences(results: Path, folder: Path) -> pd.DataFrame:
+    """Return the rows of a finished small study that do not agree with the stored tables; none if all do.
+
+    A row that one side lacks does not agree. Beside the keys, the columns are ``stored`` and ``found``, and
+    ``excess``: the difference over what is allowed, infinite for words and where a side is missing or NaN.
+    """
+    both = small_study(results).merge(stored(folder), "outer", KEYS, suffixes=("", "_stored"))
+    both["excess"] = [
+        _excess(*row) for row in zip(both["value"], both["value_stored"], both["tolerance"], strict=True)
+    ]
+    apart = both[both["excess"] > 1.0].rename(columns={"value": "found", "value_stored": "stored"})
+    return apart[[*KEYS, "stored", "found", "excess"]].reset_index(drop=True)
+
+
+def _excess(found: object, stored: object, tolerance: object) -> float:
+    """Return the difference over the tolerance; zero for equal texts, infinite where it has no size."""
+    if found == stored:
+        return 0.0
+    if not isinstance(tolerance, Tolerance):  # found lacks the row
+        return np.inf
+    try:
+        apart, size = abs(float(str(found)) - float(str(stored))), abs(float(str(stored)))
+    except ValueError:
+        return np.inf
+    excess = apart / (tolerance.absolute + tolerance.relative * size)
+    return excess if np.isfinite(excess) else np.inf
+
+
+def main() -> None:
+    """Store the tables of a finished small study."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("results", type=Path)
+    parser.add_argument("folder", type=Path)
+    arguments = parser.parse_args()
+    store(arguments.results, arguments.folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,241 @@
+"""The stored tables notice a wrong sign or a lost term, and nothing that changes no result.
+
+Each case edits a copy of the finished small study and makes some of its results again with the edited code;
+the rest is as before, so what differs from the stored tables is the edit's doing. ``make test-exhaustive``
+runs them, a minute or two each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from reference_tables import SMALL_STUDY, differences
+from study_copy import ROOT, StudyCopy, duplicate
+
+EXACT_OF_A = "calibrated/subjects/A/posterior.h5"
+WEIGHTED_OF_F = (
+    "amortised/subjects/F/posterior.h5"  # by importance; the network of `calibrated` is too small for it
+)
+PAPER_OF_A = "paper/subjects/A/support.json"
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """An edit, wherever its text occurs, and what is made again.
+
+    Attributes:
+        name: What is wrong.
+        old: Text of the package's source, or of a file of settings.
+        new: What takes its place.
+        targets: Results that are made again, with all that the edit makes stale on the way to them.
+        broken: What one quantity that no longer agrees begins with; empty where all must agree.
+        where: The file or folder that is searched for the text.
+    """
+
+    name: str
+    old: str
+    new: str
+    targets: tuple[str, ...]
+    broken: str
+    where: str = "src"
+
+    def apply(self, folder: Path) -> None:
+        """Edit every file below ``folder`` that holds the text."""
+        files = self.places(folder)
+        assert files, f"{self.where} does not hold {self.old!r}; write the mutation for the code as it is now"
+        for file in files:
+            file.write_text(file.read_text(encoding="utf-8").replace(self.old, self.new), encoding="utf-8")
+
+    def places(self, folder: Path) -> list[Path]:
+        """Return the files that hold the text."""
+        files = [folder / self.where, *(folder / self.where).rglob("*.py")]
+        return [file for file in files if file.is_file() and self.old in file.read_text(encoding="utf-8")]
+
+
+MUTATIONS = (
+    Mutation(
+        "sign of the squared residual in the likelihood",
+        "-0.5 * z**2 - np.log(sd)",
+        "0.5 * z**2 - np.log(sd)",
+        (EXACT_OF_A,),
+        "posterior/median",
+    ),
+    Mutation(
+        "log of the standard deviation lost in the likelihood",
+        "-0.5 * z**2 - np.log(sd)",
+        "-0.5 * z**2",
+        (EXACT_OF_A,),
+        "posterior/log_evidence",
+    ),
+    Mutation(
+        "timing error tau lost in the discrepancy",
+        "discrepancy.timing_cycle * predicted.slope",
+        "0.0 * predicted.slope",
+        (EXACT_OF_A,),
+        "posterior/log_evidence",
+    ),
+    Mutation(
+        "prior lost in the importance weights",
+        "log_prior + log_likelihood - log_mixture",
+        "log_likelihood - log_mixture",
+        (EXACT_OF_A,),
+        "posterior/log_evidence",
+    ),
+    Mutation(
+        "Jacobian 1/theta lost in the prior's density",
+        "*_log_shape(parameter)) - log_theta[:, j]",
+        "*_log_shape(parameter))",
+        (EXACT_OF_A,),
+        "posterior/log_evidence",
+    ),
+    Mutation(
+        "systematic resampling that prefers the first draws",
+        "(np.arange(draws) + rng.random()) / draws",
+        "((np.arange(draws) + rng.random()) / draws) ** 1.2",
+        (WEIGHTED_OF_F,),
+        "posterior/median",
+    ),
+    Mutation(
+        "factor 3 lost in E = 3 rho c^2 of the predicted speeds",
+        "stiffness / (3.0 * density_kg_m3)",
+        "stiffness / density_kg_m3",
+        (EXACT_OF_A,),
+        "posterior/median",
+    ),
+    Mutation(
+        "factor 3 lost in E = 3 rho c^2 of the recordings",
+        "3.0 * density_kg_m3 * speed_m_s**2",
+        "density_kg_m3 * speed_m_s**2",
+        ("cohort/A/observation.h5",),
+        "observation/stiffness_kpa",
+    ),
+    Mutation(
+        "relaxation by k_SR lost in the kernel",
+        "theta.k_atp * activation - theta.k_sr * (1.0 - activation)",
+        "theta.k_atp * (2.0 * activation - 1.0)",
+        ("simulations/paper/A/shard-0.h5",),
+        "simulations/peak_kpa",
+    ),
+    Mutation(
+        "destruction of bonds by stretching lost in the kernel",
+        "abs(u) + p.alpha * abs(strain_rate)",
+        "abs(u)",
+        ("simulations/paper/A/shard-0.h5",),
+        "simulations/peak_kpa",
+    ),
+    Mutation(
+        "active part of late diastole lost in the passive scale",
+        ".mean(axis=-1) - active_kpa[window].mean()",
+        ".mean(axis=-1)",
+        ("cohort/A/passive.h5",),
+        "passive/scale_kpa",
+    ),
+    Mutation(
+        "noise lost in the augmentation (Eq. 5)",
+        "sd[noisy] * rng.standard_normal(",
+        "0.0 * rng.standard_normal(",
+        (PAPER_OF_A,),
+        "pool/scale",
+    ),
+    Mutation(
+        "scale lost in the standardisation",
+        "(values - self.mean) / self.scale",
+        "values - self.mean",
+        (PAPER_OF_A,),
+        "support/max_abs_z",
+    ),
+    Mutation(
+        "criterion of prior support turned round",
+        "if not abs(z_obs[j]) <= limit",
+        "if abs(z_obs[j]) <= limit",
+        (PAPER_OF_A,),
+        "support/supported",
+    ),
+    Mutation(
+        "sign of the bias in the recovery",
+        "(recovered.mean - recovered.truth)",
+        "(recovered.truth - recovered.mean)",
+        ("paper/recovery.csv",),
+        "recovery/bias",
+    ),
+)
+CONTROLS = (
+    Mutation(
+        "another name for a local of the passive scale",
+        "excess = observed_kpa[..., window].mean(axis=-1) - active_kpa[window].mean()\n"
+        "    return np.asarray(excess / shape[window].mean())",
+        "remainder = observed_kpa[..., window].mean(axis=-1) - active_kpa[window].mean()\n"
+        "    return np.asarray(remainder / shape[window].mean())",
+        ("cohort/A/passive.h5",),
+        "",
+    ),
+    Mutation(
+        "another local in the likelihood",
+        "z**2 - np.log(sd) - 0.5 * np.log(2.0 * np.pi)\n    total = terms.sum(axis=1)",
+        "z**2 - np.log(sd) - 0.5 * np.log(2.0 * np.pi)\n    added = terms\n    total = added.sum(axis=1)",
+        (EXACT_OF_A,),
+        "",
+    ),
+    Mutation(
+        "learning rate of features changed by a rounding error",
+        "learning_rate: 0.002",
+        "learning_rate: 0.002000001",
+        (PAPER_OF_A, "paper/recovery.csv", "paper/subjects/A/predictive.h5"),
+        "",
+        "smoke.yaml",
+    ),
+    Mutation(
+        "learning rate of speeds changed by a rounding error",
+        "learning_rate: 2.0e-3",
+        "learning_rate: 2.000001e-3",
+        (EXACT_OF_A, "calibrated/subjects/A/calibration_recordings.h5"),
+        "",
+        "config.yaml",
+    ),
+    Mutation(
+        "learning rate of the population changed by a rounding error",
+        "learning_rate: 1.5e-3",
+        "learning_rate: 1.500001e-3",
+        (WEIGHTED_OF_F,),
+        "",
+        "config.yaml",
+    ),
+)
+
+
+def names(mutations: tuple[Mutation, ...]) -> list[str]:
+    return [mutation.name for mutation in mutations]
+
+
+def made_again(study: StudyCopy, mutation: Mutation) -> None:
+    """Edit a finished study and make the mutation's targets again."""
+    mutation.apply(study.folder)
+    study.run(*(f"{study.results.name}/{target}" for target in mutation.targets))
+
+
+@pytest.mark.parametrize("mutation", [*MUTATIONS, *CONTROLS], ids=lambda mutation: mutation.name)
+def test_the_text_of_every_mutation_is_there(mutation: Mutation) -> None:
+    folder = ROOT / "tests" if mutation.where == "smoke.yaml" else ROOT
+    assert mutation.places(folder)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("mutation", MUTATIONS, ids=names(MUTATIONS))
+def test_the_tables_notice(finished: StudyCopy, tmp_path: Path, mutation: Mutation) -> None:
+    study = duplicate(finished, tmp_path / "study")
+    made_again(study, mutation)
+    apart = differences(study.results, SMALL_STUDY)
+    assert apart["quantity"].str.startswith(mutation.broken).any(), apart.to_string()
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("control", CONTROLS, ids=names(CONTROLS))
+def test_what_changes_no_result_goes_unnoticed(
+    finished: StudyCopy, tmp_path: Path, control: Mutation
+) -> None:
+    study = duplicate(finished, tmp_path / "study")
+    made_again(study, control)
+    apart = differences(study.results, SMALL_STUDY)
+    assert apart.empty, apart.to_string()
