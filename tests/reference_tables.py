@@ -7,10 +7,10 @@ subject (empty where it is the whole cohort's), quantity, value. ``make referenc
 
 Tolerances follow from what can differ between machines. The last digits of sums and of compiled code do, and
 nothing else does before a network is trained. Training amplifies them, and draws from a network move with it.
-Two threads and code without AVX in NumPy, OpenBLAS, Numba and PyTorch, and likewise a learning rate changed by
-5e-7 of itself, moved medians, interval ends, recovery and exact posteriors by at most 5e-6 of themselves, all
-numbers by less than a tenth of their tolerance, and no count. ``test_mutations.py`` repeats the latter, and shows
-what a wrong sign or a lost term does.
+Two threads and code without AVX in NumPy, OpenBLAS, Numba and PyTorch, and likewise a learning rate changed
+by 5e-7 of itself, moved medians, interval ends, recovery and exact posteriors by at most 5e-6 of themselves,
+all numbers by less than a tenth of their tolerance, and no count. ``test_mutations.py`` repeats the latter
+and shows what a wrong sign or a lost term does.
 """
 
 from __future__ import annotations
