@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from swesbi.artefacts import ArtefactError, Provenance, atomic_path, load, save, schema
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import ArtefactError, Provenance, Variable, atomic_path, load, save, schema
 
 TOY = {"toy": {"/": {"speed_m_s": Variable("phase", "m s-1", "speed")}}}
 

@@ -18,7 +18,7 @@ from swesbi.inference.support import Support, SupportTest, read_support
 from swesbi.misspecification.checks import GROUPS, TEST_NAMES, Checks, no_checks
 from swesbi.misspecification.dataset import KIND, VOLUNTEER, SubjectChecks, read_subject_checks, to_groups
 from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, alarm_rows
-from swesbi.misspecification.reference import Reference, Status
+from swesbi.misspecification.reference import Reference, Verdict
 from swesbi.misspecification.verdict import grade, make_support, null_tests
 from swesbi.recording.dataset import contexts_dataset
 from swesbi.stages.verdict import _others
@@ -57,7 +57,7 @@ def test_p_values_of_fresh_recordings_are_uniform(subject: SubjectChecks, refere
 
 def test_noise_larger_than_stated_is_caught_by_the_fit(bank: Bank, reference: Reference) -> None:
     judged = reference.judge(bank.check(bank.recordings(40, 5, noise=2.0), 3000))
-    assert (judged.status >= Status.STRAINED).mean() > 0.8
+    assert (judged.status >= Verdict.STRAINED).mean() > 0.8
     chi2 = TEST_NAMES.index("chi2")
     assert (judged.test_p[:, chi2] <= reference.joint.thresholds(0.05)[chi2]).mean() > 0.6
 
@@ -67,8 +67,8 @@ def test_a_curve_that_no_theta_gives_is_unsupported(bank: Bank, reference: Refer
     speeds = bank.recordings(20, 7)
     speeds = np.maximum(speeds, np.roll(speeds, 10, axis=1))
     judged = reference.judge(bank.check(speeds, 4000))
-    assert (judged.status == Status.UNSUPPORTED).mean() >= 0.9
-    assert (judged.status >= Status.STRAINED).all()
+    assert (judged.status == Verdict.UNSUPPORTED).mean() >= 0.9
+    assert (judged.status >= Verdict.STRAINED).all()
     assert (judged.group_p[:, GROUPS.index("prior predictive")] <= 0.02).mean() > 0.8
     features = TEST_NAMES.index("conditional_features")
     assert (judged.test_p[:, features] <= reference.joint.thresholds(0.05)[features]).mean() > 0.5
@@ -84,7 +84,7 @@ def test_mass_at_a_rare_bound_is_caught_by_the_boundary_test_alone(
     mass[0, 1, 1] = 0.9
     pressed = replace(one, bound_mass=mass)
     judged = reference.judge(pressed)
-    assert judged.status[0] == Status.UNSUPPORTED
+    assert judged.status[0] == Verdict.UNSUPPORTED
     flagged = [test for test in null_tests(reference, pressed, judged) if test.flagged]
     assert [test.name for test in flagged] == ["boundary_mass"]
     assert "upper bound of k_atp_per_s" in flagged[0].detail
@@ -140,16 +140,16 @@ def ranges(outside: int) -> SupportTest:
 @pytest.mark.parametrize(
     ("overall", "z", "outside", "expected"),
     [
-        (Status.SUPPORTED, -2.9, 0, Status.SUPPORTED),
-        (Status.SUPPORTED, -3.1, 0, Status.STRAINED),
-        (Status.SUPPORTED, 6.1, 0, Status.UNSUPPORTED),
-        (Status.SUPPORTED, 0.0, 1, Status.STRAINED),
-        (Status.UNSUPPORTED, 3.1, 1, Status.UNSUPPORTED),
-        (Status.STRAINED, 0.0, 0, Status.STRAINED),
+        (Verdict.SUPPORTED, -2.9, 0, Verdict.SUPPORTED),
+        (Verdict.SUPPORTED, -3.1, 0, Verdict.STRAINED),
+        (Verdict.SUPPORTED, 6.1, 0, Verdict.UNSUPPORTED),
+        (Verdict.SUPPORTED, 0.0, 1, Verdict.STRAINED),
+        (Verdict.UNSUPPORTED, 3.1, 1, Verdict.UNSUPPORTED),
+        (Verdict.STRAINED, 0.0, 0, Verdict.STRAINED),
     ],
 )
 def test_volumes_and_context_strain_and_only_extreme_volumes_do_more(
-    overall: Status, z: float, outside: int, expected: Status
+    overall: Verdict, z: float, outside: int, expected: Verdict
 ) -> None:
     assert grade(overall, [volume(z)], [ranges(outside)], 6.0) == expected
 
@@ -166,7 +166,7 @@ class Made:
 def test_support_json_holds_both_forms(tmp_path: Path) -> None:
     z, names = np.array([0.1, -3.4]), ("maximum_kpa", "ivsd_cm")
     test = SupportTest("chi2", 3.2, 0.001, 0.004, True, "posterior predictive p-value of chi2 = 0.004")
-    support = make_support(Status.STRAINED, 0.02, (volume(3.3), test, ranges(0)), z, names, Made())
+    support = make_support(Verdict.STRAINED, 0.02, (volume(3.3), test, ranges(0)), z, names, Made())
     path = tmp_path / "support.json"
     write_json(path, support.to_json())
     assert read_support(path) == support
@@ -177,7 +177,7 @@ def test_support_json_holds_both_forms(tmp_path: Path) -> None:
     assert support.acceptance == 1.0
     assert support.reasons[-1] == "MCMC has not converged"
     assert support.verdict.startswith("strained: chi2: posterior predictive p-value")
-    assert not make_support(Status.UNSUPPORTED, 0.0, (test,), z, names, Made()).supported
+    assert not make_support(Verdict.UNSUPPORTED, 0.0, (test,), z, names, Made()).supported
 
 
 def test_support_of_an_experiment_on_features_has_no_new_keys(tmp_path: Path) -> None:

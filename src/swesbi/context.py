@@ -8,7 +8,7 @@ from typing import Annotated, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Labels, Part, Variable
+from swesbi.artefacts import Labels, Part, Variable
 from swesbi.calibration.scores import EACH, Scores
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,7 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.calibration.levels import FloatArray, level_of_truth, moments
 from swesbi.calibration.tarp import tarp_level
 from swesbi.prior import BoxPrior

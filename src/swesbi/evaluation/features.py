@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Part
+from swesbi.artefacts import Part
 from swesbi.evaluation.scores import Band, band
 
 FloatArray = NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Labels, Variable
+from swesbi.artefacts import Labels, Variable
 from swesbi.evaluation.cmaes_run import CmaesRun, best_run
 from swesbi.evaluation.scores import rmse
 from swesbi.parameters import THETA_COLUMNS

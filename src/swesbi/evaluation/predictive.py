@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Labels, Part, Variable
+from swesbi.artefacts import Labels, Part, Variable
 from swesbi.evaluation.features import FeatureCheck, check_features
 from swesbi.evaluation.scores import NO_SCORES, Band, Scores, band, coverage, score
 from swesbi.parameters import THETA_COLUMNS

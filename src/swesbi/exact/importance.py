@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.exact.protocols import LikelihoodModel, Proposal
 from swesbi.exact.weights import resampled_rows
 from swesbi.prior import draw_prior, log_density

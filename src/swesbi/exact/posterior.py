@@ -8,7 +8,7 @@ from typing import Annotated, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Part, Variable
+from swesbi.artefacts import Part, Variable
 from swesbi.exact.importance import WeightedDraws, k_hat_limit, resample, weigh
 from swesbi.exact.mcmc import McmcDraws, sample_mcmc
 from swesbi.exact.protocols import LikelihoodModel, Proposal

@@ -24,7 +24,9 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
 """What the simulator takes of a context; nothing else can change a posterior."""
-LARGEST_Z: Final = 8.0  # a recording farther out is judged by the misspecification tests, not by the network
+LARGEST_PHASE_Z: Final = (
+    8.0  # a recording farther out is judged by the misspecification tests, not by the network
+)
 
 
 class PhaseSettings(Settings):
@@ -67,7 +69,7 @@ class PhaseConditioner:
 
     def standardise(self, inputs: FloatArray) -> FloatArray:
         """Standardise inputs (n, C), within bounds."""
-        return np.clip(self.inputs.apply(inputs), -LARGEST_Z, LARGEST_Z)
+        return np.clip(self.inputs.apply(inputs), -LARGEST_PHASE_Z, LARGEST_PHASE_Z)
 
 
 def fit_phase_conditioner(inputs: FloatArray, settings: PhaseSettings) -> PhaseConditioner:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.identifiability.quantities import quantities
 from swesbi.prior import BoxPrior, quantile
 

@@ -9,7 +9,7 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.identifiability.design import choose_phases, correlation, design_information, uniform_phases
 from swesbi.identifiability.laplace import expected_variance, prior_precision
 from swesbi.identifiability.quantities import log_gradient

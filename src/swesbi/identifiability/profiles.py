@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.identifiability.profile import Profile, interval, pair_profile, profile
 from swesbi.identifiability.settings import IdentifiabilitySettings
 from swesbi.identifiability.speeds import in_logit, maximum_likelihood

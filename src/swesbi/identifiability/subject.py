@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Part, Variable
+from swesbi.artefacts import Part, Variable
 from swesbi.identifiability.contraction import Contraction, contraction, prior_quantities
 from swesbi.identifiability.designs import Designs, expected_of_designs
 from swesbi.identifiability.laplace import expected_sd, prior_precision

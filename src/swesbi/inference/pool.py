@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Labels, Part, Variable
+from swesbi.artefacts import Labels, Part, Variable
 from swesbi.context import CONTEXT_NAMES, CONTEXT_UNITS, Context
 from swesbi.inference.observation_model import augment, noise_sd
 from swesbi.inference.settings import ObservationModelSettings

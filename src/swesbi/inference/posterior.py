@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Labels, Variable
+from swesbi.artefacts import Labels, Variable
 from swesbi.inference.settings import PosteriorSettings
 from swesbi.intervals import interval_levels
 from swesbi.parameters import THETA_COLUMNS

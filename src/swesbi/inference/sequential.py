@@ -12,7 +12,7 @@ import copy
 from dataclasses import dataclass
 
 import torch
-from nflows.transforms.autoregressive import MaskedAffineAutoregressiveTransform
+from nflows.transforms import MaskedAffineAutoregressiveTransform
 from nflows.transforms.made import MADE, MaskedLinear
 from torch import Tensor, nn
 

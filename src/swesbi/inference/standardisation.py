@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 
 FloatArray = NDArray[np.float64]
 MIXED: Final = "as listed in component_unit"

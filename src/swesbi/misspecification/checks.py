@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.flow.conditioning import ConditioningSettings, raw_features
 from swesbi.misspecification.bounds import strip_mass
 from swesbi.misspecification.predictive import (

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from swesbi.artefacts.schema import Labels, Part, Variable
+from swesbi.artefacts import Labels, Part, Variable
 from swesbi.flow.conditioning import ConditioningSettings, raw_features
 from swesbi.misspecification.checks import DISTANCES, MEMBERS, Checks, stack_checks
 from swesbi.misspecification.dataset import NULL, SubjectChecks

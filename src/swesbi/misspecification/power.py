@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 
 from swesbi.misspecification.checks import GROUPS, TESTS, Checks, stack_checks
 from swesbi.misspecification.dataset import ACQUIRED, OWN, VOLUNTEER, SubjectChecks
-from swesbi.misspecification.reference import Judgement, Reference, Status
+from swesbi.misspecification.reference import Judgement, Reference, Verdict
 from swesbi.misspecification.settings import RuleSettings
 
 COHORT: Final = "all"
@@ -87,8 +87,8 @@ def _raised(reference: Reference, judgement: Judgement) -> dict[str, NDArray[np.
         for group, members in zip(GROUPS, reference.joint.members, strict=True)
     }
     verdicts: dict[str, NDArray[np.bool_]] = {
-        STRAINED_OR_WORSE: judgement.status >= Status.STRAINED,
-        UNSUPPORTED: judgement.status >= Status.UNSUPPORTED,
+        STRAINED_OR_WORSE: judgement.status >= Verdict.STRAINED,
+        UNSUPPORTED: judgement.status >= Verdict.UNSUPPORTED,
     }
     return {**tests, **groups, **verdicts}
 

@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 LEAST_SCALE: Final = 0.05  # a feature that hardly ever leaves its predictive median
 
 
-class Status(IntEnum):
+class Verdict(IntEnum):
     """The verdict on a subject, from good to bad."""
 
     SUPPORTED = 0
@@ -87,7 +87,7 @@ class Judgement:
         test_p: P-value of each test; shape (n, T).
         group_p: P-value of each group of tests; shape (n, G).
         overall_p: P-value of the recording; shape (n,).
-        status: Verdict as the integers of :class:`Status`; shape (n,).
+        status: Verdict as the integers of :class:`Verdict`; shape (n,).
     """
 
     statistics: FloatArray

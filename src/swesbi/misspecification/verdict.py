@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from swesbi.inference.support import Support, SupportTest
 from swesbi.misspecification.bounds import BOUNDS, strip_ratios
 from swesbi.misspecification.checks import FEATURE_TESTS, TESTS, Checks
-from swesbi.misspecification.reference import Judgement, Reference, Status
+from swesbi.misspecification.reference import Judgement, Reference, Verdict
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
 
 FloatArray = NDArray[np.float64]
@@ -71,18 +71,18 @@ def null_tests(reference: Reference, checks: Checks, judgement: Judgement) -> tu
 
 
 def grade(
-    overall: Status, volumes: Sequence[SupportTest], contexts: Sequence[SupportTest], extreme_abs_z: float
-) -> Status:
+    overall: Verdict, volumes: Sequence[SupportTest], contexts: Sequence[SupportTest], extreme_abs_z: float
+) -> Verdict:
     """Return the worst of what the null tests, the volumes and the context amount to."""
     if any(abs(test.statistic) > extreme_abs_z for test in volumes):
-        return Status.UNSUPPORTED
+        return Verdict.UNSUPPORTED
     if any(test.flagged for test in (*volumes, *contexts)):
-        return max(overall, Status.STRAINED)
+        return max(overall, Verdict.STRAINED)
     return overall
 
 
 def make_support(
-    status: Status,
+    status: Verdict,
     overall_p: float,
     tests: tuple[SupportTest, ...],
     z_obs: FloatArray,
@@ -112,7 +112,7 @@ def make_support(
         in_prior_draws=len(exact.npe_phi),
         candidate_draws=len(exact.npe_phi),
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
-        supported=status != Status.UNSUPPORTED,
+        supported=status != Verdict.UNSUPPORTED,
         verdict=_verdict(status, overall_p, flagged),
         reasons=(*reasons, *unsure),
         status=status.word,
@@ -160,7 +160,7 @@ def _reason(test: SupportTest) -> str:
     return f"{name} (p = {test.p_value:.2g}, {test.threshold:.2g} allowed): {test.detail}"
 
 
-def _verdict(status: Status, overall_p: float, flagged: Sequence[SupportTest]) -> str:
+def _verdict(status: Verdict, overall_p: float, flagged: Sequence[SupportTest]) -> str:
     """Say the verdict, the test that speaks loudest with what it found, and the names of the others."""
     together = f"overall p = {overall_p:.2g}"
     if not flagged:

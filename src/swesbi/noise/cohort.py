@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 from scipy.stats import chi2
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.noise.components import ComponentEstimate, fit_components
 from swesbi.noise.levels import RepeatLevels, joined
 from swesbi.recording.speed import NoiseComponents

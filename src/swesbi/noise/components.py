@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.noise.levels import RepeatLevels
 
 LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.observation.interpolation import sample_cycle
 from swesbi.observation.settings import MeasurementSettings, PassiveSettings
 from swesbi.observation.stiffness_map import active_stiffness_map

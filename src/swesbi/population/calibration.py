@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
 from swesbi.calibration.recordings import infer_recordings
 from swesbi.calibration.scores import Scores

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Part
+from swesbi.artefacts import Part
 from swesbi.context import Context
 from swesbi.flow.conditioning import ConditioningSettings
 from swesbi.flow.net import TrainedFlow

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.context import Context
 from swesbi.observation.interpolation import sample_cycle, slope_cycle
 from swesbi.parameters import THETA_COLUMNS

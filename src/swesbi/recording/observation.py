@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Part, Variable
+from swesbi.artefacts import Part, Variable
 from swesbi.context import Context
 from swesbi.recording.quality import REASONS
 from swesbi.recording.speed import NoiseComponents

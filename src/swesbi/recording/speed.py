@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.recording.samples import Samples
 
 FloatArray = NDArray[np.float64]

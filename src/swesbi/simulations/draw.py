@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import Variable
+from swesbi.artefacts import Variable
 from swesbi.context import Context
 from swesbi.forward_model.beats import Beats
 from swesbi.forward_model.periodic import Status

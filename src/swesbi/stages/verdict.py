@@ -14,14 +14,14 @@ from swesbi.context import Context
 from swesbi.evaluation.exact_result import ExactResult, read_exact_result
 from swesbi.flow.conditioning import ConditioningSettings, conditioning_of
 from swesbi.forward_model.beats import Beats
-from swesbi.forward_model.periodic import Status as BeatStatus
+from swesbi.forward_model.periodic import Status
 from swesbi.inference.dataset import read_posterior
 from swesbi.inference.support import Support, SupportTest
 from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording
 from swesbi.misspecification.cohort_context import context_tests
 from swesbi.misspecification.dataset import ACQUIRED, OWN, read_subject_checks
 from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, alarm_rows
-from swesbi.misspecification.reference import Reference, Status
+from swesbi.misspecification.reference import Reference, Verdict
 from swesbi.misspecification.settings import RuleSettings
 from swesbi.misspecification.verdict import grade, make_support, null_tests
 from swesbi.misspecification.volumes import volume_tests
@@ -112,7 +112,7 @@ def judge(
     judgement = reference.judge(checks)
     volumes = volume_tests(beats, context, settings.rule.volumes)
     contextual = (*context_tests(context, others, settings.rule.context), *further)
-    status = grade(Status(judgement.status[0]), volumes, contextual, settings.rule.volumes.unsupported_abs_z)
+    status = grade(Verdict(judgement.status[0]), volumes, contextual, settings.rule.volumes.unsupported_abs_z)
     tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
     summary = read_posterior(posterior)
     overall_p = float(judgement.overall_p[0])
@@ -133,7 +133,7 @@ def _check(
     model: SpeedModel, exact: ExactResult, beats: Beats, settings: VerdictStageSettings, origin: Origin
 ) -> Checks:
     """Return what the tests look at in the recording, from the equally weighted exact draws."""
-    works = beats.status == BeatStatus.PERIODIC
+    works = beats.status == Status.PERIODIC
     draws = PosteriorDraws(
         phi=exact.phi,
         weight=works / works.sum(),
