@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from swesbi.config.read import parse_config, read_yaml
 from swesbi.context import Context
-from swesbi.forward_model.beats import Beats
-from swesbi.forward_model.settings import ForwardModelSettings
-from swesbi.forward_model.simulate import simulate
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import Beats, simulate
 from swesbi.prior import PriorSettings, quantile
 from swesbi.recording.subjects import read_subjects
 from swesbi.seeds import generator

@@ -21,19 +21,18 @@ from typing import TypeVar
 
 import numpy as np
 
-from swesbi.config import load_study, read_yaml
+from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.exact.importance import k_hat_limit, weigh
-from swesbi.exact.mcmc import sample_mcmc
-from swesbi.exact.posterior import weight_failures
-from swesbi.exact.proposal import flow_proposal
-from swesbi.exact.settings import ExactSettings
-from swesbi.exact.starts import starting_points
-from swesbi.flow.files import load_flow
-from swesbi.flow.net import TrainedFlow
-from swesbi.speed_model.model import SpeedModel
-from swesbi.speed_model.subjects import read_speed_model
-from swesbi.stages.exact import ExactPosteriorStageSettings
+from swesbi.config.study import load_study
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.subjects import read_speed_model
+from swesbi.networks.spline.files import load_flow
+from swesbi.networks.spline.net import TrainedFlow
+from swesbi.posterior.exact import weight_failures
+from swesbi.posterior.importance import flow_proposal, k_hat_limit, weigh
+from swesbi.posterior.mcmc import sample_mcmc, starting_points
+from swesbi.posterior.settings import ExactSettings
+from swesbi.study.stages.exact import ExactPosteriorStageSettings
 
 SEED = 1
 Result = TypeVar("Result")

@@ -20,21 +20,21 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.config import Study, load_study, read_yaml
+from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.exact.importance import weigh
-from swesbi.exact.proposal import flow_proposal
-from swesbi.flow.net import TrainedFlow, log_q
-from swesbi.flow.settings import FlowSettings
-from swesbi.flow.simulations import SubjectSimulations, at_phases
-from swesbi.flow.training import train_flow
+from swesbi.config.study import Study, load_study
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.subjects import read_speed_models
+from swesbi.networks.settings import FlowSettings
+from swesbi.networks.spline.net import TrainedFlow, log_q
+from swesbi.networks.spline.pool import SubjectSimulations, at_phases
+from swesbi.networks.spline.training import train_flow
+from swesbi.population.synthetic import own_recordings
+from swesbi.posterior.importance import flow_proposal, weigh
 from swesbi.progress import Progress
 from swesbi.show.csv import write_csv
-from swesbi.simulations.draw import draw_simulations
-from swesbi.speed_model.model import SpeedModel
-from swesbi.speed_model.subjects import read_speed_models
-from swesbi.speed_model.synthetic import own_recordings
-from swesbi.stages.flow_training import TrainFlowStageSettings
+from swesbi.simulations import draw_simulations
+from swesbi.study.stages.flow_training import TrainFlowStageSettings
 
 EXPERIMENT: Final = "calibrated"
 SEED: Final = 7

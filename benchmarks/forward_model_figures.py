@@ -21,11 +21,10 @@ import pandas as pd
 from cases import ROOT, Cases, converged_beats, load_cases, stiffness_errors, with_numerics
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from references import Comparison, compare_with_physioblocks, compare_with_svzerod
 
-from swesbi.forward_model.beats import Beats
-from swesbi.forward_model.model import build_model
-from swesbi.forward_model.references import Comparison, compare_with_physioblocks, compare_with_svzerod
-from swesbi.forward_model.simulate import simulate
+from swesbi.heart.model import build_model
+from swesbi.heart.simulate import Beats, simulate
 
 REFERENCE = ROOT / "tests" / "reference" / "forward_model"
 CENTRE = np.array([[45.0, 5.0, 30.0]])

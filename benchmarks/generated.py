@@ -3,7 +3,7 @@
     python benchmarks/generated.py data/generated --subjects 60
     python benchmarks/generated.py data/one --subjects 1 --first 7
 
-Contexts, theta and physiology are drawn as for the choice of the discrepancy (swesbi.discrepancy.cohort),
+Contexts, theta and physiology are drawn as for the choice of the discrepancy,
 so the model is wrong about these hearts in known ways. A number always gives the same subject.
 """
 
@@ -17,10 +17,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from swesbi.config import read_yaml
+from swesbi.checks.discrepancy.cohort import RecordedSubject, record_subject
 from swesbi.config.models import Config
-from swesbi.config.read import parse_config
-from swesbi.discrepancy.cohort import RecordedSubject, record_subject
+from swesbi.config.read import parse_config, read_yaml
 from swesbi.parameters import THETA_NAMES
 
 PROTOCOL = """\

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import swesbi
 from swesbi.code_hash import Package, Place
-from swesbi.stages.registry import STAGES
+from swesbi.study.registry import STAGES
 
 SOURCE = Path(swesbi.__file__).parent
 NO_SCIENCE = ("stages", "config")
@@ -52,7 +52,7 @@ def _science(folder: Path) -> Iterable[str]:
 
 
 def _reruns() -> str:
-    entries = [Place(f"swesbi.stages.{stage}", "run") for stage in STAGES]
+    entries = [Place(f"swesbi.study.stages.{stage}", "run") for stage in STAGES]
     mean = stages_an_edited_line_reruns(SOURCE, entries)
     return f"stages that an edited line of science reruns: {mean:.1f} of {len(entries)}"
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from swesbi.context import Context
-from swesbi.forward_model.equations import Drive, Options, Parameters, State, Theta, right_hand_side
-from swesbi.forward_model.model import build_model
-from swesbi.forward_model.periodic import state_scale
-from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.heart.equations import Drive, Options, Parameters, State, Theta, right_hand_side
+from swesbi.heart.model import build_model
+from swesbi.heart.periodic import state_scale
+from swesbi.heart.settings import ForwardModelSettings
 
 Array = NDArray[np.float64]
 

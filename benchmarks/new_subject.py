@@ -32,27 +32,26 @@ import numpy as np
 import pandas as pd
 from generated import generate, write
 
-from swesbi.calibration.two_samples import classifier_accuracy
-from swesbi.config import Study, load_study, read_yaml
+from swesbi.checks.calibration.local import classifier_accuracy
+from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
+from swesbi.config.study import Study, load_study
 from swesbi.context import Context
-from swesbi.exact.dataset import read_exact_posterior
-from swesbi.exact.importance import weigh
-from swesbi.exact.mcmc import sample_mcmc
-from swesbi.exact.proposal import flow_proposal
-from swesbi.exact.settings import RefinementSettings
-from swesbi.exact.starts import starting_points
-from swesbi.flow.files import load_flow
-from swesbi.flow.net import TrainedFlow
-from swesbi.misspecification.dataset import ACQUIRED, NULL, OWN, SubjectChecks, read_subject_checks
-from swesbi.misspecification.pooled import PriorPredictive, pool_subjects, pooled_reference
-from swesbi.misspecification.settings import RuleSettings
-from swesbi.new_subject.context_range import nearest_known
-from swesbi.new_subject.files import finished_study
-from swesbi.speed_model.model import SpeedModel, speed_model
-from swesbi.speed_model.subjects import read_speed_model
-from swesbi.speed_model.synthetic import own_recordings
-from swesbi.stages.two_samples import CalibrationLocalStageSettings
+from swesbi.measurement.likelihood import SpeedModel, speed_model
+from swesbi.measurement.subjects import read_speed_model
+from swesbi.networks.spline.files import load_flow
+from swesbi.networks.spline.net import TrainedFlow
+from swesbi.population.synthetic import own_recordings
+from swesbi.posterior.exact import read_exact_posterior
+from swesbi.posterior.importance import flow_proposal, weigh
+from swesbi.posterior.mcmc import sample_mcmc, starting_points
+from swesbi.posterior.settings import RefinementSettings
+from swesbi.study.new_subject import finished_study
+from swesbi.study.stages.two_samples import CalibrationLocalStageSettings
+from swesbi.verdict.context import nearest_known
+from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
+from swesbi.verdict.recordings import ACQUIRED, NULL, OWN, SubjectChecks, read_subject_checks
+from swesbi.verdict.settings import RuleSettings
 
 FIRST_UNSEEN = 50  # the numbers below made the choice of the discrepancy
 SEED = 1

@@ -31,8 +31,7 @@ import yaml
 from generated import generate, write
 from study import read_jobs
 
-from swesbi.config import overlay, read_yaml
-from swesbi.config.read import parse_config
+from swesbi.config.read import overlay, parse_config, read_yaml
 from swesbi.show.figures.style import new_figure, save_figure, style
 
 ROOT: Final = Path(__file__).parents[1]

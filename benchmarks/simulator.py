@@ -25,10 +25,10 @@ import numpy as np
 from cases import Cases, converged_beats, load_cases, stiffness_errors
 from numpy.typing import NDArray
 
-from swesbi.forward_model.kernel import LANES, RECORDS, beat_kernel
-from swesbi.forward_model.model import build_model
-from swesbi.forward_model.periodic import lane_blocks
-from swesbi.forward_model.simulate import simulate
+from swesbi.heart.kernel import LANES, RECORDS, beat_kernel
+from swesbi.heart.model import build_model
+from swesbi.heart.periodic import lane_blocks
+from swesbi.heart.simulate import simulate
 
 HERE = Path(__file__).parent
 INSTALL = "python -m venv /tmp/physioblocks && /tmp/physioblocks/bin/pip install physioblocks==2.0.1"

@@ -25,7 +25,7 @@ import pandas as pd
 import yaml
 
 from swesbi.show.figures.style import new_figure, save_figure, style
-from swesbi.stages.job import PROCESSOR_TIME, START_UP
+from swesbi.study.job import PROCESSOR_TIME, START_UP
 
 TIMES = {"s": "wall_s", "max_rss": "memory_mb"}
 SNAKEMAKE_MB = 500  # its own two processes in a job of a cluster
@@ -86,7 +86,7 @@ def imports_s(stage: str) -> float:
 def _imports_once_s(stage: str) -> float:
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
-        [sys.executable, "-c", f"from swesbi.stages.registry import stage_function as load; load('{stage}')"],
+        [sys.executable, "-c", f"from swesbi.study.registry import stage_function as load; load('{stage}')"],
         check=True,
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -28,18 +28,19 @@ from sbi.inference import NPE_C
 from sbi.neural_nets import posterior_nn
 from torch import Tensor
 
-from swesbi.config import load_study, read_yaml
+from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.inference.dataset import read_pool
-from swesbi.inference.determinism import reproducible
-from swesbi.inference.settings import EstimatorSettings
-from swesbi.inference.subjects import read_measured_subjects
-from swesbi.inference.torch_prior import torch_prior
-from swesbi.inference.training import TRAINERS
+from swesbi.config.study import load_study
+from swesbi.measurement.subjects import read_measured_subjects
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.paper.pool import read_pool
+from swesbi.networks.paper.sbi_trainer import torch_prior
+from swesbi.networks.paper.training import TRAINERS
+from swesbi.networks.settings import EstimatorSettings
 from swesbi.prior import PriorSettings
 from swesbi.seeds import integer_seed
-from swesbi.stages.inference import RecoveryStageSettings, synthetic_recordings
-from swesbi.stages.training import TrainStageSettings
+from swesbi.study.stages.inference import RecoveryStageSettings, synthetic_recordings
+from swesbi.study.stages.training import TrainStageSettings
 
 STEPS_BELOW: Final = (0.0, 0.5, 1.0, 2.0)
 """Levels of log q at which times are compared, in nats below the one that every procedure reached."""

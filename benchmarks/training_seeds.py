@@ -20,22 +20,22 @@ import pandas as pd
 from training import read_held_out
 
 from swesbi.artefacts import Provenance
-from swesbi.config import Study, load_study, read_yaml
+from swesbi.checks.draws import SubjectModel, score_theta
+from swesbi.checks.recovery import recover, score_recovery
+from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.evaluation.curve_scores import score_theta
-from swesbi.evaluation.subject_model import SubjectModel
-from swesbi.inference.dataset import read_pool
-from swesbi.inference.estimator import KIND, TrainedEstimator, load_estimator, save_estimator
-from swesbi.inference.pool import Pool
-from swesbi.inference.recovery import recover, score_recovery
-from swesbi.inference.sampling import draw_candidates, losses
-from swesbi.inference.subjects import MeasuredSubject, read_measured_subjects
-from swesbi.inference.support import read_support
-from swesbi.inference.training import TRAINERS, train
+from swesbi.config.study import Study, load_study
+from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects
+from swesbi.networks.paper.estimator import ESTIMATOR as KIND
+from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator, save_estimator
+from swesbi.networks.paper.maf import draw_candidates, losses
+from swesbi.networks.paper.pool import Pool, read_pool
+from swesbi.networks.paper.training import TRAINERS, train
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds
-from swesbi.stages.inference import RecoveryStageSettings
-from swesbi.stages.training import TrainStageSettings
+from swesbi.study.stages.inference import RecoveryStageSettings
+from swesbi.study.stages.training import TrainStageSettings
+from swesbi.verdict.support import read_support
 
 DRAWS = 2000
 LEVEL = 0.9

@@ -9,10 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.calibration.quantities import quantities
-from swesbi.calibration.scores import Scores, score, stack_scores
-from swesbi.calibration.tarp import reference_points
-from swesbi.exact.weights import equal_weights
+from swesbi.checks.calibration.ranks import Scores, quantities, reference_points, score, stack_scores
+from swesbi.draws import equal_weights
 from swesbi.prior import JointPriorSettings
 
 FloatArray = NDArray[np.float64]

@@ -12,13 +12,13 @@ import yaml
 from evaluation_cases import INTERVAL, PRIOR, TITLE, check, cmaes_settings, fit, posterior_theta, support
 from study_copy import ROOT
 
+from swesbi.checks.cmaes import CmaesFit
 from swesbi.context import Context
-from swesbi.evaluation.fit import CmaesFit
-from swesbi.inference.posterior import Posterior, summarise_posterior
-from swesbi.inference.settings import PosteriorSettings
-from swesbi.observation.settings import SUMMARY_NAMES
+from swesbi.measurement.settings import SUMMARY_NAMES
+from swesbi.posterior.settings import PosteriorSettings
+from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.recording.observation import Observation
-from swesbi.recording.quality import REASONS
+from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.show.paper.measured import PoolSize, StudyResults
 from swesbi.show.study_tables import Case, features_table, posterior_table, ppc_table

@@ -8,16 +8,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.evaluation.cmaes import search
-from swesbi.evaluation.cmaes_run import best_run
-from swesbi.evaluation.fit import CmaesFit, gather
-from swesbi.evaluation.loss import curve_loss
-from swesbi.evaluation.predictive import Draws, PredictiveCheck, Target, predict
-from swesbi.evaluation.settings import CmaesSettings, CurveLossSettings
-from swesbi.inference.support import Support
+from swesbi.checks.cmaes import CmaesFit, best_run, curve_loss, gather, search
+from swesbi.checks.predictive import Draws, PredictiveCheck, Target, predict
+from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, bounds, quantile
 from swesbi.show.figures.predictive import PosteriorPanel, PredictivePanel
+from swesbi.verdict.support import Support
 
 FloatArray = NDArray[np.float64]
 GRID = np.linspace(0.0, 1.0, 100)

@@ -14,27 +14,28 @@ import yaml
 from forward_model_cases import COHORT, CONFIG
 from numpy.typing import NDArray
 
+from swesbi import simulations as simulations_dataset
 from swesbi.artefacts import save, to_dataset, to_groups, write_json
-from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
-from swesbi.evaluation.subject_model import SubjectModel
-from swesbi.forward_model.settings import ForwardModelSettings
-from swesbi.forward_model.simulate import simulate
-from swesbi.inference.dataset import posterior_to_groups
-from swesbi.inference.posterior import summarise_posterior
-from swesbi.inference.settings import ObservationModelSettings, PosteriorSettings, SupportSettings
-from swesbi.inference.support import diagnose
-from swesbi.observation.interpolation import analysis_grid, sample_cycle, to_grid
-from swesbi.observation.passive import calibrate_passive
-from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.checks.draws import SubjectModel
+from swesbi.checks.settings import CmaesSettings, PredictiveSettings
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate
+from swesbi.measurement.operator import calibrate_passive
+from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.networks.settings import ObservationModelSettings
+from swesbi.posterior.settings import PosteriorSettings
+from swesbi.posterior.truncated import posterior_to_groups, summarise_posterior
 from swesbi.prior import PriorSettings, log_centre
 from swesbi.recording.observation import Observation
-from swesbi.recording.quality import REASONS
+from swesbi.recording.phases import analysis_grid, sample_cycle, to_grid
+from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.simulations import dataset as simulations_dataset
-from swesbi.simulations.draw import draw_simulations
-from swesbi.stages.cmaes import CmaesStageSettings
-from swesbi.stages.origin import Origin
-from swesbi.stages.predictive import PredictiveStageSettings
+from swesbi.simulations import draw_simulations
+from swesbi.study.stages.cmaes import CmaesStageSettings
+from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.predictive import PredictiveStageSettings
+from swesbi.verdict.settings import SupportSettings
+from swesbi.verdict.support import diagnose
 
 FloatArray = NDArray[np.float64]
 PLAIN: dict[str, Any] = yaml.safe_load(CONFIG.read_text())

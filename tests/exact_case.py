@@ -13,11 +13,11 @@ import speed_case
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
-from swesbi.exact.importance import weigh
-from swesbi.exact.settings import ExactSettings, McmcSettings
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import PHI_NAMES
+from swesbi.posterior.importance import weigh
+from swesbi.posterior.settings import ExactSettings, McmcSettings
 from swesbi.prior import JointPriorSettings, bounds, from_logit, log_centre, log_jacobian, to_logit
-from swesbi.speed_model.model import SpeedModel
 
 FloatArray = NDArray[np.float64]
 LOG_SD = 0.4

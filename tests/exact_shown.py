@@ -10,17 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import save, write_json
-from swesbi.evaluation.exact_result import ExactResult
-from swesbi.evaluation.noisy_predictive import withheld
-from swesbi.evaluation.predictive import PredictiveCheck
-from swesbi.exact.dataset import exact_to_groups
-from swesbi.exact.importance import WeightedDraws
-from swesbi.exact.posterior import ExactPosterior
-from swesbi.exact.settings import ExactSettings
-from swesbi.inference.support import Support, SupportTest
+from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.predictive_speeds import withheld
+from swesbi.posterior.exact import ExactPosterior, exact_to_groups
+from swesbi.posterior.importance import WeightedDraws
+from swesbi.posterior.result import ExactResult
+from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.show.figures.predictive import ExactPanel, PredictivePanel
-from swesbi.stages.origin import Origin
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.support import Support, SupportTest
 
 FloatArray = NDArray[np.float64]
 PRIOR = JointPriorSettings.from_plain(

@@ -7,7 +7,7 @@ import yaml
 from study_copy import ROOT
 
 from swesbi.context import Context
-from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.heart.settings import ForwardModelSettings
 
 CONFIG = ROOT / "config.yaml"
 SETTINGS = ForwardModelSettings.from_plain(yaml.safe_load(CONFIG.read_text())["forward_model"])

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.identifiability.maximise import NormalProblem
-from swesbi.identifiability.normal import Moments
-from swesbi.identifiability.settings import IdentifiabilitySettings
+from swesbi.checks.identifiability.likelihood import Moments, NormalProblem
+from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 
 FloatArray = NDArray[np.float64]
 SLOPES = np.array([[1.0, 0.5, 0.0], [0.2, 1.0, 0.3], [0.0, -0.4, 1.0], [1.0, 1.0, 1.0], [0.5, 0.0, -1.0]])

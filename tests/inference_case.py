@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.inference.pool import Components, SubjectFeatures, components_of
-from swesbi.inference.settings import EstimatorSettings, ObservationModelSettings
+from swesbi.networks.paper.pool import Components, SubjectFeatures, components_of
+from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings
 from swesbi.prior import PriorSettings, log_centre, quantile
 from swesbi.seeds import generator
 

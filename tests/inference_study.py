@@ -10,24 +10,22 @@ from recordings import PHASES, RECORDING, make_samples, nominal_phase
 
 from swesbi.artefacts import save, to_groups
 from swesbi.artefacts import to_dataset as passive_to_dataset
+from swesbi.checks.settings import RecoverySettings
 from swesbi.context import Context
-from swesbi.forward_model.simulate import simulate
-from swesbi.inference.settings import (
-    ObservationModelSettings,
-    PosteriorSettings,
-    RecoverySettings,
-    SupportSettings,
-)
-from swesbi.inference.subjects import MeasuredSubject
-from swesbi.observation.interpolation import sample_cycle
-from swesbi.observation.passive import calibrate_passive, passive_shape
-from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.heart.simulate import simulate
+from swesbi.measurement.operator import calibrate_passive, passive_shape
+from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.measurement.subjects import MeasuredSubject
+from swesbi.networks.settings import ObservationModelSettings
+from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import log_centre
 from swesbi.recording.ingest import ingest
-from swesbi.simulations.dataset import to_dataset as simulations_to_dataset
-from swesbi.simulations.draw import draw_simulations
-from swesbi.stages import inference, simulation, training
-from swesbi.stages.origin import Origin
+from swesbi.recording.phases import sample_cycle
+from swesbi.simulations import draw_simulations
+from swesbi.simulations import to_dataset as simulations_to_dataset
+from swesbi.study.stages import inference, simulation, training
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.settings import SupportSettings
 
 DRAWS = 60
 TRUTH = np.array([[58.0, 6.0, 28.0]])

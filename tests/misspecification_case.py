@@ -8,15 +8,15 @@ import numpy as np
 import speed_case
 from numpy.typing import NDArray
 
-from swesbi.flow.conditioning import ConditioningSettings
-from swesbi.misspecification.bounds import prior_strip_mass
-from swesbi.misspecification.checks import Checks, PosteriorDraws, check_recording, stack_checks
-from swesbi.misspecification.dataset import ACQUIRED, NULL, OWN, VOLUNTEER, SubjectChecks
-from swesbi.misspecification.settings import MisspecificationSettings
-from swesbi.observation.settings import summary_names
+from swesbi.measurement.likelihood import draw_speeds, log_likelihood
+from swesbi.measurement.settings import summary_names
+from swesbi.measurement.speeds import PredictedSpeeds
+from swesbi.networks.spline.conditioning import ConditioningSettings
 from swesbi.prior import quantile
-from swesbi.speed_model.likelihood import draw_speeds, log_likelihood
-from swesbi.speed_model.prediction import PredictedSpeeds
+from swesbi.verdict.distances import prior_strip_mass
+from swesbi.verdict.recordings import ACQUIRED, NULL, OWN, VOLUNTEER, SubjectChecks
+from swesbi.verdict.settings import MisspecificationSettings
+from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, stack_checks
 
 FloatArray = NDArray[np.float64]
 STRIP = 0.1

@@ -10,13 +10,12 @@ import speed_case
 from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import Provenance, save, to_groups
-from swesbi.noise.cohort import fit_noise
-from swesbi.noise.dataset import KIND as NOISE
-from swesbi.noise.dataset import to_dataset
-from swesbi.noise.levels import repeat_levels
-from swesbi.recording.dataset import KIND as OBSERVATION
+from swesbi.recording.components import repeat_levels
 from swesbi.recording.ingest import ingest
-from swesbi.recording.quality import ACCEPTED, rejection
+from swesbi.recording.noise import KIND as NOISE
+from swesbi.recording.noise import fit_noise, to_dataset
+from swesbi.recording.observation import KIND as OBSERVATION
+from swesbi.recording.samples import ACCEPTED, rejection
 
 
 def write_observed_cohort(folder: Path, subjects: Sequence[str]) -> None:

@@ -6,14 +6,12 @@ from functools import cache
 
 import speed_case
 
-from swesbi.config.models import PopulationExperimentSettings
-from swesbi.flow.conditioning import ConditioningSettings
-from swesbi.flow.phases import PhaseSettings
-from swesbi.flow.training import FlowTraining
+from swesbi.config.experiments import PopulationExperimentSettings
+from swesbi.networks.spline.conditioning import ConditioningSettings, PhaseSettings
+from swesbi.networks.spline.training import FlowTraining
 from swesbi.population.recordings import FreshSettings
-from swesbi.population.rows import RowMaker
 from swesbi.population.simulations import PopulationSimulations, simulate_population
-from swesbi.population.training import train_population
+from swesbi.population.training import RowMaker, train_population
 
 CONFIG = speed_case.shipped()
 EXPERIMENT: PopulationExperimentSettings = CONFIG.population_experiments["amortised"]

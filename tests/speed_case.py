@@ -7,10 +7,11 @@ from functools import cache
 import numpy as np
 from study_copy import ROOT
 
-from swesbi.config import Config, parse_config, read_yaml
+from swesbi.config.models import Config
+from swesbi.config.read import parse_config, read_yaml
 from swesbi.context import Context
-from swesbi.speed_model.model import SpeedModel, SpeedModelSettings, speed_model
-from swesbi.speed_model.recording import SpeedRecording
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.speeds import SpeedRecording
 
 CONTEXT = Context("T", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
 PHI = np.array([60.0, 6.0, 29.0, 2.2])

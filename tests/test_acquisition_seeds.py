@@ -16,16 +16,17 @@ from inference_case import (
 from study_copy import StudyCopy
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config import load_study, overlay, read_yaml
+from swesbi.config.read import overlay, read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.inference.pool import build_pool
-from swesbi.inference.sampling import ROWS_PER_BATCH, draw_candidates, draw_until
-from swesbi.inference.support import read_support
-from swesbi.inference.training import train
+from swesbi.config.study import load_study
+from swesbi.networks.paper.maf import ROWS_PER_BATCH, draw_candidates, draw_until
+from swesbi.networks.paper.pool import build_pool
+from swesbi.networks.paper.training import train
 from swesbi.prior import PriorSettings, in_bounds
 from swesbi.show.training_tables import SCORES, SeedRow, medians_table, seeds_table
-from swesbi.stages import acquisition_seeds
-from swesbi.stages.origin import Origin
+from swesbi.study.stages import acquisition_seeds
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.support import read_support
 
 SUBJECTS = ("A", "B", "F")
 

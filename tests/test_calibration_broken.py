@@ -14,26 +14,28 @@ import speed_case
 from numpy.typing import NDArray
 from scipy.special import softmax
 
-from swesbi.calibration.checks import CONTRACTION, COVERAGE, SBC, TARP, Check, check_scores, flagged
-from swesbi.calibration.local import LocalRun, variance_given_first
-from swesbi.calibration.quantities import (
+from swesbi.checks.calibration.local import LocalRun, variance_given_first
+from swesbi.checks.calibration.ranks import (
     QUANTITY_NAMES,
+    Score,
+    Scores,
     prior_variance,
     quantities,
+    reference_points,
+    score,
+    stack_scores,
 )
-from swesbi.calibration.scores import Score, Scores, score, stack_scores
-from swesbi.calibration.tarp import reference_points
-from swesbi.exact.importance import resample, weigh
-from swesbi.exact.proposal import flow_proposal
-from swesbi.exact.weights import equal_weights
-from swesbi.flow.conditioning import ConditioningSettings
-from swesbi.flow.net import TrainedFlow
-from swesbi.flow.simulations import at_phases
-from swesbi.flow.training import train_flow
+from swesbi.checks.calibration.table import CONTRACTION, COVERAGE, SBC, TARP, Check, check_scores, flagged
+from swesbi.draws import equal_weights
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.networks.spline.conditioning import ConditioningSettings
+from swesbi.networks.spline.net import TrainedFlow
+from swesbi.networks.spline.pool import at_phases
+from swesbi.networks.spline.training import train_flow
+from swesbi.population.synthetic import own_recordings
+from swesbi.posterior.importance import flow_proposal, resample, weigh
 from swesbi.prior import draw_prior
-from swesbi.simulations.draw import draw_simulations
-from swesbi.speed_model.model import SpeedModel
-from swesbi.speed_model.synthetic import own_recordings
+from swesbi.simulations import draw_simulations
 
 pytestmark = pytest.mark.slow
 FloatArray = NDArray[np.float64]

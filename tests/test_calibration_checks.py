@@ -13,13 +13,27 @@ from calibration_case import (
     simulate,
 )
 
-from swesbi.calibration.checks import CONTRACTION, COVERAGE, SBC, TARP, Check, check_scores, flagged
-from swesbi.calibration.levels import level_of_truth, moments
-from swesbi.calibration.quantities import QUANTITY_NAMES
-from swesbi.calibration.scores import Scores, score, stack_scores
-from swesbi.calibration.tarp import reference_points, tarp_level
-from swesbi.calibration.uniformity import uniformity
-from swesbi.exact.weights import equal_weights
+from swesbi.checks.calibration.ranks import (
+    QUANTITY_NAMES,
+    Scores,
+    level_of_truth,
+    moments,
+    reference_points,
+    score,
+    stack_scores,
+    tarp_level,
+)
+from swesbi.checks.calibration.table import (
+    CONTRACTION,
+    COVERAGE,
+    SBC,
+    TARP,
+    Check,
+    check_scores,
+    flagged,
+    uniformity,
+)
+from swesbi.draws import equal_weights
 
 RECORDINGS = 1000
 PARAMETERS = QUANTITY_NAMES[:4]

@@ -9,20 +9,13 @@ import numpy as np
 import pytest
 import speed_case
 
-from swesbi.calibration.local import TwoRecordings, variance_given_first
-from swesbi.calibration.misfit import misfit
-from swesbi.calibration.posteriors import exact_draws
-from swesbi.calibration.quantities import (
-    QUANTITY_NAMES,
-    prior_variance,
-    quantities,
-)
-from swesbi.calibration.two_samples import classifier_accuracy
-from swesbi.exact.weights import effective_draws, resampled_rows
+from swesbi.checks.calibration.local import TwoRecordings, classifier_accuracy, variance_given_first
+from swesbi.checks.calibration.ranks import QUANTITY_NAMES, prior_variance, quantities
+from swesbi.checks.calibration.recordings import exact_draws, misfit
+from swesbi.draws import effective_draws, resampled_rows
+from swesbi.measurement.likelihood import RememberingModel, log_speed_sd
 from swesbi.parameters import THETA_RANGES
 from swesbi.prior import draw_prior
-from swesbi.speed_model.likelihood import log_speed_sd
-from swesbi.speed_model.remembering import RememberingModel
 
 PHI = speed_case.PHI[None]
 

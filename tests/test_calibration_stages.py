@@ -14,7 +14,7 @@ from figure_text import assert_text_apart
 from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError, Provenance, load, save
-from swesbi.calibration.dataset import (
+from swesbi.checks.calibration.dataset import (
     KIND,
     LOCAL_KIND,
     RECORDINGS_KIND,
@@ -24,16 +24,15 @@ from swesbi.calibration.dataset import (
     ranked_of,
     two_samples_dataset,
 )
-from swesbi.calibration.quantities import QUANTITY_NAMES
-from swesbi.calibration.ranked import Diagnostics, Inferred, Ranked
-from swesbi.calibration.settings import JudgementSettings
-from swesbi.calibration.table import COLUMNS, POOLED
-from swesbi.config import ConfigError, parse_config, read_yaml
+from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferred, Ranked
+from swesbi.checks.calibration.settings import JudgementSettings
+from swesbi.checks.calibration.table import COLUMNS, POOLED
+from swesbi.config.read import ConfigError, parse_config, read_yaml
 from swesbi.show.figures.calibration import CalibrationCase, draw_calibration
-from swesbi.stages import calibration, check_figures
-from swesbi.stages.calibration import CalibrationStageSettings
-from swesbi.stages.check_figures import CalibrationFigureSettings
-from swesbi.stages.origin import Origin
+from swesbi.study.stages import calibration, check_figures
+from swesbi.study.stages.calibration import CalibrationStageSettings
+from swesbi.study.stages.check_figures import CalibrationFigureSettings
+from swesbi.study.stages.origin import Origin
 
 SUBJECTS = ("A", "B")
 RECORDINGS = 120

@@ -9,7 +9,7 @@ from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.artefacts import load
-from swesbi.stages.registry import STAGES
+from swesbi.study.registry import STAGES
 
 RECORDING = "data/virtual_volunteers/swe/A.csv"
 

@@ -22,9 +22,9 @@ from traced import SOURCE, Trace
 from swesbi.__main__ import main
 from swesbi.code_hash import Package, Place, stage_hash
 from swesbi.recording.settings import ContextRow
-from swesbi.stages import cmaes, cohort, inference, predictive, simulation, training
-from swesbi.stages.origin import Origin
-from swesbi.stages.registry import STAGES, stage_place
+from swesbi.study.registry import STAGES, stage_place
+from swesbi.study.stages import cmaes, cohort, inference, predictive, simulation, training
+from swesbi.study.stages.origin import Origin
 
 ROOT = Path(__file__).parents[1]
 LAW = "from toy.part import law\ndef run(): return law(1)\n"
@@ -337,14 +337,14 @@ def test_an_edit_reruns_the_stages_that_reach_it(folder: Path, copied: Path) -> 
 
 def test_stages_reach_their_science_and_no_other() -> None:
     reaching = {
-        Place("swesbi.evaluation.cmaes", "search"): {"cmaes", "new_subject", "new_subject_of_population"},
-        Place("swesbi.noise.cohort", "fit_noise"): {"noise", "discrepancy"},
+        Place("swesbi.checks.cmaes", "search"): {"cmaes", "new_subject", "new_subject_of_population"},
+        Place("swesbi.recording.noise", "fit_noise"): {"noise", "discrepancy"},
     }
     for place, stages in reaching.items():
         assert {stage for stage in STAGES if place in PACKAGE.followed(*entry(stage))} == stages
     for stage in ("ingest", "passive", "simulate", "predictive", "cmaes", "cohort_figures", "tables"):
         modules = {place.module for place in PACKAGE.followed(*entry(stage))}
-        assert not any(module.startswith("swesbi.inference.train") for module in modules)
+        assert not any(module.startswith("swesbi.networks.paper.training") for module in modules)
 
 
 def test_every_stage_has_a_hash_of_its_own() -> None:
@@ -392,7 +392,7 @@ def passive_by_hand(folder: str) -> None:
     trace = Trace()
     cohort.passive = trace.of(cohort.passive)
     by_hand("passive", Path(folder))
-    assert any(module == "swesbi.forward_model.equations" for module, _ in trace.ran)
+    assert any(module == "swesbi.heart.equations" for module, _ in trace.ran)
     assert_followed(trace, "passive", at_least=80)
 
 

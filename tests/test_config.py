@@ -11,9 +11,11 @@ from typing import Any
 import pytest
 from study_copy import ROOT
 
-from swesbi.config import ConfigError, Study, load_study, overlay, parse_config, read_yaml, slices
+from swesbi.config import slices
+from swesbi.config.read import ConfigError, overlay, parse_config, read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.stages.registry import STAGES
+from swesbi.config.study import Study, load_study
+from swesbi.study.registry import STAGES
 
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 COMMON = ROOT / "workflow" / "rules" / "common.smk"
@@ -320,9 +322,12 @@ def test_an_unknown_subject_or_a_missing_wildcard_is_refused() -> None:
 def test_reading_the_configuration_and_the_workflow_loads_no_heavy_library() -> None:
     """Every job, every command and every parse of the Snakefile imports these modules first."""
     modules = re.findall(r"^from (swesbi[\w.]*) import", COMMON.read_text(encoding="utf-8"), re.MULTILINE)
-    assert {"swesbi.config", "swesbi.config.slices", "swesbi.code_hash", "swesbi.running.workflow"} <= set(
-        modules
-    )
+    assert {
+        "swesbi.config.study",
+        "swesbi.config.slices",
+        "swesbi.study.registry",
+        "swesbi.study.running",
+    } <= set(modules)
     script = f"import sys, {', '.join(modules)}; print(sorted({HEAVY} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -10,21 +10,27 @@ from figure_text import assert_text_apart
 from scipy.special import logsumexp
 from speed_case import PHI, ROOT, model, settings, shipped
 
-from swesbi.config import load_study, read_yaml
+from swesbi.checks.discrepancy.bank import PriorProposal, fill_bank
+from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, GeneratedSubject, draw_volunteer, generate_cohort
+from swesbi.checks.discrepancy.evidence import (
+    DiscrepancyStudySettings,
+    PairScore,
+    best_pair,
+    discrepancy_table,
+    score_pairs,
+    score_subject,
+)
+from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.discrepancy.bank import PriorProposal, fill_bank
-from swesbi.discrepancy.cohort import PHYSIOLOGY, GeneratedSubject, draw_volunteer, generate_cohort
-from swesbi.discrepancy.evidence import PairScore, score_pairs, score_subject
-from swesbi.discrepancy.settings import DiscrepancyStudySettings
-from swesbi.discrepancy.table import best_pair, discrepancy_table
-from swesbi.exact.student import StudentProposal, fitted_proposal
-from swesbi.exact.weights import effective_draws, normalised
+from swesbi.config.study import load_study
+from swesbi.draws import effective_draws, normalised
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.population.synthetic import own_recordings
+from swesbi.posterior.refine import StudentProposal, fitted_proposal
 from swesbi.recording.settings import ContextRow
 from swesbi.show.figures.choices import draw_discrepancy
-from swesbi.speed_model.settings import DiscrepancySettings
-from swesbi.speed_model.synthetic import own_recordings
-from swesbi.stages import sensitivity as stage
-from swesbi.stages.origin import Origin
+from swesbi.study.stages import sensitivity as stage
+from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
 FILES = {"table": ".csv", "figure_pdf": ".pdf", "figure_png": ".png"}

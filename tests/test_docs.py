@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 from study_copy import ROOT, StudyCopy
 
-from swesbi.config import Study, load_study, overlay, read_yaml
-from swesbi.inference.support import read_support
+from swesbi.config.read import overlay, read_yaml
+from swesbi.config.study import Study, load_study
 from swesbi.show.docs.__main__ import documented, main
 from swesbi.show.docs.marks import PART, MarkError, fill
 from swesbi.show.docs.population import COSTS, PopulationResults, scaling_part
@@ -21,6 +21,7 @@ from swesbi.show.docs.results import Results, read_results
 from swesbi.show.figures.registry import PagePart
 from swesbi.show.numbers import fixed, mean_sd, share
 from swesbi.show.tables.population import OverPopulation
+from swesbi.verdict.support import read_support
 
 SHIPPED = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
 

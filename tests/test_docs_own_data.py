@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from study_copy import ROOT, StudyCopy, copy_study
 
-from swesbi.new_subject.files import OUTPUTS
+from swesbi.study.new_subject import OUTPUTS
 
 PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent

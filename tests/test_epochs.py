@@ -12,12 +12,14 @@ from matplotlib.figure import Figure
 from study_copy import StudyCopy
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config import load_study, overlay, read_yaml
+from swesbi.config.read import overlay, read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.inference.dataset import read_pool, read_posterior
-from swesbi.inference.estimator import load_estimator
-from swesbi.inference.sampling import losses
+from swesbi.config.study import load_study
+from swesbi.networks.paper.estimator import load_estimator
+from swesbi.networks.paper.maf import losses
+from swesbi.networks.paper.pool import read_pool
 from swesbi.parameters import THETA_NAMES
+from swesbi.posterior.truncated import read_posterior
 from swesbi.prior import prior_variance
 from swesbi.show.figures.training import EPOCH_COLUMNS, draw_epochs, read_epochs, read_history
 from swesbi.show.training_tables import (
@@ -30,8 +32,8 @@ from swesbi.show.training_tables import (
     RMSE,
     VALIDATION_LOSS,
 )
-from swesbi.stages import epochs
-from swesbi.stages.origin import Origin
+from swesbi.study.stages import epochs
+from swesbi.study.stages.origin import Origin
 
 CHECKPOINTS = {1, 3, 6}
 SUBJECTS = ("A", "B", "F")

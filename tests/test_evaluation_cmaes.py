@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from evaluation_cases import LOSS, PRIOR, cmaes_settings, curves
 
-from swesbi.evaluation.cmaes import search, to_theta
-from swesbi.evaluation.cmaes_run import CmaesRun, best_run
-from swesbi.evaluation.loss import FAILED_LOSS, curve_loss
+from swesbi.checks.cmaes import FAILED_LOSS, CmaesRun, best_run, curve_loss, search, to_theta
 from swesbi.prior import bounds
 
 FloatArray = np.ndarray

@@ -7,10 +7,9 @@ import pytest
 from evaluation_cases import GRID, LOSS, curves
 from scipy.stats import norm
 
-from swesbi.evaluation.features import check_features
-from swesbi.evaluation.loss import FAILED_LOSS, curve_loss
-from swesbi.evaluation.scores import NO_SCORES, Band, band, coverage, reduction_percent, score
-from swesbi.evaluation.settings import CmaesSettings, CurveLossSettings
+from swesbi.checks.cmaes import FAILED_LOSS, curve_loss
+from swesbi.checks.scores import NO_SCORES, Band, band, check_features, coverage, reduction_percent, score
+from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 
 OBSERVED = curves(np.array([[60.0, 6.0, 30.0]]))[0]
 

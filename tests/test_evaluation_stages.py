@@ -23,13 +23,13 @@ from evaluation_study import (
     write_study,
 )
 
-from swesbi.evaluation.cmaes_dataset import read_cmaes
-from swesbi.evaluation.predictive_dataset import read_predictive
+from swesbi.checks.cmaes import read_cmaes
+from swesbi.checks.predictive import read_predictive
 from swesbi.show.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
-from swesbi.stages import cmaes, predictive, subject_figures, tables
-from swesbi.stages.origin import Origin
-from swesbi.stages.subject_figures import CohortFiguresSettings, SubjectFiguresSettings
-from swesbi.stages.tables import TablesSettings
+from swesbi.study.stages import cmaes, predictive, subject_figures, tables
+from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.subject_figures import CohortFiguresSettings, SubjectFiguresSettings
+from swesbi.study.stages.tables import TablesSettings
 
 TITLE = "virtual volunteers"
 LIGHT_STAGES = ("predictive", "subject_figures", "cohort_figures", "tables")
@@ -239,7 +239,7 @@ def test_posterior_table(table_files: dict[str, Path]) -> None:
 
 def test_readers_and_figures_leave_torch_and_pyplot_alone() -> None:
     names = (*LIGHT_STAGES, "training_figure")
-    load = f"from swesbi.stages.registry import stage_function; [stage_function(n) for n in {names}]"
+    load = f"from swesbi.study.registry import stage_function; [stage_function(n) for n in {names}]"
     code = f"{load}; import sys; print([m for m in ('torch', 'matplotlib.pyplot') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

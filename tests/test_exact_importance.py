@@ -15,14 +15,7 @@ from exact_case import (
 )
 from scipy.stats import genpareto
 
-from swesbi.exact.importance import (
-    NoLikelihoodError,
-    WeightedDraws,
-    k_hat_limit,
-    resample,
-    smooth,
-    weigh,
-)
+from swesbi.posterior.importance import NoLikelihoodError, WeightedDraws, k_hat_limit, resample, smooth, weigh
 from swesbi.prior import log_density
 
 DRAWS = 20_000

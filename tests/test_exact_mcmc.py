@@ -9,18 +9,19 @@ from exact_case import LOG_SD, MCMC, PRIOR, ToyModel, check_posterior, known_mea
 from pydantic import ValidationError
 from scipy.signal import lfilter
 
-from swesbi.exact.importance import weigh
-from swesbi.exact.mcmc import (
+from swesbi.posterior.importance import weigh
+from swesbi.posterior.mcmc import (
     McmcDraws,
+    SideBySide,
     effective_draws,
     gather,
+    overdispersed,
     reference_draws,
     sample_mcmc,
     split_r_hat,
+    starting_points,
 )
-from swesbi.exact.moves import SideBySide
-from swesbi.exact.settings import McmcSettings
-from swesbi.exact.starts import overdispersed, starting_points
+from swesbi.posterior.settings import McmcSettings
 from swesbi.prior import to_logit
 
 SHORT = MCMC.model_copy(update={"steps": 60, "max_steps": 60, "min_effective_draws": 1})

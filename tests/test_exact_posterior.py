@@ -13,10 +13,9 @@ from exact_case import PRIOR, SETTINGS, LogitNormal, LogNormal, ToyModel, check_
 from pydantic import ValidationError
 
 from swesbi.artefacts import Provenance, save
-from swesbi.exact.dataset import exact_to_groups, read_exact_posterior
-from swesbi.exact.posterior import ExactPosterior, exact_posterior
-from swesbi.exact.settings import ExactSettings
-from swesbi.inference.dataset import POSTERIOR, read_posterior
+from swesbi.posterior.exact import ExactPosterior, exact_posterior, exact_to_groups, read_exact_posterior
+from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import to_logit
 
 Z, COMPONENTS = np.array([0.5, -1.0, 2.0]), ("one", "two", "three")

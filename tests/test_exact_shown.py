@@ -16,19 +16,18 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from swesbi.artefacts import ArtefactError
-from swesbi.evaluation.exact_result import has_exact_posterior, read_exact_result
-from swesbi.evaluation.truth import read_truth
-from swesbi.evaluation.verdict import is_exact, status, verdict_numbers
-from swesbi.inference.dataset import read_posterior
-from swesbi.inference.posterior import Posterior
-from swesbi.inference.support import read_support
+from swesbi.posterior.result import has_exact_posterior, read_exact_result
+from swesbi.posterior.truncated import Posterior, read_posterior
+from swesbi.recording.files import read_truth
 from swesbi.show.figures.posterior import draw_exact_posteriors
 from swesbi.show.figures.posterior_subject import draw_exact_subject
 from swesbi.show.figures.predictive import draw_cohort_checks, draw_subject_check
 from swesbi.show.figures.style import EXCLUDED_BACKGROUND, STRAINED, TRUTH
 from swesbi.show.study_tables import TRUTH_COLUMNS, Answer, truth_table
-from swesbi.stages import tables as truth_stage
-from swesbi.stages.origin import Origin
+from swesbi.study.stages import tables as truth_stage
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.answers import is_exact, status, verdict_numbers
+from swesbi.verdict.support import read_support
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
 

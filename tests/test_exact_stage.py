@@ -12,26 +12,24 @@ from exact_case import SETTINGS, fitted
 from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import Provenance, load, save, to_groups
-from swesbi.exact.dataset import read_exact_posterior
-from swesbi.exact.importance import weigh
-from swesbi.exact.proposal import FlowProposal, flow_proposal
-from swesbi.flow.conditioning import ConditioningSettings
-from swesbi.flow.files import KIND, load_flow, save_flow
-from swesbi.flow.simulations import SubjectSimulations
-from swesbi.flow.training import train_flow
-from swesbi.inference.dataset import POSTERIOR, read_posterior
-from swesbi.noise.cohort import fit_noise
-from swesbi.noise.dataset import KIND as NOISE
-from swesbi.noise.dataset import to_dataset
-from swesbi.noise.levels import repeat_levels
+from swesbi.measurement.speeds import active_at_phases
+from swesbi.measurement.subjects import read_speed_model
+from swesbi.networks.spline.conditioning import ConditioningSettings
+from swesbi.networks.spline.files import KIND, load_flow, save_flow
+from swesbi.networks.spline.pool import SubjectSimulations
+from swesbi.networks.spline.training import train_flow
+from swesbi.posterior.exact import read_exact_posterior
+from swesbi.posterior.importance import FlowProposal, flow_proposal, weigh
+from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import in_bounds, quantile
-from swesbi.recording.dataset import KIND as OBSERVATION
+from swesbi.recording.components import repeat_levels
 from swesbi.recording.ingest import ingest
-from swesbi.recording.quality import ACCEPTED, rejection
-from swesbi.speed_model.prediction import active_at_phases
-from swesbi.speed_model.subjects import read_speed_model
-from swesbi.stages import exact as stage
-from swesbi.stages.origin import Origin
+from swesbi.recording.noise import KIND as NOISE
+from swesbi.recording.noise import fit_noise, to_dataset
+from swesbi.recording.observation import KIND as OBSERVATION
+from swesbi.recording.samples import ACCEPTED, rejection
+from swesbi.study.stages import exact as stage
+from swesbi.study.stages.origin import Origin
 
 EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]
 EXACT = SETTINGS.model_copy(

@@ -27,9 +27,8 @@ from swesbi.artefacts import (
 from swesbi.artefacts import provenance as provenance_module
 from swesbi.artefacts.atomic import make_command, repair_command
 from swesbi.artefacts.files import LENGTH, append_checksum
-from swesbi.inference.torch_files import read_plain, write_plain
-from swesbi.observation.dataset import read_passive
-from swesbi.observation.passive import PassiveBaseline
+from swesbi.measurement.operator import PassiveBaseline, read_passive
+from swesbi.networks.files import read_plain, write_plain
 
 PASSIVE = schema_of(PassiveBaseline)["/"]
 Change = Callable[[h5py.File], None]

@@ -15,20 +15,25 @@ import pytest
 from study_arrays import arrays
 from study_copy import StudyCopy
 
-from swesbi.running.lock import held_with_others
-from swesbi.running.workflow import check_writable, current_run, guard_execution, remove_stale_locks
-from swesbi.stages.job import logging_to
+from swesbi.study.job import logging_to
+from swesbi.study.running import (
+    check_writable,
+    current_run,
+    guard_execution,
+    held_with_others,
+    remove_stale_locks,
+)
 
 SHARD = "results-smoke/simulations/paper/A/shard-0.h5"
 POOL = "results-smoke/paper/pool.h5"
 
 HOLDER = (
-    "import sys, time; from pathlib import Path; from swesbi.running.lock import held_with_others\n"
+    "import sys, time; from pathlib import Path; from swesbi.study.running import held_with_others\n"
     "with held_with_others(Path(sys.argv[1]), lambda: print('alone', flush=True)):\n"
     "    print('held', flush=True); time.sleep(60)\n"
 )
 ORPHAN = (
-    "import sys, time; from swesbi.running.parent import end_with\n"
+    "import sys, time; from swesbi.study.running import end_with\n"
     "end_with(int(sys.argv[1])); print('watching', flush=True); time.sleep(60)\n"
 )
 
@@ -138,7 +143,7 @@ def test_a_folder_is_tried_before_a_run(tmp_path: Path, monkeypatch: pytest.Monk
     def full(_: int) -> None:
         raise OSError(28, os.strerror(28))
 
-    monkeypatch.setattr("swesbi.running.workflow.os.fsync", full)
+    monkeypatch.setattr("swesbi.study.running.os.fsync", full)
     with pytest.raises(Exception, match="results cannot be written, the disk is full") as caught:
         check_writable(tmp_path)
     assert type(caught.value).__name__ == "WorkflowError"

@@ -19,14 +19,14 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from swesbi.context import CONTEXT_NAMES
-from swesbi.observation.settings import SCALAR_NAMES, SUMMARY_NAMES
+from swesbi.measurement.settings import SCALAR_NAMES, SUMMARY_NAMES
 from swesbi.parameters import THETA_NAMES
 from swesbi.show.figures.experiments import ExperimentScore, draw_experiments
 from swesbi.show.figures.registry import captions
 from swesbi.show.figures.style import EXCLUDED_BACKGROUND, save_figure
 from swesbi.show.figures.workflow import WorkflowPicture, draw_workflow, groups
-from swesbi.stages.places import Place
-from swesbi.stages.study_figures import shown_place
+from swesbi.study.stages.origin import Place
+from swesbi.study.stages.study_figures import shown_place
 
 K_ATP = THETA_NAMES.index("k_atp_per_s")
 GREY = tuple(int(EXCLUDED_BACKGROUND[i : i + 2], 16) / 255 for i in (1, 3, 5))

@@ -20,8 +20,8 @@ from swesbi.parameters import THETA_NAMES
 
 for module in walk_packages(swesbi.__path__, "swesbi."):  # which make kinds known
     if module.name.endswith("dataset") or module.name in {
-        "swesbi.flow.pool",
-        "swesbi.sensitivity.posteriors",
+        "swesbi.networks.spline.pool",
+        "swesbi.checks.sensitivity",
     }:
         import_module(module.name)
 

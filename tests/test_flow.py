@@ -12,14 +12,21 @@ import speed_case
 import torch
 
 from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.flow.conditioning import ConditioningSettings, raw_features
-from swesbi.flow.epochs import fit_statistics, make_rows, split_by_theta
-from swesbi.flow.files import KIND, load_flow, save_flow
-from swesbi.flow.net import draw_phi, log_q
-from swesbi.flow.simulations import SubjectSimulations
-from swesbi.flow.training import FlowTraining, TrainingDivergedError, _Course, train_flow
+from swesbi.measurement.speeds import active_at_phases
+from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
+from swesbi.networks.spline.files import KIND, load_flow, save_flow
+from swesbi.networks.spline.net import draw_phi, log_q
+from swesbi.networks.spline.pool import SubjectSimulations
+from swesbi.networks.spline.training import (
+    FlowTraining,
+    TrainingDivergedError,
+    _Course,
+    fit_statistics,
+    make_rows,
+    split_by_theta,
+    train_flow,
+)
 from swesbi.prior import in_bounds, quantile
-from swesbi.speed_model.prediction import active_at_phases
 
 EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]
 CONDITIONING = ConditioningSettings(summary=EXPERIMENT.summary, grid_points=100, density_kg_m3=1000.0)

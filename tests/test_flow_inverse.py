@@ -6,7 +6,7 @@ import pytest
 import torch
 import zuko
 
-from swesbi.flow.inverse import inverse_transforms
+from swesbi.networks.spline.net import inverse_transforms
 
 FEATURES, CONTEXT = 4, 7
 

@@ -9,7 +9,7 @@ import pytest
 import speed_case
 from population_case import PHASES
 
-from swesbi.flow.phases import (
+from swesbi.networks.spline.conditioning import (
     PhaseSettings,
     context_inputs,
     fill_missing,

@@ -7,9 +7,9 @@ import pytest
 from forward_model_cases import RICHER, SETTINGS
 
 from swesbi.context import CONTEXT_RANGES, RELATIVE_THICKNESS_RANGE, Context
-from swesbi.forward_model.periodic import Status
-from swesbi.forward_model.settings import ForwardModelSettings
-from swesbi.forward_model.simulate import simulate
+from swesbi.heart.periodic import Status
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate
 
 LOW, HIGH = np.array([10.0, 2.0, 2.0]), np.array([200.0, 250.0, 120.0])
 PER_CONTEXT = 20

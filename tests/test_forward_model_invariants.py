@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from forward_model_cases import COHORT, RICHER, SETTINGS, prior_draws
 
-from swesbi.forward_model.model import Model, build_model, cavity_volume, total_volume
-from swesbi.forward_model.periodic import Status, advance, run_to_periodic, state_scale
-from swesbi.forward_model.settings import ForwardModelSettings
-from swesbi.forward_model.simulate import simulate
+from swesbi.heart.model import Model, build_model, cavity_volume, total_volume
+from swesbi.heart.periodic import Status, advance, run_to_periodic, state_scale
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate
 
 SI = np.array([1e3, 1.0, 1.0])
 TIGHT = {"periodicity_tolerance": 1e-9, "maximum_beats": 300}

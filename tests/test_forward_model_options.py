@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
 
-from swesbi.forward_model.equations import (
+from swesbi.heart.equations import (
     FRANK_STARLING,
     available_bonds,
     cavity,
@@ -16,10 +16,10 @@ from swesbi.forward_model.equations import (
     passive_stress,
     resistive_flow,
 )
-from swesbi.forward_model.model import Model, cavity_volume, options_of, parameters_of, steps_of
-from swesbi.forward_model.periodic import Status
-from swesbi.forward_model.settings import ForwardModelSettings
-from swesbi.forward_model.simulate import simulate
+from swesbi.heart.model import Model, cavity_volume, options_of, parameters_of, steps_of
+from swesbi.heart.periodic import Status
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])
 OPTIONS, PARAMETERS = options_of(SETTINGS), parameters_of(COHORT["A"], SETTINGS)

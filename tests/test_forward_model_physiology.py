@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
+from systolic_intervals import systolic_intervals
 
 from swesbi.context import Context
-from swesbi.forward_model.beats import Beats
-from swesbi.forward_model.simulate import simulate
-from swesbi.forward_model.timing import systolic_intervals
+from swesbi.heart.simulate import Beats, simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])
 FINE = SETTINGS.model_copy(update={"steps_per_beat": 2000, "samples_per_beat": 2000})

@@ -8,19 +8,19 @@ import numpy as np
 import pandas as pd
 import pytest
 from forward_model_cases import COHORT, SETTINGS
-from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline
-from study_copy import ROOT
-
-from swesbi.forward_model.equations import cavity, passive_stress, viscosity
-from swesbi.forward_model.model import build_model
-from swesbi.forward_model.periodic import advance
-from swesbi.forward_model.references import (
+from references import (
     SVZEROD_OPTIONS,
     SVZEROD_PARAMETERS,
     compare_with_physioblocks,
     compare_with_svzerod,
 )
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
+from study_copy import ROOT
+
+from swesbi.heart.equations import cavity, passive_stress, viscosity
+from swesbi.heart.model import build_model
+from swesbi.heart.periodic import advance
 
 REFERENCE = ROOT / "tests" / "reference" / "forward_model"
 

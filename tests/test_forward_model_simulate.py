@@ -9,9 +9,9 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS, prior_draws
 from pydantic import ValidationError
 
-from swesbi.forward_model.periodic import Status
-from swesbi.forward_model.settings import ForwardModelSettings
-from swesbi.forward_model.simulate import simulate
+from swesbi.heart.periodic import Status
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])
 

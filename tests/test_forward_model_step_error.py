@@ -7,8 +7,8 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS, prior_draws
 
 from swesbi.context import Context
-from swesbi.forward_model.periodic import Status
-from swesbi.forward_model.simulate import simulate
+from swesbi.heart.periodic import Status
+from swesbi.heart.simulate import simulate
 
 CONVERGED = SETTINGS.model_copy(
     update={"steps_per_beat": 6400, "periodicity_tolerance": 1e-10, "maximum_beats": 300}

@@ -10,27 +10,28 @@ import pytest
 import speed_case
 from identifiability_case import tiny
 
-from swesbi.identifiability.design import (
+from swesbi.checks.identifiability.designs import (
     choose_phases,
     correlation,
     design_information,
+    expected_of_designs,
     single_repeat_variance,
     uniform_phases,
 )
-from swesbi.identifiability.designs import expected_of_designs
-from swesbi.identifiability.laplace import expected_sd, prior_precision
-from swesbi.identifiability.normal import differentiate, information_by_datum
-from swesbi.identifiability.quantities import log_gradient
-from swesbi.identifiability.speeds import (
+from swesbi.checks.identifiability.information import (
     SimulatedStencil,
     SpeedDerivatives,
     derivatives_at,
+    expected_sd,
     in_log,
+    log_gradient,
+    prior_precision,
     simulate_stencil,
 )
+from swesbi.checks.identifiability.likelihood import differentiate, information_by_datum
+from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.prior import from_logit, to_logit
 from swesbi.recording.speed import NoiseComponents
-from swesbi.speed_model.settings import DiscrepancySettings
 
 DISCREPANCY = DiscrepancySettings(speed_fraction=0.03, timing_cycle=0.015)
 PRECISION = np.diag([4.0, 3.0, 5.0, 6.0])

@@ -9,20 +9,28 @@ import pytest
 import speed_case
 from identifiability_case import LOG_SD_SLOPES, OBSERVED, SD, SLOPES, heteroscedastic, linear, precision
 
-from swesbi.identifiability.contraction import contraction, prior_quantities
-from swesbi.identifiability.laplace import expected_sd, interval_fold, prior_precision
-from swesbi.identifiability.normal import (
+from swesbi.checks.identifiability.information import (
+    contraction,
+    expected_sd,
+    in_log,
+    interval_fold,
+    leave_phases_out,
+    log_gradient,
+    moments_of_phi,
+    phase_information,
+    prior_precision,
+    prior_quantities,
+    quantities,
+)
+from swesbi.checks.identifiability.likelihood import (
     Moments,
     differentiate,
     information_by_datum,
     log_likelihood_terms,
     score,
 )
-from swesbi.identifiability.phases import leave_phases_out, phase_information
-from swesbi.identifiability.quantities import log_gradient, quantities
-from swesbi.identifiability.speeds import in_log, moments_of_phi
-from swesbi.speed_model.likelihood import draw_speeds
-from swesbi.speed_model.settings import DiscrepancySettings
+from swesbi.measurement.likelihood import draw_speeds
+from swesbi.measurement.settings import DiscrepancySettings
 
 X = np.array([[0.2, -0.1, 0.3]])
 

@@ -11,10 +11,16 @@ from identifiability_case import OBSERVED, heteroscedastic, least_squares, preci
 from scipy.optimize import minimize
 from scipy.stats import chi2, norm
 
-from swesbi.identifiability.maximise import NormalProblem, maximise
-from swesbi.identifiability.profile import drop, interval, pair_profile, profile
-from swesbi.identifiability.profiles import Profiles, profiles_of
-from swesbi.identifiability.speeds import in_logit
+from swesbi.checks.identifiability.information import in_logit
+from swesbi.checks.identifiability.likelihood import NormalProblem, maximise
+from swesbi.checks.identifiability.profiles import (
+    Profiles,
+    drop,
+    interval,
+    pair_profile,
+    profile,
+    profiles_of,
+)
 from swesbi.prior import from_logit
 
 COVARIANCE = np.linalg.inv(precision())

@@ -14,13 +14,23 @@ from figure_text import assert_text_apart
 from identifiability_case import tiny
 
 from swesbi.artefacts import load, save
-from swesbi.identifiability.cohort import CohortIdentifiability, identify_cohort
-from swesbi.identifiability.dataset import KIND, SCHEMA, to_groups
-from swesbi.identifiability.quantities import QUANTITY_NAMES
-from swesbi.identifiability.subject import RecordedSubject, drawn
-from swesbi.identifiability.tables import design_table, information_table, summary_table
+from swesbi.checks.identifiability.information import QUANTITY_NAMES
+from swesbi.checks.identifiability.subject import (
+    CohortIdentifiability,
+    RecordedSubject,
+    drawn,
+    identify_cohort,
+)
+from swesbi.checks.identifiability.tables import (
+    KIND,
+    SCHEMA,
+    design_table,
+    information_table,
+    summary_table,
+    to_groups,
+)
 from swesbi.show.figures.identifiability import draw_design, draw_identifiability
-from swesbi.stages.origin import Origin
+from swesbi.study.stages.origin import Origin
 
 MISSING = 7
 TITLE = "virtual volunteers"

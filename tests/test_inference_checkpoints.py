@@ -15,13 +15,13 @@ from inference_case import (
 )
 
 from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.inference.checkpoints import KIND, load_checkpoints, save_checkpoints
-from swesbi.inference.determinism import reproducible
-from swesbi.inference.estimator import save_estimator
-from swesbi.inference.pool import Pool, build_pool
-from swesbi.inference.sampling import draw_candidates
-from swesbi.inference.torch_prior import torch_prior
-from swesbi.inference.training import Training, train
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.paper.estimator import CHECKPOINTS as KIND
+from swesbi.networks.paper.estimator import load_checkpoints, save_checkpoints, save_estimator
+from swesbi.networks.paper.maf import draw_candidates
+from swesbi.networks.paper.pool import Pool, build_pool
+from swesbi.networks.paper.sbi_trainer import torch_prior
+from swesbi.networks.paper.training import Training, train
 
 OVERSHOOTING = {
     procedure: estimator_settings(procedure=procedure, learning_rate=0.05, max_num_epochs=12)

@@ -15,12 +15,12 @@ from sbi.neural_nets import posterior_nn
 from sbi.neural_nets.estimators import ConditionalDensityEstimator
 from torch import Tensor
 
-from swesbi.inference.determinism import reproducible
-from swesbi.inference.lean_flow import LeanFlow
-from swesbi.inference.lean_weights import FlowWeights, standardise
-from swesbi.inference.pool import Pool, build_pool
-from swesbi.inference.sbi_trainer import build_net
-from swesbi.inference.training import Training, train
+from swesbi.networks.accelerated.flow import LeanFlow
+from swesbi.networks.accelerated.weights import FlowWeights, standardise
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.paper.pool import Pool, build_pool
+from swesbi.networks.paper.sbi_trainer import build_net
+from swesbi.networks.paper.training import Training, train
 
 ROWS = 60
 ARCHITECTURES = [

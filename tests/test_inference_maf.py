@@ -7,9 +7,9 @@ import pytest
 import torch
 from inference_case import estimator_settings
 
-from swesbi.inference.determinism import reproducible
-from swesbi.inference.maf import MaskedFlow
-from swesbi.inference.sbi_trainer import build_net
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.paper.maf import MaskedFlow
+from swesbi.networks.paper.sbi_trainer import build_net
 
 ROWS, COMPONENTS = 200, 5
 
@@ -40,6 +40,6 @@ def test_weights_of_another_size_are_refused() -> None:
 
 
 def test_drawing_does_not_wait_for_sbi() -> None:
-    script = "import sys, swesbi.stages.inference; print('sbi' in sys.modules)"
+    script = "import sys, swesbi.study.stages.inference; print('sbi' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -7,11 +7,9 @@ from inference_case import CONTEXTS, FEATURES, NOISE_SD, OBSERVATION_MODEL, comp
 
 from swesbi.artefacts import Provenance, save
 from swesbi.context import CONTEXT_NAMES
-from swesbi.inference.dataset import pool_to_dataset, read_pool
-from swesbi.inference.observation_model import augment, noise_sd
-from swesbi.inference.pool import Pool, build_pool
-from swesbi.inference.settings import ObservationModelSettings
-from swesbi.inference.standardisation import fit_standardisation
+from swesbi.networks.paper.pool import Pool, augment, build_pool, noise_sd, pool_to_dataset, read_pool
+from swesbi.networks.settings import ObservationModelSettings
+from swesbi.networks.standardisation import fit_standardisation
 
 OBSERVED = np.array([0.1, -0.2, 0.3, 0.0])
 DRAWS = 200

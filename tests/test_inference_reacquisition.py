@@ -21,14 +21,14 @@ from inference_study import (
 )
 from recordings import RECORDING
 
-from swesbi.forward_model.simulate import simulate
-from swesbi.inference.reacquisition import Reacquisition
-from swesbi.observation.interpolation import sample_cycle
-from swesbi.observation.passive import late_diastolic
-from swesbi.observation.settings import summary_names
+from swesbi.heart.simulate import simulate
+from swesbi.measurement.operator import late_diastolic
+from swesbi.measurement.settings import summary_names
+from swesbi.population.synthetic import Reacquisition
 from swesbi.prior import log_centre
-from swesbi.stages import inference, simulation, training
-from swesbi.stages.origin import Origin
+from swesbi.recording.phases import sample_cycle
+from swesbi.study.stages import inference, simulation, training
+from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.settings import ACQUISITION, AcquisitionSettings
 
 SILENT = ACQUISITION.model_copy(

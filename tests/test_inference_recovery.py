@@ -5,8 +5,8 @@ import pytest
 from inference_case import PAPER_PRIOR
 from scipy.stats import beta
 
-from swesbi.inference.recovery import RecoveryRow, recover, score_recovery, shares
-from swesbi.inference.settings import RecoverySettings
+from swesbi.checks.recovery import RecoveryRow, recover, score_recovery, shares
+from swesbi.checks.settings import RecoverySettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import prior_variance, quantile
 

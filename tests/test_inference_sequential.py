@@ -9,7 +9,7 @@ import torch
 from nflows.transforms.autoregressive import MaskedAffineAutoregressiveTransform
 from sbi.neural_nets import posterior_nn
 
-from swesbi.inference.sequential import SequentialInverse, for_drawing
+from swesbi.networks.paper.maf import SequentialInverse, for_drawing
 
 ROWS, CONTEXT = 300, 7
 

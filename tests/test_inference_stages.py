@@ -14,18 +14,19 @@ from inference_case import CONTEXTS
 from inference_study import DRAWS, NOISE, POOL, POSTERIOR, RECOVERY, SUMMARY, TRAIN, Inputs, write_inputs
 
 from swesbi.artefacts import ArtefactError, read_provenance
-from swesbi.inference.dataset import read_pool, read_posterior
-from swesbi.inference.estimator import load_estimator
-from swesbi.inference.recovery import fresh_simulations
-from swesbi.inference.sampling import draw_candidates
-from swesbi.inference.subjects import read_measured_subjects
-from swesbi.inference.support import read_support
-from swesbi.observation.dataset import read_passive
-from swesbi.observation.settings import summary_names
+from swesbi.checks.recovery import fresh_simulations
+from swesbi.measurement.operator import read_passive
+from swesbi.measurement.settings import summary_names
+from swesbi.measurement.subjects import read_measured_subjects
+from swesbi.networks.paper.estimator import load_estimator
+from swesbi.networks.paper.maf import draw_candidates
+from swesbi.networks.paper.pool import read_pool
+from swesbi.posterior.truncated import read_posterior
 from swesbi.seeds import integer_seed
-from swesbi.simulations.draw import draw_simulations
-from swesbi.stages import inference, simulation, training
-from swesbi.stages.origin import Origin
+from swesbi.simulations import draw_simulations
+from swesbi.study.stages import inference, simulation, training
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.support import read_support
 
 
 @pytest.fixture(scope="module")
@@ -213,8 +214,7 @@ def test_artefacts_say_where_they_come_from(results: Path) -> None:
 
 
 def test_readers_do_not_import_torch() -> None:
-    modules = [
-        f"swesbi.inference.{name}" for name in ("settings", "pool", "dataset", "support", "reacquisition")
-    ]
+    names = ("networks.settings", "networks.paper.pool", "posterior.truncated", "verdict.support")
+    modules = [f"swesbi.{name}" for name in (*names, "population.synthetic")]
     code = f"import sys, {', '.join(modules)}; sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -11,11 +11,11 @@ from inference_case import PAPER_PRIOR
 from pydantic import ValidationError
 
 from swesbi.artefacts import ArtefactError, Provenance, save, write_json
-from swesbi.inference.dataset import posterior_to_groups, read_posterior
-from swesbi.inference.posterior import Posterior, summarise_posterior
-from swesbi.inference.settings import PosteriorSettings, SupportSettings
-from swesbi.inference.support import Support, diagnose, read_support
 from swesbi.parameters import THETA_NAMES
+from swesbi.posterior.settings import PosteriorSettings
+from swesbi.posterior.truncated import Posterior, posterior_to_groups, read_posterior, summarise_posterior
+from swesbi.verdict.settings import SupportSettings
+from swesbi.verdict.support import Support, diagnose, read_support
 
 NAMES = ("maximum_kpa", "max_up_slope_kpa_per_cycle", "age_years")
 Z_OBS = np.array([0.5, -1.2, 2.16])

@@ -19,13 +19,13 @@ from sbi.inference import NPE_C
 from sbi.neural_nets import posterior_nn
 
 from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.inference.determinism import reproducible
-from swesbi.inference.estimator import TrainedEstimator, load_estimator, save_estimator
-from swesbi.inference.pool import Pool, build_pool
-from swesbi.inference.sampling import ROWS_PER_BATCH, draw_candidates
-from swesbi.inference.settings import EstimatorSettings
-from swesbi.inference.torch_prior import torch_prior
-from swesbi.inference.training import Epoch, choose_device, train
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator, save_estimator
+from swesbi.networks.paper.maf import ROWS_PER_BATCH, draw_candidates
+from swesbi.networks.paper.pool import Pool, build_pool
+from swesbi.networks.paper.sbi_trainer import torch_prior
+from swesbi.networks.paper.training import Epoch, choose_device, train
+from swesbi.networks.settings import EstimatorSettings
 
 OBSERVED = np.array([0.4, -0.3, 0.5, 0.1])
 FAST = estimator_settings()
@@ -34,8 +34,8 @@ SAMPLE = """
 import sys
 import numpy as np
 from pathlib import Path
-from swesbi.inference.estimator import load_estimator
-from swesbi.inference.sampling import draw_candidates
+from swesbi.networks.paper.estimator import load_estimator
+from swesbi.networks.paper.maf import draw_candidates
 estimator, _ = load_estimator(Path(sys.argv[1]))
 z = np.load(sys.argv[2])
 np.save(sys.argv[3], draw_candidates(estimator, z, 300, 5))

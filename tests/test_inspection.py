@@ -15,11 +15,9 @@ from study_copy import StudyCopy
 
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.files import LENGTH, append_checksum
-from swesbi.inspection.command import main
-from swesbi.inspection.content import Array, flatten
-from swesbi.inspection.diff import compare_arrays, compare_runs
-from swesbi.inspection.read import READERS, read
-from swesbi.inspection.text import as_lines
+from swesbi.study.inspect.command import as_lines, main
+from swesbi.study.inspect.diff import compare_arrays, compare_runs
+from swesbi.study.inspect.read import READERS, Array, flatten, read
 
 Shown = pytest.CaptureFixture[str]
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from study_copy import ROOT, StudyCopy, copy_study, rules_of
 
-from swesbi.config import load_study, read_yaml
+from swesbi.config.read import read_yaml
+from swesbi.config.study import load_study
 
 ALONE = ("--config", "run=[amortised]")
 

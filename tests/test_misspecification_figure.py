@@ -6,10 +6,10 @@ import pytest
 from figure_text import assert_text_apart, text_boxes
 from matplotlib.figure import Figure
 
-from swesbi.inference.support import Support, SupportTest
-from swesbi.misspecification.checks import GROUPS, TEST_NAMES
-from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, AlarmRow
 from swesbi.show.figures.misspecification import LABELS, draw_misspecification
+from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, AlarmRow
+from swesbi.verdict.statistics import GROUPS, TEST_NAMES
+from swesbi.verdict.support import Support, SupportTest
 
 ALARMS = (*(f"group: {group}" for group in GROUPS), STRAINED_OR_WORSE, UNSUPPORTED)
 STATUSES = ("supported", "strained", "unsupported")

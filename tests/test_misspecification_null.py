@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import kstest, norm
 
-from swesbi.misspecification.null import SMALLEST_P, JointNull, fit_joint_null, fit_null
+from swesbi.verdict.nulls import SMALLEST_P, JointNull, fit_joint_null, fit_null
 
 FloatArray = NDArray[np.float64]
 MEMBERS = ((0, 1, 2), (3,), (4, 5))

@@ -11,15 +11,20 @@ from numpy.typing import NDArray
 from scipy.stats import kstest, norm
 
 from swesbi.context import Context
-from swesbi.forward_model.simulate import simulate
-from swesbi.misspecification.bounds import boundary_statistic, prior_strip_mass, strip_edges, strip_mass
-from swesbi.misspecification.cohort_context import context_tests, leave_one_out
-from swesbi.misspecification.feature_space import fit_feature_space
-from swesbi.misspecification.predictive import chi2_p_value, tail_probabilities, tail_scores
-from swesbi.misspecification.settings import ContextCheckSettings, VolumeSettings
-from swesbi.misspecification.volumes import volume_tests, volume_z
+from swesbi.heart.simulate import simulate
+from swesbi.measurement.likelihood import draw_speeds
 from swesbi.prior import quantile
-from swesbi.speed_model.likelihood import draw_speeds
+from swesbi.verdict.context import context_tests, leave_one_out
+from swesbi.verdict.distances import (
+    boundary_statistic,
+    fit_feature_space,
+    prior_strip_mass,
+    strip_edges,
+    strip_mass,
+)
+from swesbi.verdict.settings import ContextCheckSettings, VolumeSettings
+from swesbi.verdict.statistics import chi2_p_value, tail_probabilities, tail_scores
+from swesbi.verdict.verdict import volume_tests, volume_z
 
 FloatArray = NDArray[np.float64]
 RANGES = ContextCheckSettings(level=0.01, ranges={"ivsd_cm": (0.6, 1.0), "lvedv_ml": (46.0, 150.0)})

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from scipy.stats import kstest
 
 from swesbi.artefacts import ArtefactError, Provenance, save, write_json
-from swesbi.flow.conditioning import raw_features
-from swesbi.inference.support import Support, SupportTest, read_support
-from swesbi.misspecification.checks import GROUPS, TEST_NAMES, Checks, no_checks
-from swesbi.misspecification.dataset import KIND, VOLUNTEER, SubjectChecks, read_subject_checks, to_groups
-from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, alarm_rows
-from swesbi.misspecification.reference import Reference, Verdict
-from swesbi.misspecification.verdict import grade, make_support, null_tests
-from swesbi.recording.dataset import contexts_dataset
-from swesbi.stages.verdict import _others
+from swesbi.networks.spline.conditioning import raw_features
+from swesbi.recording.observation import contexts_dataset
+from swesbi.study.stages.verdict import _others
+from swesbi.verdict.nulls import Reference, Verdict
+from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, alarm_rows
+from swesbi.verdict.recordings import KIND, VOLUNTEER, SubjectChecks, read_subject_checks, to_groups
+from swesbi.verdict.statistics import GROUPS, TEST_NAMES, Checks, no_checks
+from swesbi.verdict.support import Support, SupportTest, read_support
+from swesbi.verdict.verdict import grade, make_support, null_tests
 
 FloatArray = NDArray[np.float64]
 NULL_RECORDINGS = 400

@@ -20,20 +20,19 @@ from study_copy import StudyCopy
 
 from swesbi.__main__ import main
 from swesbi.context import Context
-from swesbi.exact.importance import weigh
-from swesbi.exact.refinement import FittedProposal, refine
-from swesbi.exact.settings import RefinementSettings
-from swesbi.exact.student import StudentProposal
-from swesbi.misspecification.checks import GROUPS
-from swesbi.misspecification.dataset import NULL, OWN, SubjectChecks
-from swesbi.misspecification.pooled import PriorPredictive, pool_subjects, pooled_reference
-from swesbi.new_subject.context_range import ContextRefusedError, check_context, nearest_known, outside
-from swesbi.new_subject.files import OUTPUTS
-from swesbi.noise.levels import repeat_levels
-from swesbi.noise.single import compare_noise
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.posterior.importance import weigh
+from swesbi.posterior.refine import FittedProposal, StudentProposal, refine
+from swesbi.posterior.settings import RefinementSettings
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
+from swesbi.recording.components import repeat_levels
+from swesbi.recording.noise import compare_noise
 from swesbi.recording.speed import NoiseComponents
-from swesbi.speed_model.model import SpeedModel
+from swesbi.study.new_subject import OUTPUTS
+from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
+from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
+from swesbi.verdict.recordings import NULL, OWN, SubjectChecks
+from swesbi.verdict.statistics import GROUPS
 
 FloatArray = NDArray[np.float64]
 

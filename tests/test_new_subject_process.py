@@ -7,7 +7,7 @@ from typing import Final
 
 SCRIPT: Final = """
 import torch
-from swesbi.stages.new_subject_chain import process_beside
+from swesbi.study.stages.new_subject import process_beside
 
 def work():
     return float(torch.zeros(2000, 2000).exp().sum())

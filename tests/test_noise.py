@@ -11,27 +11,28 @@ from recordings import CONTEXT, RECORDING, make_samples
 from statsmodels.regression.mixed_linear_model import MixedLM
 
 from swesbi.artefacts import ArtefactError, save, to_groups
-from swesbi.noise.cohort import fit_noise
-from swesbi.noise.components import fit_components, log_restricted_likelihood
-from swesbi.noise.dataset import KIND, read_noise, to_dataset
-from swesbi.noise.error import relative_se
-from swesbi.noise.levels import RepeatLevels, joined, repeat_levels
-from swesbi.noise.settings import NoiseSettings
-from swesbi.recording.dataset import read_contexts
+from swesbi.measurement.speeds import measured_speeds
+from swesbi.recording.components import (
+    RepeatLevels,
+    fit_components,
+    joined,
+    log_restricted_likelihood,
+    repeat_levels,
+)
 from swesbi.recording.ingest import ingest
-from swesbi.recording.quality import ACCEPTED, rejection
-from swesbi.recording.samples import Samples
+from swesbi.recording.noise import KIND, fit_noise, read_noise, relative_se, to_dataset
+from swesbi.recording.observation import read_contexts
+from swesbi.recording.samples import ACCEPTED, Samples, rejection
+from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.show.docs.figures import write_noise_figure
 from swesbi.show.figures.recording import draw_noise
-from swesbi.speed_model.recording import measured_speeds
-from swesbi.stages import cohort as stage
-from swesbi.stages.origin import Origin
+from swesbi.study.stages import cohort as stage
+from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.acquisition import acquire
 from swesbi.virtual_cohort.settings import ACQUISITION
-from swesbi.virtual_cohort.truth import true_curve
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS, true_curve
 
 TRUE = NoiseComponents(ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction)
 SETTINGS = stage.NoiseStageSettings(recording=RECORDING, noise=NoiseSettings(interval=0.9))

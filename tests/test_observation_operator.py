@@ -11,21 +11,22 @@ from recordings import CONTEXT, RECORDING, clean_speed, make_samples, nominal_ph
 from scipy.interpolate import PchipInterpolator
 
 from swesbi.artefacts import to_dataset as passive_dataset
-from swesbi.observation.dataset import read_passive
-from swesbi.observation.interpolation import analysis_grid, sample_cycle, to_grid
-from swesbi.observation.operator import total_at_phases, total_curves
-from swesbi.observation.passive import (
+from swesbi.measurement.operator import (
     PassiveBaseline,
     PassiveCalibrationError,
+    active_stiffness_map,
     calibrate_passive,
     late_diastolic,
     passive_scale,
     passive_shape,
+    read_passive,
+    total_at_phases,
+    total_curves,
 )
-from swesbi.observation.settings import MeasurementSettings, PassiveSettings
-from swesbi.observation.stiffness_map import active_stiffness_map
+from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
+from swesbi.recording.phases import analysis_grid, sample_cycle, to_grid
 
 CYCLE = np.arange(200) / 200
 MEASUREMENT = MeasurementSettings(grid_points=100, active_stiffness_map="identity")
@@ -207,8 +208,8 @@ def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
 
     from swesbi.artefacts import save, to_groups
     from swesbi.prior import ParameterPrior, PriorSettings
-    from swesbi.stages import cohort as stage
-    from swesbi.stages.origin import Origin
+    from swesbi.study.stages import cohort as stage
+    from swesbi.study.stages.origin import Origin
 
     ranges = {"k0_kpa": (45, 0.5, 10, 200), "k_atp_per_s": (5, 0.6, 2, 30), "k_sr_per_s": (30, 0.45, 2, 60)}
     keys = ("centre", "log_sd", "low", "high")

@@ -5,8 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from swesbi.observation.interpolation import analysis_grid
-from swesbi.observation.settings import (
+from swesbi.measurement.settings import (
     SCALAR_NAMES,
     SUMMARY_NAMES,
     SUMMARY_UNITS,
@@ -14,7 +13,8 @@ from swesbi.observation.settings import (
     summary_names,
     summary_units,
 )
-from swesbi.observation.summary import summarise
+from swesbi.measurement.summary import summarise
+from swesbi.recording.phases import analysis_grid
 
 SETTINGS = SummarySettings(baseline_window=(0.8, 0.97), trajectory_points=30, use_trajectory=True)
 TIMES = [name for name in SCALAR_NAMES if name.endswith("_cycle") and "per_cycle" not in name]

@@ -12,23 +12,23 @@ from exact_case import SETTINGS
 from observed_cohort import write_observed_cohort
 
 from swesbi.artefacts import ArtefactError, Provenance, load, save
-from swesbi.calibration.settings import RecordingsSettings
+from swesbi.checks.calibration.dataset import FRESH as CALIBRATION
+from swesbi.checks.calibration.dataset import fresh_dataset, fresh_of
+from swesbi.checks.calibration.dataset import join_fresh as join
+from swesbi.checks.calibration.fresh import FreshInferred, infer_fresh, strata
+from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.context import Context
-from swesbi.evaluation.exact_result import read_exact_result
-from swesbi.flow.files import KIND, load_flow, save_flow
-from swesbi.flow.phases import PhaseConditioner
-from swesbi.inference.support import read_support
-from swesbi.misspecification.checks import DISTANCES
-from swesbi.new_subject.context_range import ContextRefusedError, check_declared
-from swesbi.population.calibration import FreshInferred, infer_fresh, strata
-from swesbi.population.calibration_dataset import KIND as CALIBRATION
-from swesbi.population.calibration_dataset import fresh_dataset, fresh_of, join
-from swesbi.population.null import draw_null
-from swesbi.population.null_dataset import KIND as NULL
-from swesbi.population.null_dataset import read_null, to_dataset
+from swesbi.networks.spline.conditioning import PhaseConditioner
+from swesbi.networks.spline.files import KIND, load_flow, save_flow
 from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh, recorded
-from swesbi.stages import population as stage
-from swesbi.stages.origin import Origin
+from swesbi.posterior.result import read_exact_result
+from swesbi.study.stages import population as stage
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.context import ContextRefusedError, check_declared
+from swesbi.verdict.pooled import KIND as NULL
+from swesbi.verdict.pooled import draw_null, read_null, to_dataset
+from swesbi.verdict.statistics import DISTANCES
+from swesbi.verdict.support import read_support
 
 BASE = case.CONFIG.speed_experiments[case.EXPERIMENT.base]
 EXACT = SETTINGS.model_copy(

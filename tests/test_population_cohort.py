@@ -13,15 +13,16 @@ from figure_text import assert_text_apart, text_boxes
 from study_copy import ROOT, StudyCopy
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config import load_study, read_yaml
+from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
+from swesbi.config.study import load_study
 from swesbi.context import Context
-from swesbi.evaluation.exact_result import read_exact_result
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
-from swesbi.population.cohort import REFUSED, Answer, answer_columns, cohort_table, read_cohort
+from swesbi.posterior.result import read_exact_result
 from swesbi.prior import JointPriorSettings
 from swesbi.show.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort
 from swesbi.show.figures.population import draw_strata, read_strata, stratum_label
+from swesbi.verdict.answers import REFUSED, Answer, answer_columns, cohort_table, read_cohort
 
 TITLE = "virtual volunteers"
 REASON = "ivsd_cm = 1.5 is outside [0.4, 1.4]"

@@ -6,8 +6,8 @@ import numpy as np
 from population_case import CONFIG, EXPERIMENT
 from scipy.stats import kstest
 
-from swesbi.population.conditions import admitted, draw_conditions
-from swesbi.recording.completeness import incomplete
+from swesbi.population.recordings import admitted, draw_conditions
+from swesbi.recording.ingest import incomplete
 from swesbi.recording.phases import nominal_phases
 
 PHASE = nominal_phases(20)

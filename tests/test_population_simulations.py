@@ -9,9 +9,8 @@ import population_case as case
 import pytest
 
 from swesbi.artefacts import Provenance, save
-from swesbi.population.dataset import KIND, read_population, to_dataset
-from swesbi.population.rows import split_by_context
-from swesbi.population.simulations import simulate_population
+from swesbi.population.simulations import KIND, read_population, simulate_population, to_dataset
+from swesbi.population.training import split_by_context
 from swesbi.prior import from_logit, log_density
 
 PROVENANCE = Provenance(KIND, "", 1, {}, "0" * 16)

@@ -11,27 +11,28 @@ import speed_case
 from evaluation_study import make_model
 from exact_shown import write_posterior, write_support
 
+from swesbi import simulations as simulations_dataset
 from swesbi.artefacts import save, to_groups
-from swesbi.evaluation.new_recordings import (
+from swesbi.checks.predictive import read_predictive
+from swesbi.checks.predictive_speeds import (
     NewRecordings,
     Recorder,
     feature_noise_sd,
     make_target,
     posterior_recordings,
+    predict_recordings,
     prior_recordings,
+    withheld,
 )
-from swesbi.evaluation.noisy_predictive import predict_recordings, withheld
-from swesbi.evaluation.predictive_dataset import read_predictive
-from swesbi.noise.cohort import CohortNoise, NoiseEstimate
-from swesbi.noise.components import ComponentEstimate
-from swesbi.noise.dataset import to_dataset as noise_dataset
-from swesbi.recording.elasticity import youngs_modulus_kpa
-from swesbi.simulations import dataset as simulations_dataset
-from swesbi.simulations.draw import PriorSimulations, draw_simulations
-from swesbi.speed_model.model import speed_model
-from swesbi.speed_model.recording import measured_speeds
-from swesbi.stages import predictive
-from swesbi.stages.origin import Origin
+from swesbi.measurement.likelihood import speed_model
+from swesbi.measurement.speeds import measured_speeds
+from swesbi.recording.components import ComponentEstimate
+from swesbi.recording.noise import CohortNoise, NoiseEstimate
+from swesbi.recording.noise import to_dataset as noise_dataset
+from swesbi.recording.speed import youngs_modulus_kpa
+from swesbi.simulations import PriorSimulations, draw_simulations
+from swesbi.study.stages import predictive
+from swesbi.study.stages.origin import Origin
 
 DRAWS = 4000
 MISSING = 12

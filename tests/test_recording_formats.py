@@ -16,9 +16,9 @@ from scipy.io import savemat
 
 from swesbi.__main__ import main
 from swesbi.artefacts import load
+from swesbi.recording.files import read_samples
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
 from swesbi.recording.subjects import read_subjects
 

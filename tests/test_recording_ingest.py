@@ -9,20 +9,19 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, nominal_phase
 
 from swesbi.artefacts import load
-from swesbi.observation.settings import MeasurementSettings
-from swesbi.recording.dataset import read_observation
+from swesbi.measurement.settings import MeasurementSettings
 from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import read_observation
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.quality import REASONS, rejection
-from swesbi.recording.samples import Samples
+from swesbi.recording.samples import REASONS, Samples, rejection
 from swesbi.recording.settings import ContextRow
 from swesbi.recording.speed import estimate_noise, repeat_means
 from swesbi.seeds import generator
-from swesbi.stages import cohort as stage
-from swesbi.stages.origin import Origin
+from swesbi.study.stages import cohort as stage
+from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.acquisition import acquire
 from swesbi.virtual_cohort.settings import ACQUISITION
-from swesbi.virtual_cohort.truth import TruthCurve
+from swesbi.virtual_cohort.volunteers import TruthCurve
 
 
 def without_phases(samples: Samples, *indices: int) -> Samples:

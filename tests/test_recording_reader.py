@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from recordings import DENSITY, PHASES, make_samples
 
+from swesbi.recording.files import read_samples
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.reader import read_samples
 from swesbi.recording.subjects import read_context_rows, read_subjects
 
 HEADER = "subject,sex,age_years,bsa_m2,hr_bpm,lvedv_ml,lvesv_ml,ivsd_cm"

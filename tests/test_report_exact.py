@@ -15,10 +15,10 @@ from matplotlib.figure import Figure as Drawing
 from study_copy import ROOT
 from test_report_page import make_experiment
 
-from swesbi.calibration.table import COLUMNS as CALIBRATION_COLUMNS
-from swesbi.noise.cohort import CohortNoise, NoiseEstimate
-from swesbi.noise.components import ComponentEstimate
+from swesbi.checks.calibration.table import COLUMNS as CALIBRATION_COLUMNS
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
+from swesbi.recording.components import ComponentEstimate
+from swesbi.recording.noise import CohortNoise, NoiseEstimate
 from swesbi.show.docs.calibration import PARTS, CalibrationResults
 from swesbi.show.docs.marks import PART, fill
 from swesbi.show.figures.registry import PagePart

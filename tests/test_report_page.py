@@ -10,7 +10,6 @@ import pytest
 from matplotlib.figure import Figure as Drawing
 
 from swesbi.artefacts import ArtefactError
-from swesbi.inference.support import Support
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.show.figures.style import save_figure
 from swesbi.show.names import component, protocol_entry, rejection, with_symbols
@@ -36,6 +35,7 @@ from swesbi.show.tables.subjects import (
     score_table,
     verdict_table,
 )
+from swesbi.verdict.support import Support
 
 TITLE = "virtual volunteers"
 SETTINGS = {

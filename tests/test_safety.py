@@ -17,10 +17,9 @@ from study_copy import ROOT, StudyCopy, copy_study
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance
 from swesbi.artefacts.files import LENGTH, append_checksum
-from swesbi.config import ConfigError, read_yaml
-from swesbi.inference.checkpoints import load_checkpoints
-from swesbi.inference.estimator import load_estimator
-from swesbi.inspection.read import read
+from swesbi.config.read import ConfigError, read_yaml
+from swesbi.networks.paper.estimator import load_checkpoints, load_estimator
+from swesbi.study.inspect.read import read
 
 FORBIDDEN = {
     "eval": "executes text",

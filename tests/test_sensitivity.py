@@ -9,10 +9,10 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.artefacts import Provenance, save
-from swesbi.config import ConfigError, load_study, read_yaml
+from swesbi.checks.sensitivity import KIND, VariantPosterior, read_posteriors, sensitivity_table, to_dataset
+from swesbi.config.read import ConfigError, read_yaml
 from swesbi.config.slices import stage_settings
-from swesbi.sensitivity.posteriors import KIND, VariantPosterior, read_posteriors, to_dataset
-from swesbi.sensitivity.table import sensitivity_table
+from swesbi.config.study import load_study
 
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 LEVELS = np.linspace(0.0, 1.0, 2001)

@@ -4,13 +4,20 @@ import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
 
+from swesbi import simulations as draw
 from swesbi.artefacts import ArtefactError, Provenance, load, save
-from swesbi.forward_model.periodic import Status
+from swesbi.heart.periodic import Status
 from swesbi.prior import ParameterPrior, PriorSettings, in_bounds
-from swesbi.simulations import draw
-from swesbi.simulations.dataset import KIND, group_by_subject, read_simulations, to_dataset
-from swesbi.simulations.draw import PriorSimulations, SimulationFailure, draw_simulations
-from swesbi.simulations.shards import shard_draws
+from swesbi.simulations import (
+    KIND,
+    PriorSimulations,
+    SimulationFailure,
+    draw_simulations,
+    group_by_subject,
+    read_simulations,
+    shard_draws,
+    to_dataset,
+)
 
 PRIOR = PriorSettings(
     k0_kpa=ParameterPrior(centre=45.0, log_sd=0.5, low=10.0, high=200.0),

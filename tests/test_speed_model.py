@@ -10,11 +10,11 @@ import speed_case
 from scipy.integrate import quad
 from scipy.stats import kstest, norm
 
+from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.measurement.speeds import PredictedSpeeds
+from swesbi.population.synthetic import own_recordings
 from swesbi.prior import bounds, from_logit, log_density, log_jacobian, quantile, to_logit
-from swesbi.speed_model.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
-from swesbi.speed_model.prediction import PredictedSpeeds
-from swesbi.speed_model.settings import DiscrepancySettings
-from swesbi.speed_model.synthetic import own_recordings
 
 PRIOR = speed_case.settings().prior
 PHI = speed_case.PHI

@@ -13,11 +13,11 @@ from comparison_case import cases, study
 from evaluation_cases import TITLE
 from study_copy import StudyCopy
 
-from swesbi.evaluation.support_numbers import support_numbers
 from swesbi.show.latex import comparison_latex, posterior_latex, ppc_latex, text
 from swesbi.show.paper.comparison import comparison_table
 from swesbi.show.paper.values import read_paper
 from swesbi.show.study_tables import posterior_table, ppc_table
+from swesbi.verdict.support import support_numbers
 
 EXPERIMENTS = ("paper", "wide_prior")
 PREAMBLE = (

@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING
 from study_copy import ROOT
 
+from swesbi.recording.files import read_samples
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import FAILED_STATUSES, Samples
 from swesbi.recording.subjects import read_subjects
 from swesbi.seeds import generator
-from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.acquisition import acquire, read_true_theta, record
 from swesbi.virtual_cohort.files import write_cohort
-from swesbi.virtual_cohort.record import read_true_theta, record
 from swesbi.virtual_cohort.settings import ACQUISITION, ACQUISITION_SEED, AcquisitionSettings, EctopicBeat
 from swesbi.virtual_cohort.tables import (
     CLOSURE_SPEED_M_S,
@@ -30,8 +29,7 @@ from swesbi.virtual_cohort.tables import (
     haemodynamics,
     summarise_speeds,
 )
-from swesbi.virtual_cohort.truth import Truth, TruthCurve, simulate_truth
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, TruthCurve, Volunteer, simulate_truth
 
 SHIPPED = ROOT / "data" / "virtual_volunteers"
 DESIGNED_PEAK_KPA = {"A": 40, "B": 60, "C": 60, "D": 58, "E": 60, "F": 64}

@@ -79,14 +79,14 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
             "config.yaml", "device: auto", "device: cpu", set(), id="device", marks=pytest.mark.slow
         ),
         pytest.param(
-            "src/swesbi/stages/predictive.py",
+            "src/swesbi/study/stages/predictive.py",
             'generator(origin.seed, "predictive", origin.subject, name)',
             'generator(origin.seed, "another", origin.subject, name)',
             PREDICTIVE,
             id="stage code",
         ),
         pytest.param(
-            "src/swesbi/inference/training.py",
+            "src/swesbi/networks/paper/training.py",
             'LOGGER.debug("sbi: %s", printed',
             'LOGGER.debug("sbi said: %s", printed',
             TRAINED,
@@ -94,14 +94,14 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
             marks=pytest.mark.slow,
         ),
         pytest.param(
-            "src/swesbi/stages/training.py",
+            "src/swesbi/study/stages/training.py",
             '"""Train q',
             '"""Fit q',
             set(),
             id="docstring of a stage",
         ),
         pytest.param(
-            "src/swesbi/forward_model/simulate.py",
+            "src/swesbi/heart/simulate.py",
             '"""',
             '"""A word. ',
             set(),

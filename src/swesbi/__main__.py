@@ -11,18 +11,19 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from swesbi.config import ConfigError, add_options, load_study, read_merged
+from swesbi.config.read import ConfigError, add_options, read_merged
 from swesbi.config.slices import stage_settings
-from swesbi.stages.origin import Origin
-from swesbi.stages.registry import STAGES, stage_code, stage_function
+from swesbi.config.study import load_study
+from swesbi.study.registry import STAGES, stage_code, stage_function
+from swesbi.study.stages.origin import Origin
 
 EXIT_USAGE = 2
 WILDCARDS = ("subject", "experiment", "prior", "shard", "part", "batch")
 COMMANDS = {
-    "validate": "swesbi.validation.command",
-    "template": "swesbi.validation.template",
-    "new-subject": "swesbi.new_subject.command",
-    "inspect": "swesbi.inspection.command",
+    "validate": "swesbi.study.validate",
+    "template": "swesbi.recording.template",
+    "new-subject": "swesbi.study.new_subject",
+    "inspect": "swesbi.study.inspect.command",
 }
 
 

@@ -176,7 +176,7 @@ class Package:
 
 @cache
 def stage_hash(module: str, name: str = "run") -> str:
-    """Return the hash of a stage's function, ``run`` of ``swesbi.stages.pool``, say.
+    """Return the hash of a stage's function, ``run`` of ``swesbi.study.stages.pool``, say.
 
     Raises:
         As ``Package.hash``.

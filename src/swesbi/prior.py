@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from swesbi.base import Settings
 from swesbi.parameters import SCALE, THETA_NAMES
-from swesbi.settings import Settings
 
 FloatArray = NDArray[np.float64]
 VARIANCE_POINTS: Final = 100_000

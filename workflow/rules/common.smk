@@ -4,13 +4,14 @@ import sys
 
 from snakemake.io import expand as expand_names
 
-from swesbi.config import ConfigError, load_study
+from swesbi.config.read import ConfigError
+from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
-from swesbi.show.figures.registry import captions, figure_of, names_of
+from swesbi.show.figures.registry import (captions, figure_of, names_of)
 from swesbi.population.settings import MOST_SHOWN
-from swesbi.running.parent import RUN
-from swesbi.running.workflow import current_run, guard_execution
-from swesbi.stages.registry import stage_code
+from swesbi.study.running import RUN
+from swesbi.study.running import (current_run, guard_execution)
+from swesbi.study.registry import stage_code
 
 try:
     STUDY = load_study(

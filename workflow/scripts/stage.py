@@ -1,5 +1,5 @@
 """Run the stage that the rule's params name."""
 
-from swesbi.stages.job import run_job
+from swesbi.study.job import run_job
 
 run_job(snakemake)

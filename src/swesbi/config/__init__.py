@@ -1,8 +1,11 @@
 """The configuration of the study: typed, checked before any job starts, sliced by stage."""
 
-from swesbi.config.errors import ConfigError
-from swesbi.config.models import Config, ExperimentSettings
+from __future__ import annotations
+
+from swesbi.config.experiments import ExperimentSettings
+from swesbi.config.models import Config
 from swesbi.config.read import (
+    ConfigError,
     add_options,
     overlay,
     parse_config,

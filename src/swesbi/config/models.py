@@ -1,111 +1,189 @@
-"""The models behind ``config.yaml``: what the study is made of, each part with its own settings."""
+"""The whole configuration, and what no part of it can see alone: what must fit together.
+
+Each check raises a ValueError that names the key, its value and what it must fit.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Literal, Self
+from collections.abc import Callable, Iterable, Mapping
+from typing import Final, Literal, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import Field, model_validator
 
-from swesbi.calibration.settings import CalibrationSettings
-from swesbi.config.checks import CHECKS
-from swesbi.discrepancy.settings import DiscrepancyStudySettings
-from swesbi.evaluation.settings import CmaesSettings, PredictiveSettings
-from swesbi.exact.settings import ExactSettings, RefinementSettings
-from swesbi.flow.settings import FlowSettings
-from swesbi.forward_model.settings import ForwardModelSettings
-from swesbi.identifiability.settings import IdentifiabilitySettings
-from swesbi.inference.settings import (
-    AcquisitionSeedsSettings,
-    EpochStudySettings,
-    EstimatorSettings,
-    ObservationModelSettings,
-    PosteriorSettings,
-    RecoverySettings,
-    SupportSettings,
+from swesbi.base import Settings
+from swesbi.checks.discrepancy.evidence import DiscrepancyStudySettings
+from swesbi.checks.sensitivity import BASE, Variant
+from swesbi.checks.settings import AcquisitionSeedsSettings, CmaesSettings
+from swesbi.config.experiments import (
+    AnyExperiment,
+    ExperimentSettings,
+    Name,
+    PopulationExperimentSettings,
+    SpeedExperimentSettings,
 )
-from swesbi.misspecification.settings import MisspecificationSettings
-from swesbi.noise.settings import NoiseSettings
-from swesbi.observation.settings import MeasurementSettings, PassiveSettings, SummarySettings
-from swesbi.population.settings import (
-    ConditionSettings,
-    NullSettings,
-    PopulationSettings,
-    PopulationSizes,
-    StrataSettings,
-)
-from swesbi.prior import ParameterPrior, PriorSettings
-from swesbi.recording.settings import RecordingSettings
-from swesbi.sensitivity.settings import Variant
-from swesbi.settings import Settings
-from swesbi.speed_model.settings import SpeedObservationSettings
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, summary_names
+from swesbi.parameters import THETA_NAMES, THETA_RANGES
+from swesbi.posterior.settings import RefinementSettings
+from swesbi.prior import PriorSettings
+from swesbi.recording.settings import NoiseSettings, RecordingSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=64)]
+FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "benchmarks"})
 
 
-class ExperimentSettings(Settings):
-    """One experiment with noise on features, as in the paper: from its prior to how it is judged."""
-
-    kind: Literal["features"] = Field(description="where noise enters: on features of the curve")
-    prior: Name = Field(description="name of one of the priors")
-    simulations_per_subject: int = Field(ge=10, description="successful simulations from the prior")
-    summary: SummarySettings
-    observation_model: ObservationModelSettings
-    estimator: EstimatorSettings
-    support: SupportSettings
-    posterior: PosteriorSettings
-    predictive: PredictiveSettings
-    recovery: RecoverySettings
-    epoch_study: EpochStudySettings
+def check_prior_names(config: Config) -> None:
+    """Every prior that is named exists."""
+    users = {f"experiments.{name}.prior": part.prior for name, part in config.experiments.items()}
+    users |= {"passive_reference_prior": config.passive_reference_prior, "cmaes.prior": config.cmaes.prior}
+    for key, prior in users.items():
+        if prior not in config.priors:
+            raise ValueError(f"{key} names the prior {prior!r}; known priors: {', '.join(config.priors)}")
 
 
-class SpeedExperimentSettings(Settings):
-    """One experiment with noise on the measured speeds, and an exact likelihood."""
-
-    kind: Literal["speeds"] = Field(description="where noise enters: on the measured speeds")
-    prior: Name = Field(description="name of one of the priors")
-    simulations_per_subject: int = Field(ge=10, description="successful simulations from the prior")
-    passive_scale_kpa: ParameterPrior = Field(
-        description="prior of the passive scale a, a nuisance parameter"
-    )
-    summary: SummarySettings
-    observation_model: SpeedObservationSettings
-    estimator: FlowSettings
-    exact: ExactSettings
-    predictive: PredictiveSettings
-    misspecification: MisspecificationSettings
-    calibration: CalibrationSettings
-    identifiability: IdentifiabilitySettings
-
-
-AnyExperiment = Annotated[ExperimentSettings | SpeedExperimentSettings, Field(discriminator="kind")]
+def check_experiment_names(config: Config) -> None:
+    """Every experiment that is to run exists, the main one among them; none is called like a folder."""
+    known = (*config.experiments, *config.population_experiments)
+    if unknown := [name for name in config.run if config.run != "all" and name not in known]:
+        raise ValueError(f"run: {unknown[0]!r} is not one of {', '.join(known)}")
+    if config.experiments_run and config.main_experiment not in config.experiments_run:
+        raise ValueError(f"main_experiment = {config.main_experiment!r}: not one of the experiments run")
+    if config.main_experiment not in config.feature_experiments:
+        raise ValueError(
+            f"main_experiment = {config.main_experiment!r}: the paper's figures need kind: features"
+        )
+    if doubled := set(config.experiments) & set(config.population_experiments):
+        raise ValueError(f"population_experiments: {sorted(doubled)[0]!r} is the name of another experiment")
+    if reserved := FOLDERS & set(known):
+        raise ValueError(
+            f"experiments: {sorted(reserved)[0]!r} is the name of a results folder; choose another"
+        )
 
 
-class FreshCalibrationSettings(Settings):
-    """Calibration on fresh contexts of a population, one recording each."""
+def check_prior_ranges(config: Config) -> None:
+    """No prior leaves the range of theta in which the forward model is declared."""
+    for name, prior in config.priors.items():
+        for parameter, part, (low, high) in zip(THETA_NAMES, prior.parameters, THETA_RANGES, strict=True):
+            if part.low < low or part.high > high:
+                raise ValueError(
+                    f"priors.{name}.{parameter}: bounds {part.low:g} to {part.high:g} leave the range "
+                    f"{low:g} to {high:g} in which the forward model is declared; check the unit"
+                )
 
-    own: int = Field(ge=1, description="recordings under the model's own noise")
-    acquired: int = Field(ge=1, description="recordings acquired sample by sample and ingested")
-    strata: StrataSettings
-    two_sample_draws: int = Field(
-        ge=50, description="draws by which a subject's posterior is told from that of the base experiment"
-    )
+
+def check_windows(config: Config) -> None:
+    """Phases are counted in the window from which the passive baseline is calibrated."""
+    counted, calibrated = config.recording.late_diastolic_window, config.passive.late_diastolic_window
+    if counted != calibrated:
+        raise ValueError(
+            f"passive.late_diastolic_window = {list(calibrated)} must equal "
+            f"recording.late_diastolic_window = {list(counted)}, in which measured phases are counted"
+        )
 
 
-class PopulationExperimentSettings(Settings):
-    """One network for every context of a population; all else as in an experiment on speeds."""
+def check_feature_names(config: Config) -> None:
+    """Noise and predictive checks name features that the experiment's summary has."""
+    for name, experiment in config.experiments.items():
+        known = summary_names(experiment.summary)
+        named: dict[str, Iterable[str]] = {"predictive.features": experiment.predictive.features}
+        if name in config.feature_experiments:
+            noise = config.feature_experiments[name].observation_model
+            named["observation_model.feature_noise_sd"] = noise.feature_noise_sd
+        for key, features in named.items():
+            if unknown := [feature for feature in features if feature not in known]:
+                raise ValueError(
+                    f"experiments.{name}.{key} names the feature {unknown[0]!r}; known: {', '.join(known)}"
+                )
 
-    base: Name = Field(
-        description="experiment of kind speeds whose prior, observation model, exact posterior, predictive "
-        "checks, calibration and verdict this one shares"
-    )
-    population: PopulationSettings
-    conditions: ConditionSettings
-    simulations: PopulationSizes
-    estimator: FlowSettings
-    calibration: FreshCalibrationSettings
-    nulls: NullSettings
+
+def check_acquisition(config: Config) -> None:
+    """Synthetic recordings follow the protocol that ingestion expects."""
+    for name in ("phases", "density_kg_m3"):
+        made, read = getattr(config.acquisition, name), getattr(config.recording, name)
+        if made != read:
+            raise ValueError(f"acquisition.{name} = {made} must equal recording.{name} = {read}")
+    if config.acquisition.missing_phases:
+        raise ValueError(
+            f"acquisition.missing_phases = {list(config.acquisition.missing_phases)} must be empty: each "
+            "synthetic recording misses the phases that its subject's recording misses"
+        )
+
+
+def check_predictive_draws(config: Config) -> None:
+    """There are as many simulations and posterior draws as the predictive checks take."""
+    for name, experiment in config.experiments.items():
+        wanted = experiment.predictive.draws
+        available = {"simulations_per_subject": experiment.simulations_per_subject}
+        if name in config.feature_experiments:
+            available["posterior.draws"] = config.feature_experiments[name].posterior.draws
+        else:
+            available["exact.draws"] = config.speed_experiments[name].exact.draws
+        for key, number in available.items():
+            if wanted > number:
+                raise ValueError(
+                    f"experiments.{name}.predictive.draws is {wanted}, but only {number} are there "
+                    f"(experiments.{name}.{key})"
+                )
+
+
+def check_calibration_draws(config: Config) -> None:
+    """Posteriors keep as many draws as calibration at the subjects' own data takes of them."""
+    for name, experiment in config.speed_experiments.items():
+        local, kept = experiment.calibration.local, experiment.exact.draws
+        taken = {"replicates": 2 * local.replicates, "two_sample_draws": local.two_sample_draws}
+        for key, number in taken.items():
+            if number > kept:
+                raise ValueError(
+                    f"experiments.{name}.calibration.local.{key} takes {number} posterior draws, but "
+                    f"experiments.{name}.exact.draws = {kept}"
+                )
+
+
+def check_population_experiments(config: Config) -> None:
+    """An experiment over a population shares its model with one that has an exact likelihood."""
+    for name, experiment in config.population_experiments.items():
+        if experiment.base not in config.speed_experiments:
+            known = ", ".join(config.speed_experiments) or "none"
+            raise ValueError(
+                f"population_experiments.{name}.base = {experiment.base!r} is no experiment of kind speeds; "
+                f"known: {known}"
+            )
+
+
+def check_discrepancy_study(config: Config) -> None:
+    """The discrepancy is chosen for an experiment that has one."""
+    if (name := config.discrepancy_study.experiment) not in config.speed_experiments:
+        known = ", ".join(config.speed_experiments) or "none"
+        raise ValueError(
+            f"discrepancy_study.experiment = {name!r} is no experiment of kind speeds; known: {known}"
+        )
+
+
+def check_sensitivity(config: Config) -> None:
+    """The variants are of an experiment with an exact likelihood, and one of them changes nothing."""
+    section = config.sensitivity
+    if section.experiment not in config.speed_experiments:
+        known = ", ".join(config.speed_experiments) or "none"
+        raise ValueError(
+            f"sensitivity.experiment = {section.experiment!r} is no experiment of kind speeds; known: {known}"
+        )
+    if (base := section.variants.get(BASE)) is None or base.changes or base.fix_passive_scale:
+        raise ValueError(f"sensitivity.variants needs the variant {BASE!r}, with `changes: {{}}`")
+
+
+CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
+    check_prior_names,
+    check_experiment_names,
+    check_prior_ranges,
+    check_windows,
+    check_feature_names,
+    check_acquisition,
+    check_predictive_draws,
+    check_calibration_draws,
+    check_population_experiments,
+    check_discrepancy_study,
+    check_sensitivity,
+)
 
 
 class CmaesStudySettings(Settings):

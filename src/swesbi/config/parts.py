@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from swesbi.config.errors import ConfigError
-from swesbi.config.models import PopulationExperimentSettings
+from swesbi.base import Settings
+from swesbi.config.experiments import PopulationExperimentSettings
+from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
-from swesbi.settings import Settings
-from swesbi.simulations.shards import shard_draws
+from swesbi.simulations import shard_draws
 
 Wildcards = Mapping[str, str]
+
+
 EXPERIMENT: Final = "experiment."
+
+
 POPULATION: Final = "population."
 
 

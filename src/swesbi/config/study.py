@@ -8,9 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from swesbi.config.errors import ConfigError
 from swesbi.config.models import Config
-from swesbi.config.read import overlay, parse_config
+from swesbi.config.read import ConfigError, overlay, parse_config
 from swesbi.population.settings import in_declared_range
 from swesbi.recording.files import PROTOCOL, SUBJECTS, check_file, find_recording
 from swesbi.recording.problems import Problem, RecordingError, listed
@@ -19,6 +18,8 @@ from swesbi.recording.subjects import read_context_rows
 
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
+
+
 LEAST_SHARED: Final = 8
 """Subjects of a job that serves several: starting up costs as much as two or three of them."""
 

@@ -3,24 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, Final
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import Variable
+from swesbi.artefacts import (
+    Labels,
+    Variable,
+    build_dataset,
+    from_dataset,
+    load,
+    register,
+    schema_of,
+    values_of,
+)
 from swesbi.context import Context
-from swesbi.observation.interpolation import sample_cycle, slope_cycle
-from swesbi.parameters import THETA_COLUMNS
+from swesbi.heart.periodic import Status
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.measurement.speeds import PassiveShape, active_at_phases, reference_shape
+from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import log_centre
 from swesbi.progress import Progress
-from swesbi.recording.phases import nominal_phases
-from swesbi.simulations.draw import PriorSimulations, draw_simulations
-from swesbi.speed_model.model import SpeedModelSettings
-from swesbi.speed_model.prediction import PassiveShape, active_at_phases, reference_shape
+from swesbi.recording.observation import context_values, contexts_of
+from swesbi.recording.phases import nominal_phases, sample_cycle, slope_cycle
+from swesbi.simulations import PriorSimulations, draw_simulations
 
 FloatArray = NDArray[np.float64]
 
@@ -105,3 +117,35 @@ def _active(
 def _passive(shape: PassiveShape, phase: FloatArray) -> tuple[FloatArray, FloatArray]:
     values = shape.shape[None]
     return sample_cycle(shape.cycle_phase, values, phase)[0], slope_cycle(shape.cycle_phase, values, phase)[0]
+
+
+ALONG: Final = "context"
+
+
+SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationSimulations)["/"]
+
+
+LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
+
+
+KIND: Final = register("population_simulations", {"/": SCHEMA}, (*LABELS, Labels(ALONG, "subject")))
+
+
+def to_dataset(made: PopulationSimulations) -> xr.Dataset:
+    """Return the simulations as a dataset with dimensions context, draw and phase."""
+    subjects = {"subject": (ALONG, [one.subject for one in made.contexts])}
+    return build_dataset(SCHEMA, values_of(made)["/"] | context_values(made.contexts), LABELS | subjects)
+
+
+def read_population(shards: Sequence[Path]) -> PopulationSimulations:
+    """Read the shards of the training set, in the order of the contexts whatever the order of the files.
+
+    Raises:
+        ArtefactError: A file is no such shard.
+    """
+    merged = xr.concat([load(path, KIND)[0] for path in shards], dim="context").sortby("subject")
+    rebuilt = from_dataset(PopulationSimulations, merged, contexts=contexts_of(merged, ALONG))
+    arrays: dict[str, Any] = {
+        name: np.ascontiguousarray(value) for name, value in values_of(rebuilt)["/"].items()
+    }
+    return replace(rebuilt, **arrays)

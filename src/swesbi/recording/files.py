@@ -1,19 +1,36 @@
-"""The files of a cohort: which one is a subject's recording, and that all lie within the cohort."""
+"""The files of a cohort: which one is a subject's recording, reading it, and a generated cohort's truth."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from swesbi.recording.csv_table import SAVE_AS_CSV
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from swesbi.artefacts import ArtefactError
+from swesbi.parameters import THETA_NAMES
+from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK, Samples
 from swesbi.recording.settings import is_subject
+from swesbi.recording.speed import shear_wave_speed_m_s, youngs_modulus_kpa
+from swesbi.recording.table import SAVE_AS_CSV, Table, read_table
 
 SUFFIXES: Final = (".csv", ".mat")
+
+
 WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
+
+
 SUBJECTS: Final = "subjects.csv"
+
+
 PROTOCOL: Final = "recording.yaml"
+
+
 RECORDINGS: Final = "swe"
 
 
@@ -66,3 +83,107 @@ def _absent(stem: Path) -> Problem:
     wanted = " or ".join(path.name for path in _with_suffixes(stem, SUFFIXES))
     reason = f"there is no file {wanted}"
     return Problem(str(stem.parent), reason, "put it there, or take the subject out of subjects.csv")
+
+
+MEASURED: Final = (SPEED, MODULUS)
+
+
+REQUIRED: Final = tuple(name for name in COLUMNS if name != SPEED)
+
+
+READERS: Final = dict(zip(SUFFIXES, (read_table, read_mat_table), strict=True))
+
+
+SPEED_RANGE_M_S: Final = (0.05, 30.0)
+
+
+def read_samples(path: Path, phases: int, density_kg_m3: float) -> Samples:
+    """Read one row (CSV) or element (.mat) per attempted push sample; further columns are ignored.
+
+    A recording has either the column ``shear_wave_speed_m_s`` or, in its place, ``youngs_modulus_kpa``, of
+    which each value E becomes the speed sqrt(E / (3 rho)).
+
+    Args:
+        path: The recording; its suffix tells the format.
+        phases: Number of gated phases; ``phase_index`` runs from 0 to ``phases - 1``.
+        density_kg_m3: Density rho behind a Young's modulus.
+
+    Raises:
+        RecordingError: The table is malformed, a value is impossible or a sample is given twice; it lists
+            every problem with file, row, column and value.
+    """
+    table = _table(path)
+    table.unique(["phase_index", "repeat", "sample"])
+    phase_index = _phase_index(table, phases)
+    delay = table.number("trigger_delay_ms", 0, 5000, "give the delay from the R peak in ms")
+    rr = table.number("rr_ms", 150, 5000, "give the RR interval in ms")
+    repeat = table.integer("repeat", 0, 10_000, "number the repeats of a phase from 0 or 1")
+    sample = table.integer("sample", 0, 1_000_000, "number the samples of a repeat from 0 or 1")
+    speed = _speed(table, density_kg_m3)
+    r2 = table.number("fit_r2", -1, 1, "R2 is a fraction, empty if there is none", may_be_empty=True)
+    status = table.choice("status", (STATUS_OK, *FAILED_STATUSES))
+    table.finish()
+    return Samples(phase_index, delay, rr, repeat, sample, speed, r2, status, str(path))
+
+
+def _table(path: Path) -> Table:
+    suffix = path.suffix.lower()
+    if suffix in WORKBOOKS:
+        raise RecordingError(Problem(str(path), "is a workbook", SAVE_AS_CSV))
+    if suffix not in READERS:
+        raise RecordingError(
+            Problem(str(path), "is neither .csv nor .mat", "give it in one of these formats")
+        )
+    table = READERS[suffix](path, REQUIRED, MEASURED)
+    found = [name for name in MEASURED if name in table.cells]
+    if len(found) != 1:
+        reason = f"has {'both' if found else 'none'} of the columns {' and '.join(MEASURED)}"
+        raise RecordingError(
+            Problem(str(path), reason, "give exactly one of them, the one that was measured")
+        )
+    return table
+
+
+def _phase_index(table: Table, phases: int) -> NDArray[np.int64]:
+    agree = f"this study expects {phases} phases, numbered 0 to {phases - 1}"
+    index = table.cells["phase_index"]
+    if (index == str(phases)).any() and not index.isin(["0", "0.0"]).any():
+        remedy = f"{agree}; number them from 0, not from 1"
+    else:
+        remedy = f"{agree}; correct the cell, or set recording.phases in config.yaml to what was recorded"
+    return table.integer("phase_index", 0, phases - 1, remedy)
+
+
+def _speed(table: Table, density_kg_m3: float) -> NDArray[np.float64]:
+    if SPEED in table.cells:
+        remedy = "give it in m/s, or leave it empty if it failed"
+        return table.number(SPEED, *SPEED_RANGE_M_S, remedy, may_be_empty=True)
+    low, high = youngs_modulus_kpa(np.array(SPEED_RANGE_M_S), density_kg_m3)
+    remedy = "give it in kPa, or leave it empty if it failed"
+    modulus = table.number(MODULUS, float(low), float(high), remedy, may_be_empty=True)
+    return shear_wave_speed_m_s(np.maximum(modulus, 0.0), density_kg_m3)
+
+
+FloatArray = NDArray[np.float64]
+
+
+def read_truth(paths: Sequence[Path]) -> Mapping[str, FloatArray]:
+    """Return the true theta (3,) of each subject from ``truth.csv``; empty where the cohort has no such file.
+
+    The passive scale is not among them: that of a generated subject goes with a passive law of its own, and
+    is another quantity than the model's.
+
+    Args:
+        paths: The file, or none.
+
+    Raises:
+        ArtefactError: The file lacks a parameter.
+    """
+    truths: dict[str, FloatArray] = {}
+    for path in paths:
+        table = pd.read_csv(path, dtype={"subject": str})
+        if missing := [name for name in ("subject", *THETA_NAMES) if name not in table]:
+            raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}")
+        values = table[list(THETA_NAMES)].to_numpy(dtype=np.float64)
+        truths |= dict(zip(table["subject"], values, strict=True))
+    return truths

@@ -1,21 +1,153 @@
-"""From the raw samples of one recording to the observed stiffness curve."""
+"""From the raw samples of one recording to the observed stiffness curve, or the reason why not."""
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
+from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.observation.interpolation import analysis_grid, to_grid
-from swesbi.recording.completeness import incomplete
-from swesbi.recording.elasticity import youngs_modulus_kpa
 from swesbi.recording.observation import Observation
-from swesbi.recording.phases import locate_phases
-from swesbi.recording.plausibility import implausible
+from swesbi.recording.phases import analysis_grid, locate_phases, to_grid
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.quality import ACCEPTED, REASONS, count_by_phase, count_by_repeat, ectopic, rejection
-from swesbi.recording.samples import Samples
+from swesbi.recording.samples import (
+    ACCEPTED,
+    REASONS,
+    SPEED,
+    Samples,
+    count_by_phase,
+    count_by_repeat,
+    ectopic,
+    rejection,
+)
 from swesbi.recording.settings import RecordingSettings
-from swesbi.recording.speed import average_speeds
+from swesbi.recording.speed import average_speeds, youngs_modulus_kpa
+
+FloatArray = NDArray[np.float64]
+
+
+ROUNDING: Final = 1e-9
+
+
+# Beats differ in length, so neighbouring phases lie a little nearer or farther than the protocol puts them.
+BEAT_VARIATION: Final = 0.01
+
+
+def incomplete(
+    phase: FloatArray, measured: NDArray[np.bool_], settings: RecordingSettings, source: str
+) -> tuple[Problem, ...]:
+    """Return in what a recording is incomplete: missing phases, too long a gap, too little late diastole.
+
+    Args:
+        phase: Phases in ascending order; shape (P,).
+        measured: Which of them were measured, at least one; shape (P,).
+        settings: Holds the three limits.
+        source: The recording, for messages.
+    """
+    missing = ", ".join(f"{value:.3f}" for value in phase[~measured])
+    advice = f"missing phases: {missing or 'none'}; record them again or leave the subject out"
+    reasons = (
+        _fraction(measured, settings),
+        _gap(phase[measured], settings.max_gap_fraction),
+        _late_diastole(phase[measured], settings),
+    )
+    return tuple(Problem(source, reason, advice) for reason in reasons if reason)
+
+
+def longest_gap(measured_phase: FloatArray) -> tuple[float, float]:
+    """Return the longest distance between neighbouring phases around the cycle, and where it starts."""
+    steps = np.diff(measured_phase, append=measured_phase[0] + 1.0)
+    longest = int(np.argmax(steps))
+    return float(steps[longest]), float(measured_phase[longest])
+
+
+def _fraction(measured: NDArray[np.bool_], settings: RecordingSettings) -> str:
+    fraction, limit = float(np.mean(~measured)), settings.max_missing_fraction
+    if fraction <= limit + ROUNDING:
+        return ""
+    return (
+        f"{fraction:.0%} of the phases are missing, limit {limit:.0%} ({int(measured.sum())} of the "
+        f"{len(measured)} of recording.phases in config.yaml were measured)"
+    )
+
+
+def _gap(measured_phase: FloatArray, limit: float) -> str:
+    gap, start = longest_gap(measured_phase)
+    if gap <= limit + BEAT_VARIATION:
+        return ""
+    return f"no phase was measured for {gap:.3f} of the cycle after {start:.3f}, limit {limit:g}"
+
+
+def _late_diastole(measured_phase: FloatArray, settings: RecordingSettings) -> str:
+    (low, high), least = settings.late_diastolic_window, settings.min_late_diastolic_phases
+    late = int(np.count_nonzero((measured_phase >= low) & (measured_phase <= high)))
+    if late >= least:
+        return ""
+    return (
+        f"{late} phases were measured in late diastole, [{low:g}, {high:g}] of the cycle, but the passive "
+        f"baseline needs {least}"
+    )
+
+
+# Half the time the myocardium is near its diastolic 0.9-1.5 m/s in health, and up to several times that in
+# the stiffest disease (Song et al. 2016, Santos et al. 2019); a wrong unit is off by ten at least.
+MEDIAN_SPEED_RANGE_M_S: Final = (0.5, 10.0)
+
+
+# Late diastole must have been measured, so the last push comes late in its beat.
+LEAST_REACH: Final = 0.5
+
+
+def implausible(
+    samples: Samples, accepted: NDArray[np.bool_], context: Context, settings: RecordingSettings
+) -> tuple[Problem, ...]:
+    """Return what cannot be true of a recording: its heart rate, its delays, its speeds.
+
+    Args:
+        samples: The recording, N samples.
+        accepted: Which samples passed quality control; shape (N,), at least one.
+        context: The subject's context.
+        settings: Holds the largest deviation of RR.
+    """
+    found = (
+        _heart_rate(samples, context, settings.max_rr_deviation_fraction),
+        _delays(samples),
+        _speeds(samples, accepted),
+    )
+    return tuple(problem for problem in found if problem)
+
+
+def _heart_rate(samples: Samples, context: Context, limit: float) -> Problem | None:
+    beats = samples.frame().groupby(["phase_index", "repeat"])["rr_ms"].median()
+    median = float(beats.median())
+    expected = 1e3 * context.period_s
+    if abs(median / expected - 1.0) <= limit:
+        return None
+    reason = (
+        f"the median RR interval is {median:.0f} ms ({6e4 / median:.0f} beats per minute), but hr_bpm of "
+        f"{context.subject} in subjects.csv is {context.hr_bpm:g} ({expected:.0f} ms), limit {limit:.0%}"
+    )
+    return Problem(samples.source, reason, "give the heart rate of this recording", column="rr_ms")
+
+
+def _delays(samples: Samples) -> Problem | None:
+    reach = float(samples.beat_phase.max())
+    if reach >= LEAST_REACH:
+        return None
+    longest = f"{samples.trigger_delay_ms.max():g} ms"
+    reason = f"the longest trigger delay is {longest}, and reaches {reach:.3f} of its beat"
+    remedy = "give the delay from the R peak in ms, up to late diastole"
+    return Problem(samples.source, reason, remedy, column="trigger_delay_ms")
+
+
+def _speeds(samples: Samples, accepted: NDArray[np.bool_]) -> Problem | None:
+    median = float(np.median(samples.speed_m_s[accepted]))
+    low, high = MEDIAN_SPEED_RANGE_M_S
+    if low <= median <= high:
+        return None
+    reason = f"the median shear-wave speed is {median:.3g} m/s, expected {low:g} to {high:g}"
+    return Problem(samples.source, reason, "check the unit: m/s, or kPa for a modulus", column=SPEED)
 
 
 def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid_size: int) -> Observation:

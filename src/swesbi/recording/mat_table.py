@@ -1,24 +1,129 @@
-"""Reading MATLAB recordings: the columns of the CSV format as vectors, or as the fields of one struct."""
+"""Reading MATLAB recordings: the columns of the CSV format as vectors, or as fields of one struct."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+import h5py
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.recording.csv_table import read_bytes
 from swesbi.recording.mat_v5 import read_mat_v5
-from swesbi.recording.mat_v73 import read_mat_v73
-from swesbi.recording.mat_values import MatValueError, Vector
+from swesbi.recording.mat_values import SAVE_AGAIN, TEXTS, MatValueError, Vector, damaged, read_vectors
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.table import Table, check_names
+from swesbi.recording.table import Table, check_names, read_bytes
+
+MAX_VALUES: Final = 5_000_000
+
+
+OBJECTS: Final = "#subsystem#"
+
+
+NUMERIC: Final = frozenset(
+    {"double", "single", "logical", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))}
+)
+
+
+@dataclass(frozen=True)
+class Item:
+    """One dataset or group, a ``Variable``; its values are read when asked for."""
+
+    name: str
+    item: h5py.Dataset | h5py.Group
+
+    @property
+    def kind(self) -> str:
+        """What it is, as of any ``Variable``: MATLAB notes the class, and whether it is empty."""
+        if not isinstance(self.item, h5py.Dataset):
+            return "object" if self.name == OBJECTS else "struct"
+        noted = self.item.attrs.get("MATLAB_class", b"double")
+        kind = noted.decode("ascii", "replace") if isinstance(noted, bytes) else str(noted)
+        if self._is_empty or (kind in NUMERIC and self.item.dtype.kind in "biuf"):
+            return "number"
+        return "complex" if kind in NUMERIC else kind
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Its dimensions; an empty one holds them as its values."""
+        return (0,) if self._is_empty else tuple(getattr(self.item, "shape", None) or ())
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return its numbers, one after the other."""
+        values = self._values()
+        return np.empty(0) if self._is_empty else values.ravel().astype(np.float64)
+
+    def rows(self) -> list[str]:
+        """Return the rows of a char matrix, stored as UTF-16 codes, column by column."""
+        codes = self._values()
+        if codes.ndim != 2 or codes.dtype.kind != "u":
+            raise MatValueError(self.name, "holds no readable text", TEXTS)
+        rows = codes.T.astype("<u2")
+        return [row.tobytes().decode("utf-16-le", "replace").rstrip() for row in rows]
+
+    def cells(self) -> list[Item]:
+        """Return what the cells of a cell array refer to."""
+        references = self._values().ravel()
+        if not all(isinstance(reference, h5py.Reference) for reference in references):
+            raise MatValueError(self.name, "has a cell that refers to nothing", SAVE_AGAIN)
+        return [Item(self.name, self.item.file[reference]) for reference in references]
+
+    def fields(self) -> Mapping[str, Item]:
+        """Return the members of a group."""
+        return _members(self.item) if isinstance(self.item, h5py.Group) else {}
+
+    @cached_property
+    def _is_empty(self) -> bool:
+        return bool(self.item.attrs.get("MATLAB_empty", 0))
+
+    def _values(self) -> NDArray[Any]:
+        """Read a dataset that lies in the file itself and is not too large."""
+        if self.item.external or self.item.is_virtual:
+            raise MatValueError(self.name, "keeps its values in another file", SAVE_AGAIN)
+        if self.item.size is None or self.item.size > MAX_VALUES:
+            reason = f"has {self.item.size} values, the limit is {MAX_VALUES}"
+            remedy = "keep one value per attempted sample, no images or raw data"
+            raise MatValueError(self.name, reason, remedy)
+        return np.asarray(self.item[()])
+
+
+def read_mat_v73(path: Path, names: Sequence[str]) -> dict[str, Vector]:
+    """Return those of ``names`` that the file holds, from its variables or from one struct.
+
+    Raises:
+        MatValueError: The file is damaged, or a variable is neither numbers nor texts, or lies elsewhere.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            return read_vectors(_members(file), names)
+    except MatValueError:
+        raise
+    # h5py passes on whatever its library says of a damaged file, under many types
+    except Exception as error:
+        raise damaged(f"{type(error).__name__}: {error}") from error
+
+
+def _members(group: h5py.Group) -> dict[str, Item]:
+    """Return what lies in a group itself; a link to elsewhere, another file even, is refused."""
+    found = {}
+    for name in group:
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise MatValueError(name, "is a link, not a variable", SAVE_AGAIN)
+        if name == OBJECTS or not name.startswith("#"):
+            found[name] = Item(name, group[name])
+    return found
+
 
 HDF5_SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
+
+
 V73_USER_BLOCK: Final = 512
+
+
 LAYOUT: Final = "save vectors of these names, or one struct with these fields: save('ID.mat', '-struct', 's')"
 
 

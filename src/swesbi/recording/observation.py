@@ -1,16 +1,32 @@
-"""One subject's observed stiffness curve, with everything that is known of how it was measured."""
+"""One subject's observed stiffness curve, with everything that is known of how it was measured.
+
+The contexts are a file of their own, so that comparing a subject with the cohort reads one file.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Final
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import Part, Variable
+from swesbi.artefacts import (
+    Part,
+    Variable,
+    build_dataset,
+    from_groups,
+    from_rows,
+    load,
+    register,
+    schema_of,
+    stacked_values,
+)
 from swesbi.context import Context
-from swesbi.recording.quality import REASONS
+from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 
 FloatArray = NDArray[np.float64]
@@ -73,3 +89,52 @@ class Observation:
         """Number of rejected samples by reason, over all phases."""
         counts = self.samples_rejected.sum(axis=1)
         return {reason: int(count) for reason, count in zip(REASONS, counts, strict=True)}
+
+
+KIND: Final = register("observation", schema_of(Observation))
+
+
+SUBJECTS: Final = {"subject": Variable("subject", "1", "subjects of the cohort")}
+
+
+COHORT: Final = SUBJECTS | schema_of(Context, along="subject")["/"]
+
+
+CONTEXTS: Final = register("contexts", {"/": COHORT})
+
+
+def read_observation(path: Path) -> Observation:
+    """Read the observed curve of one subject.
+
+    Raises:
+        ArtefactError: The file is no such artefact.
+    """
+    root, provenance = load(path, KIND)
+    groups = {"/": root, "context": load(path, KIND, "context")[0]}
+    return from_groups(Observation, groups, {"context.subject": provenance.subject})
+
+
+def contexts_dataset(contexts: Sequence[Context]) -> xr.Dataset:
+    """Return the contexts of a cohort as an artefact's content; subjects in the order given."""
+    names = np.array([one.subject for one in contexts])
+    return build_dataset(COHORT, {"subject": names, **context_values(contexts)})
+
+
+def read_contexts(path: Path) -> tuple[Context, ...]:
+    """Read the contexts of a cohort.
+
+    Raises:
+        ArtefactError: The file is no such artefact.
+    """
+    return contexts_of(load(path, CONTEXTS)[0], "subject")
+
+
+def context_values(contexts: Sequence[Context]) -> dict[str, NDArray[np.generic]]:
+    """Return the values of the contexts, an array of shape (n,) for each."""
+    return stacked_values(contexts)["/"]
+
+
+def contexts_of(dataset: xr.Dataset, along: str) -> tuple[Context, ...]:
+    """Rebuild the contexts along a dimension, named by the labels ``subject``."""
+    names = [str(name) for name in dataset["subject"].to_numpy()]
+    return tuple(from_rows(Context, dataset, along, subject=names))

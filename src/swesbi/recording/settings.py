@@ -1,4 +1,4 @@
-"""Settings of ingestion: how raw samples become an observed curve, and one subject's context row."""
+"""Settings of ingestion and of the cohort's noise; one subject's context row."""
 
 from __future__ import annotations
 
@@ -7,14 +7,19 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from swesbi.base import CycleWindow, Settings
 from swesbi.context import CONTEXT_RANGES, Context, check_ranges
-from swesbi.settings import Settings
-from swesbi.settings_types import CycleWindow
 
 SUBJECT_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_-]*$"
+
+
 SUBJECT_LENGTH = 64
+
+
 # In health 0.5 to 0.75, in the most dilated heart 0.1 (Lang et al. 2015); beyond, a volume has another unit.
 EJECTION_FRACTION_RANGE = (0.03, 0.9)
+
+
 # In health 29 to 75 mL/m2; from small restrictive to the most dilated ventricles (Lang et al. 2015).
 LVEDV_INDEX_RANGE_ML_M2 = (15.0, 300.0)
 
@@ -96,3 +101,9 @@ class ContextRow(Settings):
     def to_context(self) -> Context:
         """Return the same values as a :class:`Context`."""
         return Context(**self.model_dump())
+
+
+class NoiseSettings(Settings):
+    """How the uncertainty of the variance components is told."""
+
+    interval: float = Field(gt=0, lt=1, description="mass of the profile-likelihood intervals")

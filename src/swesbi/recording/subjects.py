@@ -12,12 +12,13 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from swesbi.context import Context
-from swesbi.recording.csv_table import read_table
 from swesbi.recording.problems import Problem, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
-from swesbi.recording.table import Table
+from swesbi.recording.table import Table, read_table
 
 CONTEXT_COLUMNS: Final = tuple(ContextRow.model_fields)
+
+
 REMEDIES: Final = {
     "subject": "use letters, digits, '-' and '_', a letter or digit first, at most 64 of them",
     "sex": "write F or M",

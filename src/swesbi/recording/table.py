@@ -1,21 +1,29 @@
-"""A table cell by cell, as text: checked column by column, every complaint with row, column and value."""
+"""Tables as they come from the field, read cell by cell: every complaint has row, column and value."""
 
 from __future__ import annotations
 
+import csv
 import difflib
-from collections.abc import Sequence
+import io
+import operator
+import stat
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.recording.problems import Problem, raise_any
+from swesbi.recording.problems import Problem, RecordingError, raise_any
 
 if TYPE_CHECKING:
     import pandas as pd
 
+
 SHOWN_ROWS: Final = 5
+
+
 MISSING: Final = ("", "NaN", "nan", "NAN")  # MATLAB writes an empty number as NaN
 
 
@@ -118,3 +126,163 @@ def _close(missing: Sequence[str], names: Sequence[str]) -> str:
 
 def _outside(low: float, high: float) -> str:
     return f"is outside [{low:g}, {high:g}]"
+
+
+DELIMITERS: Final = (",", ";", "\t")
+
+
+COMMENT: Final = "#"
+
+
+MAX_BYTES: Final = 256 * 1024**2
+
+
+EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+
+
+DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
+
+
+DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+
+
+SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
+
+
+HEADER: Final = "name them in the first row, separated by commas (or semicolons)"
+
+
+def read_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> Table:
+    """Read the columns of a CSV file that are used; others are ignored, and so are lines from ``#`` on.
+
+    The delimiter is the one (comma, semicolon, tab) under which the header names most of the columns. Behind
+    semicolon and tab, a comma within a number is a decimal comma, unless some number has a decimal point.
+
+    Raises:
+        RecordingError: The file is missing, empty, a workbook, not UTF-8, ragged, or lacks columns.
+    """
+    text = _text(path)
+    delimiter = _delimiter(text, (*required, *optional))
+    records = _records(path, text, delimiter)
+    row, header = next(((row, cells) for row, cells in records if cells), (1, []))
+    if not header:
+        raise RecordingError(Problem(str(path), "is empty", HEADER))
+    names = [name.strip() for name in header]
+    raise_any(check_names(f"{path}, row {row}", names, required, HEADER))
+    wanted = [name for name in (*required, *optional) if name in names]
+    table = _table(path, records, names, wanted)
+    return table if delimiter == "," else _with_decimal_points(table)
+
+
+def read_bytes(path: Path) -> bytes:
+    """Return the content of a regular file of moderate size.
+
+    Raises:
+        RecordingError: There is no such file, it is no regular file, too large, or cannot be read.
+    """
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise RecordingError(Problem(str(path), "is no regular file", "put the recording itself there"))
+        if status.st_size > MAX_BYTES:
+            reason = f"has {status.st_size / 1024**2:.0f} MiB, the limit is {MAX_BYTES // 1024**2}"
+            raise RecordingError(Problem(str(path), reason, "keep one row per sample, no images or raw data"))
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        remedy = "put the file there or correct the path"
+        raise RecordingError(Problem(str(path), "no such file", remedy)) from error
+    except OSError as error:
+        reason = f"cannot be read ({error.strerror or error})"
+        raise RecordingError(Problem(str(path), reason, "check the file's permissions")) from error
+
+
+def _text(path: Path) -> str:
+    content = read_bytes(path)
+    if content.startswith(EXCEL_BEGINNINGS):
+        raise RecordingError(Problem(str(path), "is an Excel workbook", SAVE_AS_CSV))
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        reason = f"cannot be read as UTF-8 text (byte {error.start + 1})"
+        raise RecordingError(Problem(str(path), reason, "save it as CSV in UTF-8")) from error
+    if "\0" in text:
+        raise RecordingError(Problem(str(path), "holds zero bytes, so is no text", "save it as CSV in UTF-8"))
+    return text
+
+
+def _delimiter(text: str, names: Sequence[str]) -> str:
+    lines = io.StringIO(text, newline="")
+    header = next((line for line in lines if line.strip() and not line.startswith(COMMENT)), "")
+    found = {sign: {cell.strip().strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
+    return max(DELIMITERS, key=lambda sign: len(found[sign] & set(names)))
+
+
+def _records(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the rows that are no comments, each with its place in the file."""
+    places: list[int] = []
+    lines: list[str] = []
+    for place, line in enumerate(io.StringIO(text, newline=""), start=1):
+        if not line.startswith(COMMENT):
+            places.append(place)
+            lines.append(line)
+    reader = csv.reader(lines, delimiter=delimiter)
+    try:
+        for cells in reader:
+            yield places[reader.line_num - 1], cells
+    except csv.Error as error:
+        reason, row = f"cannot be read as UTF-8 CSV ({error})", places[reader.line_num - 1]
+        raise RecordingError(Problem(str(path), reason, "save it as such", row=row)) from error
+
+
+def _table(
+    path: Path, records: Iterable[tuple[int, list[str]]], names: Sequence[str], wanted: Sequence[str]
+) -> Table:
+    """Collect the wanted cells; rows of another length are refused, but for blank ones at the end."""
+    pick = operator.itemgetter(*(names.index(name) for name in wanted))
+    cells: list[tuple[str, ...]] = []
+    rows: list[int] = []
+    wrong: list[tuple[int, int]] = []
+    for row, record in records:
+        if len(record) == len(names):
+            cells.append(pick(record))
+            rows.append(row)
+        else:
+            wrong.append((row, len(record) if any(map(str.strip, record)) else 0))
+    while cells and not any(cell.strip() for cell in cells[-1]):
+        cells.pop()
+        rows.pop()
+    last = rows[-1] if rows else 0
+    raise_any(_ragged(path, [(row, size) for row, size in wrong if size or row < last], len(names)))
+    if not cells:
+        raise RecordingError(Problem(str(path), "holds no data row", "write at least one below the header"))
+    import pandas as pd
+
+    frame = pd.DataFrame(cells, columns=list(wanted), dtype=object).map(str.strip)
+    return Table(str(path), frame, np.array(rows, dtype=np.int64))
+
+
+def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list[Problem]:
+    remedy = "remove blank lines, and decimal commas, and complete the row"
+    problems = [
+        Problem(str(path), f"has {size} cells, the header has {expected}", remedy, row=row)
+        for row, size in wrong[:SHOWN_ROWS]
+    ]
+    if len(wrong) > SHOWN_ROWS:
+        reason = f"{len(wrong) - SHOWN_ROWS} more rows differ from the header in their number of cells"
+        problems.append(Problem(str(path), reason, remedy))
+    return problems
+
+
+def _with_decimal_points(table: Table) -> Table:
+    """Turn decimal commas into points; a file that uses both is left to the check of its numbers."""
+    comma = table.cells.apply(lambda column: column.str.fullmatch(DECIMAL_COMMA))
+    if not comma.to_numpy().any():
+        return table
+    point = table.cells.apply(lambda column: column.str.fullmatch(DECIMAL_POINT))
+    if point.to_numpy().any():
+        for name in table.cells:
+            reason = "has a comma, while other numbers of the file have a decimal point"
+            table.flag(str(name), comma[name].to_numpy(bool), reason, "use one decimal sign throughout")
+        table.finish()
+    changed = table.cells.where(~comma, table.cells.apply(lambda column: column.str.replace(",", ".")))
+    return Table(table.source, changed, table.rows)

@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from swesbi.inference.support import Support
 from swesbi.recording.observation import Observation
+from swesbi.verdict.support import Support
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.evaluation.fit import CmaesFit
-from swesbi.evaluation.predictive import PredictiveCheck
-from swesbi.evaluation.scores import band, reduction_percent
-from swesbi.evaluation.verdict import status
-from swesbi.inference.posterior import Posterior
-from swesbi.inference.support import Support
+from swesbi.checks.cmaes import CmaesFit
+from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.scores import band, reduction_percent
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
+from swesbi.posterior.truncated import Posterior
+from swesbi.verdict.answers import status
+from swesbi.verdict.support import Support
 
 
 @dataclass(frozen=True)

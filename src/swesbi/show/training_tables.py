@@ -12,7 +12,7 @@ import pandas as pd
 from swesbi.show.csv import write_csv
 
 if TYPE_CHECKING:
-    from swesbi.flow.training import FlowEpoch
+    from swesbi.networks.spline.training import FlowEpoch
 
 NAN: Final = float("nan")
 VALIDATION_LOSS: Final = "validation_loss"

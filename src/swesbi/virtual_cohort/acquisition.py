@@ -6,27 +6,47 @@ It serves the shipped recordings and every later re-acquisition, in memory, of t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from swesbi.context import Context
-from swesbi.recording.elasticity import shear_wave_speed_m_s
+from swesbi.parameters import THETA_NAMES
 from swesbi.recording.phases import nominal_phases
 from swesbi.recording.samples import FAILED_STATUSES, STATUS_OK, Samples
+from swesbi.recording.speed import shear_wave_speed_m_s
+from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings
-from swesbi.virtual_cohort.truth import TruthCurve
+from swesbi.virtual_cohort.volunteers import Truth, TruthCurve
 
 FloatArray = NDArray[np.float64]
+
+
 SLOWEST_M_S: Final = 0.1
+
+
 FASTEST_M_S: Final = 12.0
+
+
 FAILURE_SHARES: Final = (0.35, 0.25, 0.30, 0.10)  # in the order of FAILED_STATUSES
+
+
 SLOW_OUTLIER: Final = (0.35, 0.60)  # a trailing wave, or a part of the wall at rest
+
+
 FAST_OUTLIER: Final = (1.60, 2.40)  # a reflected or compressional wave
+
+
 GOOD_FIT: Final = (18.0, 2.0)  # beta distribution of R2, mean 0.9
+
+
 POOR_FIT: Final = (0.10, 0.58)
+
+
 DECIMALS: Final = 3
 
 
@@ -137,3 +157,20 @@ def _outlier_factor(size: FloatArray) -> FloatArray:
 def _failure_status(failure: FloatArray) -> NDArray[np.str_]:
     edges = np.cumsum(FAILURE_SHARES)[:-1]
     return np.asarray(np.array(FAILED_STATUSES)[np.searchsorted(edges, failure, side="right")])
+
+
+def record(truth: Truth, seed: int) -> Samples:
+    """Record a volunteer with the acquisition noise of this seed; each volunteer has a stream of its own.
+
+    The shipped recordings are those of ``ACQUISITION_SEED``.
+    """
+    volunteer = truth.volunteer
+    stream = generator(seed, "acquisition", volunteer.context.subject)
+    return acquire(truth.curve, volunteer.context, volunteer.acquisition, stream)
+
+
+def read_true_theta(path: Path) -> dict[str, NDArray[np.float64]]:
+    """Read the true theta, shape (3,) in the order of ``THETA_NAMES``, of each subject of ``truth.csv``."""
+    table = pd.read_csv(path, dtype={"subject": str}).set_index("subject")
+    values = table[list(THETA_NAMES)].to_numpy(dtype=np.float64)
+    return dict(zip(table.index, values, strict=True))

@@ -17,7 +17,7 @@ from swesbi.virtual_cohort.tables import (
     haemodynamics,
     summarise_speeds,
 )
-from swesbi.virtual_cohort.truth import Truth
+from swesbi.virtual_cohort.volunteers import Truth
 
 TEXT: Final = """# Six virtual volunteers
 
@@ -98,6 +98,7 @@ valve ends.
 - Mechanics: Chapelle et al., Int J Multiscale Comput Eng 10:189 (2012); Caruel et al., Biomech Model
   Mechanobiol 13:897 (2014).
 """
+
 
 SEEDS: Final = """
 ## Other acquisition seeds

@@ -6,9 +6,10 @@ from typing import Annotated, Final
 
 from pydantic import Field
 
-from swesbi.settings import Settings
+from swesbi.base import Settings
 
 Fraction = Annotated[float, Field(ge=0, lt=1)]
+
 
 ACQUISITION_SEED: Final = 1
 """Seed of the shipped recordings, fixed before any inference was run on them."""

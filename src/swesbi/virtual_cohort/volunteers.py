@@ -1,4 +1,4 @@
-"""The six virtual volunteers: contexts, true theta, and the physiology in which each differs.
+"""The virtual volunteers: contexts, true theta, the physiology in which each differs, true curves.
 
 Their mechanics are richer than the inference model's: valve inertance, wall inertia, a slower ramp of
 activation, and a circulation, wall, activation and passive exponent of their own.
@@ -10,13 +10,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swesbi.context import Context
-from swesbi.forward_model.settings import ForwardModelSettings
+from swesbi.heart.periodic import Status
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import Beats, simulate
+from swesbi.measurement.operator import passive_shape
 from swesbi.virtual_cohort.settings import ACQUISITION, AcquisitionSettings, EctopicBeat
 
 LATE_DIASTOLE: Final = (0.80, 0.97)
+
+
 PASSIVE_C0_PA: Final = 444.0  # C_0 and C_2 of the PhysioBlocks 2.0.1 human heart, of which a volunteer
+
+
 PASSIVE_C2_PA: Final = 69.0  # has a multiple
+
 
 COMMON: Final[Mapping[str, str | bool | float]] = {
     "geometry": "midwall",
@@ -121,6 +132,7 @@ def _acquisition(
 
 _PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
 
+
 VOLUNTEERS: Final = (
     Volunteer(
         Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88),
@@ -213,3 +225,52 @@ VOLUNTEERS: Final = (
         design="k_ATP far above the prior's bound",
     ),
 )
+
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TruthCurve:
+    """A noiseless curve of total stiffness: phases in [0, 1), ascending, and kPa; each of shape (M,)."""
+
+    cycle_phase: FloatArray
+    stiffness_kpa: FloatArray
+
+
+@dataclass(frozen=True)
+class Truth:
+    """All that is true of one volunteer: the beat, the passive scale, the passive and the total curve."""
+
+    volunteer: Volunteer
+    beats: Beats
+    passive_scale_kpa: float
+    passive_kpa: FloatArray
+    curve: TruthCurve
+
+    @property
+    def active_kpa(self) -> FloatArray:
+        """The active stiffness k_c of the beat; shape (M,)."""
+        return np.asarray(self.beats.active_stiffness_kpa[0])
+
+
+def simulate_truth(volunteer: Volunteer) -> Truth:
+    """Simulate a volunteer and set the passive scale so that late diastole has its designed stiffness.
+
+    Raises:
+        RuntimeError: The simulation is not periodic.
+    """
+    beats = simulate(np.array([volunteer.theta]), volunteer.context, forward_model_of(volunteer))
+    if beats.status[0] != Status.PERIODIC:
+        raise RuntimeError(f"volunteer {volunteer.context.subject}: {Status(beats.status[0]).name}")
+    window = (beats.cycle_phase >= LATE_DIASTOLE[0]) & (beats.cycle_phase <= LATE_DIASTOLE[1])
+    active = beats.active_stiffness_kpa[0]
+    shape = passive_shape(beats.stretch[0], volunteer.passive_exponent_b)
+    scale = float((volunteer.late_diastolic_kpa - active[window].mean()) / shape[window].mean())
+    curve = TruthCurve(beats.cycle_phase, scale * shape + active)
+    return Truth(volunteer, beats, scale, scale * shape, curve)
+
+
+def true_curve(volunteer: Volunteer) -> TruthCurve:
+    """Return the noiseless total stiffness of a volunteer."""
+    return simulate_truth(volunteer).curve

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts import ArtefactError, atomic_path
-from swesbi.config import ConfigError, add_options, load_study, read_merged
+from swesbi.config.read import ConfigError, add_options, read_merged
+from swesbi.config.study import load_study
 from swesbi.show.docs.calibration import PARTS as CALIBRATION_PARTS
 from swesbi.show.docs.calibration import experiment_shown, read_calibration_results
 from swesbi.show.docs.figures import write_noise_figure, write_population_figure

@@ -9,11 +9,10 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.config import Study
-from swesbi.evaluation.exact_result import read_exact_result
-from swesbi.evaluation.verdict import status
-from swesbi.noise.dataset import read_noise
+from swesbi.config.study import Study
 from swesbi.parameters import THETA_NAMES
+from swesbi.posterior.result import read_exact_result
+from swesbi.recording.noise import read_noise
 from swesbi.show.docs.results import finished, of_experiment, read_experiment, read_table
 from swesbi.show.numbers import MISSING, fixed, share
 from swesbi.show.results import records
@@ -30,6 +29,7 @@ from swesbi.show.tables.exact import (
 )
 from swesbi.show.tables.experiments import level
 from swesbi.show.tables.subjects import score_table
+from swesbi.verdict.answers import status
 
 REFERENCE: Final = Path("tests/reference/study")
 """Tables of studies of their own, which take longer than the study: committed, not made anew."""

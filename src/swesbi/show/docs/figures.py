@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from swesbi.config import Study
-from swesbi.noise.dataset import read_noise
+from swesbi.config.study import Study
 from swesbi.population.contexts import draw_population
+from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.show.figures.population import population_figure
 from swesbi.show.figures.recording import draw_noise

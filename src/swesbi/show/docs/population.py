@@ -10,14 +10,14 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.calibration.ranked import WEIGHTED
-from swesbi.config import Study
-from swesbi.population.cohort import read_cohort
+from swesbi.checks.calibration.ranks import WEIGHTED
+from swesbi.config.study import Study
 from swesbi.show.docs.results import finished
 from swesbi.show.figures.population import read_strata
 from swesbi.show.numbers import MISSING, fixed, share
 from swesbi.show.table import markdown, of_records
 from swesbi.show.tables.population import OverPopulation, counts_table, strata_table
+from swesbi.verdict.answers import read_cohort
 
 COSTS: Final = {
     "dag_cpu_s": ("planning (s of processor time)", 0),

@@ -12,12 +12,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config import Study
-from swesbi.inference.support import Support, read_support
+from swesbi.config.study import Study
 from swesbi.show.figures.training import read_epochs, read_history
 from swesbi.show.results import Experiment, Recovery
 from swesbi.show.tables.experiments import read_comparison
-from swesbi.virtual_cohort.record import read_true_theta
+from swesbi.verdict.support import Support, read_support
+from swesbi.virtual_cohort.acquisition import read_true_theta
 
 
 @dataclass(frozen=True)

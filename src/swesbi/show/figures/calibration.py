@@ -13,13 +13,16 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter, PercentFormatter
 from numpy.typing import NDArray
 
-from swesbi.calibration.checks import C2ST, SBC, TARP
-from swesbi.calibration.levels import central_level
-from swesbi.calibration.quantities import QUANTITY_NAMES
-from swesbi.calibration.ranked import NETWORK, WEIGHTED, Diagnostics, Ranked
-from swesbi.calibration.settings import JudgementSettings
-from swesbi.calibration.table import LOCAL, POOLED
-from swesbi.calibration.uniformity import band, points, uniformity
+from swesbi.checks.calibration.ranks import (
+    NETWORK,
+    QUANTITY_NAMES,
+    WEIGHTED,
+    Diagnostics,
+    Ranked,
+    central_level,
+)
+from swesbi.checks.calibration.settings import JudgementSettings
+from swesbi.checks.calibration.table import C2ST, LOCAL, POOLED, SBC, TARP, band, points, uniformity
 from swesbi.parameters import ATTAINED, ATTAINED_SYMBOL, PHI_NAMES, PHI_SYMBOLS
 from swesbi.show.figures.style import (
     CMAES,

@@ -14,8 +14,8 @@ from matplotlib.ticker import FuncFormatter, PercentFormatter, ScalarFormatter
 from numpy.typing import NDArray
 from scipy.stats import binom
 
+from swesbi.checks.sensitivity import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.sensitivity.settings import BASE
 from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.show.numbers import as_percent
 
@@ -29,7 +29,7 @@ def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
     """Draw evidence, chi-squared and the coverage of each parameter against delta, a line for each tau.
 
     Args:
-        table: As of :func:`swesbi.discrepancy.discrepancy_table`.
+        table: As of :func:`swesbi.checks.discrepancy.evidence.discrepancy_table`.
         interval: Mass of the intervals whose coverage is shown.
     """
     with style():

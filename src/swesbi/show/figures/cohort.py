@@ -14,12 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, PercentFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
-from swesbi.evaluation.verdict import STATUSES
 from swesbi.parameters import PHI_LABELS, PHI_NAMES, THETA_NAMES
-from swesbi.population.cohort import OUTCOMES, REFUSED, SEPARATOR
 from swesbi.prior import JointPriorSettings, quantile
 from swesbi.show.figures.style import OBSERVED, PRIOR, STATUS_COLORS, new_figure, shared_legend, style, titled
 from swesbi.show.numbers import as_percent
+from swesbi.verdict.answers import OUTCOMES, REFUSED, SEPARATOR, STATUSES
 
 FloatArray = NDArray[np.float64]
 WIDTH_IN: Final = 7.2

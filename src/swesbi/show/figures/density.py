@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from scipy.stats import gaussian_kde, norm
 
-from swesbi.intervals import median_and_interval
+from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_LABELS, PHI_SYMBOLS
 from swesbi.prior import ParameterPrior
 from swesbi.show.figures.style import EXCLUDED_BACKGROUND, PRIOR

@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 from scipy.stats import chi2
 
-from swesbi.forward_model.activation import attained_share, attained_stiffness_kpa
-from swesbi.identifiability.laplace import interval_fold
+from swesbi.checks.identifiability.information import interval_fold
+from swesbi.heart.model import attained_share, attained_stiffness_kpa
 from swesbi.parameters import ATTAINED, ATTAINED_SYMBOL, K_0, K_ATP, PHI_SYMBOLS, THETA_LABELS, THETA_NAMES
 from swesbi.show.figures.experiments import COLORS
 from swesbi.show.figures.style import (

@@ -11,12 +11,12 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from swesbi.inference.support import Support, SupportTest
-from swesbi.misspecification.checks import GROUPS, TEST_NAMES
-from swesbi.misspecification.dataset import ACQUIRED, OWN, VOLUNTEER
-from swesbi.misspecification.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, AlarmRow
 from swesbi.show.figures.style import CMAES, POSTERIOR, PRIOR, TEXT_WIDTH_IN, TRUTH, new_figure, style, titled
 from swesbi.show.numbers import as_percent
+from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, AlarmRow
+from swesbi.verdict.recordings import ACQUIRED, OWN, VOLUNTEER
+from swesbi.verdict.statistics import GROUPS, TEST_NAMES
+from swesbi.verdict.support import Support, SupportTest
 
 ROW_IN: Final = 0.26
 RATES_IN: Final = 2.1

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError
-from swesbi.calibration.ranked import NETWORK, SAMPLERS, WEIGHTED
+from swesbi.checks.calibration.ranks import NETWORK, SAMPLERS, WEIGHTED
 from swesbi.context import CONTEXT, Context
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.population.contexts import Drawn

@@ -14,8 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
-from swesbi.evaluation.verdict import UNSUPPORTED, status
-from swesbi.intervals import median_and_interval
+from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_LABELS, THETA_LABELS, THETA_NAMES
 from swesbi.prior import JointPriorSettings, ParameterPrior, PriorSettings
 from swesbi.show.figures.density import log_density_of_draws, log_density_of_prior
@@ -35,6 +34,7 @@ from swesbi.show.figures.style import (
     titled,
 )
 from swesbi.show.numbers import as_percent
+from swesbi.verdict.answers import UNSUPPORTED, status
 
 FloatArray = NDArray[np.float64]
 

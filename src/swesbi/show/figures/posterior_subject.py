@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from swesbi.evaluation.support_numbers import support_numbers
-from swesbi.evaluation.verdict import status, verdict_numbers, weights_in_words
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.show.figures.density import (
     EXCLUDED_COLOR,
@@ -37,6 +35,8 @@ from swesbi.show.figures.style import (
     titled,
 )
 from swesbi.show.numbers import as_percent
+from swesbi.verdict.answers import status, verdict_numbers, weights_in_words
+from swesbi.verdict.support import support_numbers
 
 FloatArray = NDArray[np.float64]
 

@@ -10,18 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from swesbi.evaluation.exact_result import ExactResult
-from swesbi.evaluation.fit import CmaesFit
-from swesbi.evaluation.predictive import PredictiveCheck
-from swesbi.evaluation.scores import Band, reduction_percent
-from swesbi.evaluation.verdict import (
-    is_exact,
-    sampler_in_words,
-    status,
-    verdict_numbers,
-    weights_in_words,
-)
-from swesbi.inference.support import Support
+from swesbi.checks.cmaes import CmaesFit
+from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.scores import Band, reduction_percent
+from swesbi.posterior.result import ExactResult
 from swesbi.show.figures.style import (
     CMAES,
     EXCLUDED_POSTERIOR,
@@ -41,6 +33,8 @@ from swesbi.show.figures.style import (
 )
 from swesbi.show.names import feature_label
 from swesbi.show.numbers import as_percent, digits
+from swesbi.verdict.answers import is_exact, sampler_in_words, status, verdict_numbers, weights_in_words
+from swesbi.verdict.support import Support
 
 FloatArray = NDArray[np.float64]
 

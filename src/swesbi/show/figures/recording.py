@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from swesbi.noise.cohort import CohortNoise
-from swesbi.noise.components import ComponentEstimate
-from swesbi.recording.quality import ACCEPTED, REASONS
+from swesbi.recording.check import Checked
+from swesbi.recording.components import ComponentEstimate
+from swesbi.recording.noise import CohortNoise
+from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.show.figures.style import (
     CMAES,
@@ -26,7 +27,6 @@ from swesbi.show.figures.style import (
     titled,
 )
 from swesbi.show.numbers import as_percent
-from swesbi.validation.cohort import Checked
 
 HEIGHT_IN: Final = 2.3
 NAMED_SUBJECTS: Final = 30

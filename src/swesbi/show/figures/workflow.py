@@ -20,11 +20,9 @@ from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, NullLoca
 from numpy.typing import NDArray
 from scipy.stats import gaussian_kde
 
+from swesbi.checks.predictive import PredictiveCheck
 from swesbi.context import CONTEXT_NAMES, Context
-from swesbi.evaluation.predictive import PredictiveCheck
-from swesbi.evaluation.support_numbers import support_numbers
-from swesbi.inference.support import Support
-from swesbi.observation.settings import SCALAR_NAMES
+from swesbi.measurement.settings import SCALAR_NAMES
 from swesbi.parameters import THETA_LABELS
 from swesbi.prior import PriorSettings
 from swesbi.show.figures.density import log_density_of_prior
@@ -38,6 +36,7 @@ from swesbi.show.figures.style import (
     new_figure,
     style,
 )
+from swesbi.verdict.support import Support, support_numbers
 
 FloatArray = NDArray[np.float64]
 

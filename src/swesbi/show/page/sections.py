@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from swesbi.evaluation.verdict import STATUSES, status
-from swesbi.population.cohort import OUTCOMES
 from swesbi.show.figures.registry import PagePart, figures_of
 from swesbi.show.names import PARAMETERS
 from swesbi.show.numbers import count, mean_sd, percent, share
@@ -32,6 +30,7 @@ from swesbi.show.tables.exact import (
 from swesbi.show.tables.experiments import PAIRS, correlations, level, nearest_level
 from swesbi.show.tables.population import OverPopulation, cohort_table, range_in_words, strata_table
 from swesbi.show.tables.subjects import derived_table, feature_table, score_table
+from swesbi.verdict.answers import OUTCOMES, STATUSES, status
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from swesbi.context import Context
-from swesbi.observation.settings import SCALAR_NAMES
+from swesbi.measurement.settings import SCALAR_NAMES
 from swesbi.parameters import THETA_NAMES
 from swesbi.show.paper.measured import Asked, Measure, Measured, StudyResults, absent, number
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from swesbi.evaluation.fit import CmaesFit
-from swesbi.inference.pool import Pool
-from swesbi.inference.support import Support
+from swesbi.checks.cmaes import CmaesFit
+from swesbi.networks.paper.pool import Pool
 from swesbi.recording.observation import Observation
 from swesbi.show.paper.values import Option
+from swesbi.verdict.support import Support
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,6 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.evaluation.support_numbers import support_numbers
-from swesbi.inference.support import Support
 from swesbi.parameters import THETA_NAMES
 from swesbi.show.paper.measured import (
     Asked,
@@ -24,6 +22,7 @@ from swesbi.show.paper.measured import (
     shown,
     spread,
 )
+from swesbi.verdict.support import Support, support_numbers
 
 
 def supported_count(study: StudyResults, asked: Asked) -> Measured:

@@ -10,17 +10,24 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from swesbi.evaluation.check_names import ALARMS, ANSWERS, POOLED, RECORDINGS
-from swesbi.evaluation.exact_result import ExactResult
-from swesbi.evaluation.verdict import label_of_test, sampler_in_words, status
-from swesbi.inference.support import Support, SupportTest
-from swesbi.intervals import interval_levels
-from swesbi.noise.cohort import CohortNoise
+from swesbi.draws import interval_levels
 from swesbi.parameters import PHI_NAMES
+from swesbi.posterior.result import ExactResult
+from swesbi.recording.noise import CohortNoise
 from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, quantity
 from swesbi.show.numbers import MISSING, count, estimate, fixed, percent, significant, span
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Cell, Column, Row, Strong, Table, words
+from swesbi.verdict.answers import (
+    ALARMS,
+    ANSWERS,
+    POOLED,
+    RECORDINGS,
+    label_of_test,
+    sampler_in_words,
+    status,
+)
+from swesbi.verdict.support import Support, SupportTest
 
 PASSIVE: Final = "passive_scale_kpa"
 SYMBOLS: Final = {**PARAMETERS, PASSIVE: "passive scale a"}

@@ -11,9 +11,7 @@ import numpy as np
 import pandas as pd
 from pydantic import JsonValue
 
-from swesbi.calibration.ranked import SAMPLERS
-from swesbi.evaluation.check_names import ANSWERS
-from swesbi.population.cohort import OUTCOMES, REFUSED
+from swesbi.checks.calibration.ranks import SAMPLERS
 from swesbi.population.settings import DECLARED_NAMES, MOST_SHOWN
 from swesbi.show.figures.cohort import counted_reasons
 from swesbi.show.figures.population import stratum_label
@@ -22,6 +20,7 @@ from swesbi.show.numbers import MISSING, count, estimate, fixed, percent, span
 from swesbi.show.results import records
 from swesbi.show.table import Column, Row, Table, words
 from swesbi.show.tables.exact import SYMBOLS, UNITS
+from swesbi.verdict.answers import ANSWERS, OUTCOMES, REFUSED
 
 SAMPLER_NAMES: Final = {"importance": "importance weights", "mcmc": "MCMC"}
 

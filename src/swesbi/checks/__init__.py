@@ -1,0 +1,1 @@
+"""What the answers rest on: recovery, calibration, predictions, CMA-ES, identifiability, discrepancy."""

@@ -1,0 +1,143 @@
+"""Calibration as datasets, and back; parts and whole have the same groups."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import xarray as xr
+
+from swesbi.artefacts import (
+    Labels,
+    Variable,
+    build_dataset,
+    from_dataset,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    to_dataset,
+    values_of,
+)
+from swesbi.checks.calibration.fresh import FreshInferred
+from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferred, Ranked
+from swesbi.context import Context
+from swesbi.parameters import PHI_NAMES
+from swesbi.population.recordings import ACQUIRED, OWN
+from swesbi.recording.observation import context_values, contexts_of
+
+LABELS: Final[dict[str, Any]] = {
+    "quantity": list(QUANTITY_NAMES),
+    "parameter": list(PHI_NAMES),
+    "bound": ["lower", "upper"],
+}
+
+
+TWO_SAMPLES: Final = {
+    "accuracy": Variable("subject pair", "1", "accuracy of a classifier between two samplers"),
+    "draws": Variable("subject", "1", "draws of each sampler"),
+}
+
+
+INFERRED: Final = schema_of(Inferred)["/"]
+
+
+RECORDINGS: Final = {"own": INFERRED, "acquired": INFERRED}
+
+
+LOCAL: Final = {"local": schema_of(Ranked)["/"], "two_samples": TWO_SAMPLES}
+
+
+REQUIRED: Final[tuple[str | Labels, ...]] = (*LABELS, *labels_of(Inferred))
+
+
+RECORDINGS_KIND: Final = register("calibration_recordings", RECORDINGS, REQUIRED)
+
+
+LOCAL_KIND: Final = register("calibration_local", LOCAL, REQUIRED)
+
+
+KIND: Final = register("calibration", RECORDINGS | LOCAL, REQUIRED)
+
+
+JOINED: Final = {"own": "recording", "acquired": "recording", "local": "recording", "two_samples": "subject"}
+
+
+def inferred_dataset(inferred: Inferred) -> xr.Dataset:
+    """Return recordings and diagnostics as one group."""
+    return to_dataset(inferred, LABELS)
+
+
+def ranked_dataset(ranked: Ranked) -> xr.Dataset:
+    """Return recordings without diagnostics as one group."""
+    return to_dataset(ranked, LABELS)
+
+
+def two_samples_dataset(subject: str, accuracy: dict[str, float], draws: int) -> xr.Dataset:
+    """Return the accuracies of one subject, by pair of samplers."""
+    values = {"accuracy": [list(accuracy.values())], "draws": [draws]}
+    return build_dataset(TWO_SAMPLES, values, {"subject": [subject], "pair": list(accuracy)})
+
+
+def join(recordings: Sequence[Path], local_parts: Sequence[Path]) -> dict[str, xr.Dataset]:
+    """Put the parts of all subjects together, in the order given, group by group.
+
+    Raises:
+        ArtefactError: A file is no such part.
+    """
+    parts = {name: [load(path, RECORDINGS_KIND, name)[0] for path in recordings] for name in RECORDINGS}
+    parts |= {name: [load(path, LOCAL_KIND, name)[0] for path in local_parts] for name in LOCAL}
+    return {name: xr.concat(datasets, dim=JOINED[name]) for name, datasets in parts.items()}
+
+
+def ranked_of(dataset: xr.Dataset) -> Ranked:
+    """Rebuild recordings and scores from a group."""
+    return from_dataset(Ranked, dataset)
+
+
+def diagnostics_of(dataset: xr.Dataset) -> Diagnostics:
+    """Rebuild the diagnostics from a group."""
+    return from_dataset(Diagnostics, dataset)
+
+
+ALONG: Final = "recording"
+
+
+OF_FRESH: Final = schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
+
+
+SCHEMA: Final = schema_of(Inferred)["/"] | OF_FRESH
+
+
+FRESH: Final = register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
+
+
+REFUSED: Final = "refused"
+
+
+def fresh_dataset(found: FreshInferred) -> xr.Dataset:
+    """Return the recordings of fresh contexts as one group."""
+    added = build_dataset(OF_FRESH, values_of(found)["/"] | context_values(found.contexts))
+    inferred = inferred_dataset(found.inferred)
+    return inferred.assign(added.variables).assign_attrs({REFUSED: found.refused})
+
+
+def join_fresh(parts: Sequence[Path]) -> dict[str, xr.Dataset]:
+    """Put the parts together, in the order given.
+
+    Raises:
+        ArtefactError: A file is no such part.
+    """
+    groups = {}
+    for name in (OWN, ACQUIRED):
+        loaded = [load(path, FRESH, name)[0] for path in parts]
+        refused = sum(int(one.attrs[REFUSED]) for one in loaded)
+        groups[name] = xr.concat(loaded, dim="recording").assign_attrs({REFUSED: refused})
+    return groups
+
+
+def fresh_of(dataset: xr.Dataset) -> FreshInferred:
+    """Rebuild the recordings of fresh contexts from a group."""
+    given = {"contexts": contexts_of(dataset, ALONG), "inferred": from_dataset(Inferred, dataset)}
+    return from_dataset(FreshInferred, dataset, refused=int(dataset.attrs[REFUSED]), **given)

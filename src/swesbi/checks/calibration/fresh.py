@@ -1,0 +1,210 @@
+"""Calibration on fresh contexts of a population: over all of them, and by stratum."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Annotated, Any, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from swesbi.artefacts import Variable
+from swesbi.checks.calibration.ranks import (
+    QUANTITY_NAMES,
+    SAMPLERS,
+    WEIGHTED,
+    Diagnostics,
+    Inferred,
+    Ranked,
+    Scores,
+)
+from swesbi.checks.calibration.recordings import infer_recordings
+from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
+from swesbi.checks.calibration.table import check_scores
+from swesbi.checks.recovery import Recovered, RecoveryRow, score_recovery
+from swesbi.context import Context
+from swesbi.networks.spline.net import TrainedFlow
+from swesbi.parameters import THETA_NAMES
+from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
+from swesbi.population.settings import StrataSettings
+from swesbi.posterior.settings import ExactSettings, RefinementSettings
+from swesbi.prior import PriorSettings
+from swesbi.progress import Progress
+
+FloatArray = NDArray[np.float64]
+
+
+STREAM = "population calibration"
+
+
+@dataclass(frozen=True)
+class FreshInferred:
+    """Recordings of n fresh contexts, one each, with what was inferred.
+
+    Attributes:
+        contexts: The contexts.
+        inferred: Scores and diagnostics.
+        refused: Recordings that ingestion refused; they are not among the n.
+    """
+
+    contexts: tuple[Context, ...]
+    relative_se: Annotated[
+        FloatArray,
+        Variable(
+            "recording",
+            "1",
+            "standard error of the mean speed of a phase without failed samples, over it",
+        ),
+    ]
+    inferred: Inferred
+    refused: int
+
+
+def infer_fresh(
+    index: Sequence[int],
+    kind: str,
+    flow: TrainedFlow,
+    fresh: FreshSettings,
+    settings: RecordingsSettings,
+    exact: ExactSettings,
+    refinement: RefinementSettings,
+    seed: int,
+) -> FreshInferred:
+    """Record the numbered fresh contexts once each, and infer every recording by both samplers.
+
+    Args:
+        index: Numbers of the contexts; each has random streams of its own.
+        kind: Under the model's own noise, or acquired sample by sample.
+        flow: The trained network.
+        fresh: Where contexts and recordings come from.
+        settings: Draws of each posterior.
+        exact: The study's own settings of the exact posterior.
+        refinement: How a proposal that fails is refined, as in the answers for subjects.
+        seed: The study's seed.
+
+    Raises:
+        ValueError: Ingestion refused every recording.
+    """
+    progress = Progress(f"calibration on fresh contexts ({kind})", len(index), unit="recording")
+    contexts, levels, parts = [], [], []
+    for number in index:
+        subject = fresh_subject(number, fresh, seed, STREAM)
+        made = record_fresh(subject, kind, fresh, seed, STREAM, kind)
+        progress.step()
+        if not made.recordings:
+            continue
+        model = recorded(subject, made)
+        name = f"population {kind}"
+        parts.append(infer_recordings(model, made, flow, settings, exact, seed, name, refinement))
+        contexts.append(subject.context)
+        levels.append(subject.level)
+    if not parts:
+        raise ValueError(
+            f"all {len(index)} {kind} recordings were refused; check the experiment's conditions"
+        )
+    return FreshInferred(tuple(contexts), np.array(levels), _join(parts), len(index) - len(parts))
+
+
+def strata(
+    contexts: Sequence[Context], relative_se: FloatArray, settings: StrataSettings
+) -> dict[str, NDArray[np.bool_]]:
+    """Return which of n recordings lie in each marginal stratum, by its name; shape (n,) each."""
+    sex = np.array([one.sex for one in contexts])
+    found = {f"sex {name}": sex == name for name in ("F", "M")}
+    columns = {
+        "age_years": np.array([one.age_years for one in contexts]),
+        "hr_bpm": np.array([one.hr_bpm for one in contexts]),
+        "relative_se": relative_se,
+    }
+    for name, values in columns.items():
+        cuts = getattr(settings, name)
+        part = np.digitize(values, cuts)
+        edges = ("", *(f"{cut:g}" for cut in cuts), "")
+        for number in range(len(cuts) + 1):
+            found[f"{name} {_between(edges[number], edges[number + 1])}"] = part == number
+    return found
+
+
+def _between(low: str, high: str) -> str:
+    if not low:
+        return f"below {high}"
+    return f"{low} to {high}" if high else f"{low} and more"
+
+
+def _join(parts: Sequence[Inferred]) -> Inferred:
+    ranked, diagnostics = [one.ranked for one in parts], [one.diagnostics for one in parts]
+    values: dict[str, Any] = {name: _stacked(ranked, name) for name in ("subject", "truth", "prior_variance")}
+    values |= {name: _scores([getattr(one, name) for one in ranked]) for name in ("network", "weighted")}
+    found: dict[str, Any] = {field.name: _stacked(diagnostics, field.name) for field in fields(Diagnostics)}
+    return Inferred(Ranked(**values), Diagnostics(**found))
+
+
+def _scores(parts: Sequence[Scores]) -> Scores:
+    return Scores(**{field.name: _stacked(parts, field.name) for field in fields(Scores)})
+
+
+def _stacked(parts: Sequence[object], name: str) -> Any:  # noqa: ANN401
+    return np.concatenate([getattr(one, name) for one in parts])
+
+
+ALL: Final = "all"
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What is asked of the answers.
+
+    Attributes:
+        prior: Prior of theta, against which contraction is taken.
+        judgement: Levels and limits.
+        strata: Where continuous values are cut.
+    """
+
+    prior: PriorSettings
+    judgement: JudgementSettings
+    strata: StrataSettings
+
+    def recovery(self, ranked: Ranked, sampler: str = WEIGHTED) -> tuple[RecoveryRow, ...]:
+        """Return coverage, bias and contraction of each active parameter at each nominal level."""
+        columns, scores = slice(0, len(THETA_NAMES)), ranked.of(sampler)
+        recovered = Recovered(
+            truth=ranked.truth[:, columns],
+            mean=scores.mean[:, columns],
+            variance=scores.sd[:, columns] ** 2,
+            level_of_truth=scores.level[:, columns],
+        )
+        return score_recovery(recovered, self.prior, self.judgement)
+
+    def by_stratum(self, found: FreshInferred) -> pd.DataFrame:
+        """Return coverage by sampler and stratum, with the efficiency of the weights in each."""
+        parts = {ALL: np.ones(len(found.contexts), dtype=bool)}
+        parts |= strata(found.contexts, found.relative_se, self.strata)
+        rows = [row for sampler in SAMPLERS for row in self._rows(found, parts, sampler)]
+        return pd.DataFrame(rows)
+
+    def checks(self, found: dict[str, FreshInferred]) -> pd.DataFrame:
+        """Return one row a check over all fresh contexts, by kind of recording and sampler."""
+        rows: list[dict[str, object]] = []
+        for kind, part in found.items():
+            for sampler in SAMPLERS:
+                ranked = part.inferred.ranked
+                checks = check_scores(
+                    ranked.of(sampler), ranked.prior_variance, QUANTITY_NAMES,
+                    self.judgement.alpha, self.judgement.least_contraction,
+                )  # fmt: skip
+                labels = {"recordings": kind, "sampler": sampler}
+                rows.extend(labels | asdict(one) | {"flagged": int(one.flagged)} for one in checks)
+        return pd.DataFrame(rows)
+
+    def _rows(
+        self, found: FreshInferred, parts: dict[str, np.typing.NDArray[np.bool_]], sampler: str
+    ) -> Iterator[dict[str, object]]:
+        for name, chosen in parts.items():
+            if not chosen.any():
+                continue
+            median = float(np.median(found.inferred.diagnostics.efficiency[chosen]))
+            for row in self.recovery(found.inferred.ranked.rows(chosen), sampler):
+                labels = {"sampler": sampler, "stratum": name}
+                yield labels | asdict(row) | {"median_efficiency": median}

@@ -1,0 +1,194 @@
+"""Calibration at one subject's own data, and whether a classifier can tell two samplers apart.
+
+Saeilynoja, Schmitt, Buerkner and Vehtari (2025), Posterior SBC: simulation-based calibration checking
+conditional on data. If phi is drawn from the posterior given the subject's recording and a second recording
+is simulated from it, phi is a draw from the posterior given both. Its rank there is uniform where the first
+draw was right, whatever holds elsewhere under the prior. The posterior given both is exact and new for each
+second recording, so that neither sampler is judged by itself.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from sbi.utils.metrics import c2st
+
+from swesbi.checks.calibration.ranks import (
+    NETWORK,
+    WEIGHTED,
+    Ranked,
+    Score,
+    Scores,
+    quantities,
+    score,
+    stack_scores,
+    standardised,
+)
+from swesbi.checks.calibration.recordings import exact_draws
+from swesbi.checks.calibration.settings import LocalSettings
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.spline.net import TrainedFlow
+from swesbi.posterior.exact import ExactPosterior
+from swesbi.posterior.importance import Proposal, flow_proposal
+from swesbi.posterior.settings import ExactSettings
+from swesbi.prior import JointPriorSettings, to_logit
+from swesbi.progress import Progress
+from swesbi.seeds import generator, integer_seed
+
+FloatArray = NDArray[np.float64]
+
+
+def classifier_accuracy(first: FloatArray, second: FloatArray, prior: JointPriorSettings, seed: int) -> float:
+    """Return the cross-validated accuracy of telling two equal samples (n, 4) of phi apart.
+
+    One half where the distributions are the same (Lopez-Paz and Oquab 2017); by the multilayer perceptron of
+    sbi, in the logit of the prior's box. NaN where a sample holds NaN: nothing was there to compare.
+
+    Raises:
+        ValueError: The samples differ in size, so that one half would not mean equality.
+    """
+    if len(first) != len(second):
+        raise ValueError(f"C2ST needs samples of one size, got {len(first)} and {len(second)} draws")
+    if np.isnan(first).any() or np.isnan(second).any():
+        return float("nan")
+    pair = [torch.from_numpy(to_logit(phi, prior).astype(np.float32)) for phi in (first, second)]
+    with reproducible(seed), warnings.catch_warnings():
+        # a perceptron stopped by its number of iterations is still a classifier
+        warnings.simplefilter("ignore")
+        return float(c2st(*pair, seed=seed, classifier="mlp"))
+
+
+@dataclass(frozen=True)
+class TwoRecordings:
+    """The model of two independent recordings of one subject at the same phases."""
+
+    first: SpeedModel
+    second: SpeedRecording
+
+    @property
+    def settings(self) -> SpeedModelSettings:
+        """The settings, which hold the prior."""
+        return self.first.settings
+
+    def log_likelihood(self, phi: FloatArray) -> FloatArray:
+        """Return log p(both recordings | phi) of shape (n,); -inf where the simulation failed."""
+        predicted, discrepancy = self.first.predict(phi), self.settings.discrepancy
+        first = log_likelihood(predicted, self.first.recording, discrepancy)
+        return first + log_likelihood(predicted, self.second, discrepancy)
+
+    def averaged(self) -> SpeedRecording:
+        """Return the recording with the mean log speeds of both; the network's posterior of it is wider."""
+        recording = self.first.recording
+        return replace(recording, speed_m_s=np.sqrt(recording.speed_m_s * self.second.speed_m_s))
+
+
+@dataclass(frozen=True)
+class LocalRun:
+    """What the local calibration of a subject needs beside the draws that it judges.
+
+    Attributes:
+        model: The subject's model.
+        propose: Returns the proposal for a recording.
+        exact: The study's own settings of the exact posterior.
+        weighted_draws: Weighted draws given both recordings.
+    """
+
+    model: SpeedModel
+    propose: Callable[[SpeedRecording], Proposal]
+    exact: ExactSettings
+    weighted_draws: int
+
+    def scores(
+        self, phi: FloatArray, references: FloatArray, seed: int, sampler: str
+    ) -> tuple[FloatArray, Scores]:
+        """Simulate a second recording from each draw and rank the draw in the posterior given both.
+
+        Args:
+            phi: Draws from a sampler's posterior given the subject's recording; shape (r, 4).
+            references: phi around which joint coverage is taken, other draws of that posterior; (r, 4).
+            seed: Seed of the study.
+            sampler: The sampler's name, for progress; random streams are the same for all.
+
+        Returns:
+            True quantities (r, q), and their scores.
+        """
+        recording, settings = self.model.recording, self.model.settings
+        rng = generator(seed, "calibration", "local", "speeds", recording.subject)
+        predicted = self.model.predict(phi)
+        speeds = draw_speeds(predicted, recording.relative_se, settings.discrepancy, rng)
+        points = standardised(references, settings.prior)
+        progress = Progress(f"calibration {recording.subject} (local, {sampler})", len(phi), unit="replicate")
+        truths: list[FloatArray] = []
+        scores: list[Score] = []
+        for index, second in enumerate(speeds):
+            both = TwoRecordings(self.model, replace(recording, speed_m_s=second))
+            stream = integer_seed(seed, "calibration", "local", "exact", recording.subject, index)
+            truth, found = self._one(both, phi[index], points[index], stream)
+            truths.append(truth)
+            scores.append(found)
+            progress.step()
+        return np.stack(truths), stack_scores(scores)
+
+    def _one(
+        self, both: TwoRecordings, phi: FloatArray, reference: FloatArray, seed: int
+    ) -> tuple[FloatArray, Score]:
+        duration_s = self.model.activation_duration_s
+        drawn = exact_draws(both, self.propose(both.averaged()), self.weighted_draws, self.exact, seed)
+        truth = quantities(phi[None], both.log_likelihood(phi[None]), duration_s)[0]
+        values = quantities(drawn.phi, drawn.log_likelihood, duration_s)
+        return truth, score(truth, values, drawn.weight, reference, self.model.settings.prior)
+
+
+def calibrate_locally(
+    model: SpeedModel,
+    flow: TrainedFlow,
+    posterior: ExactPosterior,
+    sizes: LocalSettings,
+    exact: ExactSettings,
+    seed: int,
+) -> Ranked:
+    """Rank draws of the network's and of the reported posterior of a subject, as many of each.
+
+    Args:
+        model: The subject's model.
+        flow: The trained network.
+        posterior: The reported posterior and the network's draws; at least two draws a replicate.
+        sizes: Replicates and weighted draws.
+        exact: The study's own settings of the exact posterior.
+        seed: Seed of the study.
+
+    Returns:
+        Their scores; the truths are those of the reported posterior, the prior variance is its variance.
+    """
+    run = LocalRun(model, partial(flow_proposal, flow), exact, sizes.weighted_draws)
+    count = sizes.replicates
+    found = {
+        name: run.scores(phi[:count], phi[count : 2 * count], seed, name)
+        for name, phi in ((NETWORK, posterior.npe_phi), (WEIGHTED, posterior.phi))
+    }
+    return Ranked(
+        subject=np.full(count, model.recording.subject),
+        truth=found[WEIGHTED][0],
+        prior_variance=np.tile(variance_given_first(model, posterior.phi), (count, 1)),
+        network=found[NETWORK][1],
+        weighted=found[WEIGHTED][1],
+    )
+
+
+def variance_given_first(model: SpeedModel, phi: FloatArray) -> FloatArray:
+    """Return the variance of each quantity under draws (n, 4) given the first recording alone; shape (6,).
+
+    It takes the place of the prior's variance beside local calibration; the log-likelihood has none (NaN).
+    """
+    values = quantities(phi, np.zeros(len(phi)), model.activation_duration_s)
+    variance: FloatArray = values.var(axis=0)
+    variance[-1] = np.nan
+    return variance

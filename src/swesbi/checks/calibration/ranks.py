@@ -1,0 +1,264 @@
+"""What is kept of recordings of known parameters: ranks and levels of the truth among a posterior's draws.
+
+Lemos, Coogan, Hezaveh and Perreault-Levasseur (2023), Sampling-based accuracy testing of posterior
+estimators for general inference, ICML. The function of sbi takes its own posterior objects and equally
+weighted draws; this one takes arrays with weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.artefacts import Labels, Part, Variable
+from swesbi.draws import effective_draws
+from swesbi.heart.model import attained_share, attained_stiffness_kpa
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES
+from swesbi.prior import BoxPrior, even_quantiles, quantile
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Weighted mean and standard deviation of q quantities; shape (q,) each."""
+
+    mean: FloatArray
+    sd: FloatArray
+
+
+def level_of_truth(truth: FloatArray, draws: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return the mid-rank of the truth among n draws as a level in (0, 1); shape (q,).
+
+    For L equal weights the truth's rank r among the draws is uniform on 0..L if the posterior is right
+    (Talts et al. 2018, Validating Bayesian inference algorithms with simulation-based calibration), and the
+    level is (r + 1/2) / (L + 1). For unequal weights r is L times the weight below the truth, with L the
+    effective number of draws. Ties count by half.
+
+    Args:
+        truth: True values; shape (q,).
+        draws: Posterior draws; shape (n, q).
+        weight: Normalised weights; shape (n,).
+    """
+    below = weight @ (draws < truth) + 0.5 * (weight @ (draws == truth))
+    number = effective_draws(weight)
+    return np.asarray((number * below + 0.5) / (number + 1.0))
+
+
+def central_level(level: FloatArray) -> FloatArray:
+    """Return |2 u - 1| for levels u: the mass of the smallest central interval that holds the truth.
+
+    Its distribution function at a nominal level is the coverage of the equal-tailed interval of that mass.
+    """
+    return np.abs(2.0 * level - 1.0)
+
+
+def moments(draws: FloatArray, weight: FloatArray) -> Moments:
+    """Return the weighted moments of draws (n, q) that carry weight; others may hold anything."""
+    used = weight > 0.0
+    kept, share = draws[used], weight[used]
+    mean = share @ kept
+    return Moments(mean, np.sqrt(share @ (kept - mean) ** 2))
+
+
+LOG_LIKELIHOOD: Final = "log_likelihood"
+
+
+QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED, LOG_LIKELIHOOD)
+
+
+def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: float) -> FloatArray:
+    """Return the six quantities of ``QUANTITY_NAMES`` for n draws; shape (n, 6).
+
+    k_0 (1 - exp(-k_ATP D_T)) is what the data know best of k_0 and k_ATP. The log-likelihood depends on the
+    data, and so finds posteriors that are calibrated in every parameter without having seen them (Modrak
+    et al. 2023, Simulation-based calibration checking for Bayesian computation: the choice of test quantities
+    shapes sensitivity).
+
+    Args:
+        phi: Draws; shape (n, 4).
+        log_likelihood: Their log-likelihood; shape (n,).
+        duration_s: Duration D_T of the activation.
+    """
+    return np.column_stack([phi, attained_stiffness_kpa(phi, duration_s), log_likelihood])
+
+
+def prior_variance(model: SpeedModel) -> FloatArray:
+    """Return the variance of each quantity under the prior; shape (6,).
+
+    From the prior's quantile functions; k_0 and k_ATP are independent. The log-likelihood has none (NaN).
+    """
+    phi = even_quantiles(model.settings.prior)
+    share = attained_share(phi[:, K_ATP], model.activation_duration_s)
+    second, first = (np.mean(phi[:, K_0] ** p) * np.mean(share**p) for p in (2, 1))
+    return np.array([*phi.var(axis=0), second - first**2, np.nan])
+
+
+def standardised(phi: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Return log(phi / centre) / log_sd of shape (..., d), in which distances are taken."""
+    centre = np.array([parameter.centre for parameter in prior.parameters])
+    log_sd = np.array([parameter.log_sd for parameter in prior.parameters])
+    return np.asarray(np.log(phi / centre) / log_sd)
+
+
+def reference_points(count: int, prior: BoxPrior, rng: np.random.Generator) -> FloatArray:
+    """Draw a reference point for each recording, from the prior and independent of everything; (count, d)."""
+    return standardised(quantile(rng.random((count, len(prior.parameters))), prior), prior)
+
+
+def tarp_level(
+    truth: FloatArray, draws: FloatArray, weight: FloatArray, reference: FloatArray, prior: BoxPrior
+) -> float:
+    """Return the posterior mass nearer to the reference point than the truth; uniform if calibrated.
+
+    Args:
+        truth: True phi; shape (d,).
+        draws: Posterior draws; shape (n, d).
+        weight: Normalised weights; shape (n,).
+        reference: A standardised reference point; shape (d,).
+        prior: Sets the scale of each parameter.
+    """
+    of_truth = np.linalg.norm(standardised(truth[None], prior) - reference, axis=1)
+    of_draws = np.linalg.norm(standardised(draws, prior) - reference, axis=1)
+    return float(level_of_truth(of_truth, of_draws[:, None], weight)[0])
+
+
+EACH: Final = "as named in quantity"
+
+
+@dataclass(frozen=True)
+class Score:
+    """One posterior against its truth.
+
+    Attributes:
+        level: Mid-rank of the truth in each quantity; shape (q,).
+        tarp: Posterior mass nearer to the reference point than the truth.
+        mean: Posterior means; shape (q,).
+        sd: Posterior standard deviations; shape (q,).
+    """
+
+    level: FloatArray
+    tarp: float
+    mean: FloatArray
+    sd: FloatArray
+
+
+@dataclass(frozen=True)
+class Scores:
+    """The posteriors of n recordings under one sampler; arrays as in :class:`Score`, recordings first."""
+
+    level: Annotated[
+        FloatArray,
+        Variable("recording quantity", "1", "mid-rank of the truth among the draws of {sampler}"),
+    ]
+    tarp: Annotated[
+        FloatArray, Variable("recording", "1", "mass of {sampler} nearer to a random point than the truth")
+    ]
+    mean: Annotated[FloatArray, Variable("recording quantity", EACH, "mean of {sampler}")]
+    sd: Annotated[FloatArray, Variable("recording quantity", EACH, "standard deviation of {sampler}")]
+
+    def rows(self, chosen: NDArray[np.bool_]) -> Scores:
+        """Return the recordings that are chosen; shape (n,)."""
+        return Scores(self.level[chosen], self.tarp[chosen], self.mean[chosen], self.sd[chosen])
+
+
+def score(
+    truth: FloatArray, draws: FloatArray, weight: FloatArray, reference: FloatArray, prior: BoxPrior
+) -> Score:
+    """Rank one truth among its posterior draws.
+
+    Args:
+        truth: True quantities, the d parameters of the prior first; shape (q,).
+        draws: The quantities of n draws; shape (n, q).
+        weight: Normalised weights; shape (n,).
+        reference: Standardised reference point of the joint coverage; shape (d,).
+        prior: Prior of the d parameters.
+    """
+    d, moment = len(prior.parameters), moments(draws, weight)
+    tarp = tarp_level(truth[:d], draws[:, :d], weight, reference, prior)
+    return Score(level_of_truth(truth, draws, weight), tarp, moment.mean, moment.sd)
+
+
+def stack_scores(scores: Sequence[Score]) -> Scores:
+    """Put the scores of n recordings together, in order."""
+    return Scores(
+        level=np.stack([one.level for one in scores]),
+        tarp=np.array([one.tarp for one in scores]),
+        mean=np.stack([one.mean for one in scores]),
+        sd=np.stack([one.sd for one in scores]),
+    )
+
+
+NETWORK: Final = "npe"
+
+
+WEIGHTED: Final = "weighted"
+
+
+SAMPLERS: Final = (NETWORK, WEIGHTED)
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """n recordings, q quantities, with the context and protocol of ``subject``; no prior variance is NaN."""
+
+    subject: Annotated[NDArray[np.str_], Labels("recording", "subject")]
+    truth: Annotated[FloatArray, Variable("recording quantity", EACH, "true value")]
+    prior_variance: Annotated[
+        FloatArray, Variable("recording quantity", f"{EACH}, squared", "before the recording is seen")
+    ]
+    network: Annotated[Scores, Part("npe_{}", words={"sampler": "the network"})]
+    weighted: Annotated[Scores, Part("weighted_{}", words={"sampler": "the exact posterior"})]
+
+    def of(self, sampler: str) -> Scores:
+        """Return the scores of a sampler of ``SAMPLERS``."""
+        return {NETWORK: self.network, WEIGHTED: self.weighted}[sampler]
+
+    def rows(self, chosen: NDArray[np.bool_]) -> Ranked:
+        """Return the recordings that are chosen; shape (n,)."""
+        return Ranked(
+            self.subject[chosen],
+            self.truth[chosen],
+            self.prior_variance[chosen],
+            self.network.rows(chosen),
+            self.weighted.rows(chosen),
+        )
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """What the exact posteriors of n recordings leave beside their scores; residuals are standardised."""
+
+    k_hat: Annotated[FloatArray, Variable("recording", "1", "Pareto shape of the importance weights")]
+    efficiency: Annotated[FloatArray, Variable("recording", "1", "effective share of the weighted draws")]
+    log_evidence: Annotated[
+        FloatArray, Variable("recording", "1", "log evidence of the log speeds, from the weights")
+    ]
+    by_mcmc: Annotated[
+        NDArray[np.bool_], Variable("recording", "1", "1 where MCMC took over from the weights")
+    ]
+    phases: Annotated[NDArray[np.int64], Variable("recording", "1", "measured phases")]
+    min_chi2: Annotated[
+        FloatArray,
+        Variable("recording", "1", "smallest sum of squared residuals over posterior draws"),
+    ]
+    mean_chi2: Annotated[
+        FloatArray, Variable("recording", "1", "mean sum of squared residuals over posterior draws")
+    ]
+    strip_mass: Annotated[
+        FloatArray,
+        Variable("recording parameter bound", "1", "posterior mass in the strip at each bound of the prior"),
+    ]
+
+
+@dataclass(frozen=True)
+class Inferred:
+    """Recordings with their scores and what else their exact posteriors say."""
+
+    ranked: Annotated[Ranked, Part()]
+    diagnostics: Annotated[Diagnostics, Part()]

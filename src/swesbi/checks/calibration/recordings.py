@@ -1,0 +1,238 @@
+"""Synthetic recordings of one subject, inferred by the network and exactly, and what checks need of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.checks.calibration.ranks import (
+    Diagnostics,
+    Inferred,
+    Ranked,
+    Score,
+    prior_variance,
+    quantities,
+    reference_points,
+    score,
+    stack_scores,
+)
+from swesbi.checks.calibration.settings import RecordingsSettings
+from swesbi.draws import equal_weights, resampled_rows
+from swesbi.measurement.likelihood import RememberingModel, SpeedModel, residuals
+from swesbi.measurement.speeds import PredictedSpeeds
+from swesbi.networks.spline.net import TrainedFlow, draw_phi
+from swesbi.population.synthetic import Synthetic
+from swesbi.posterior.exact import exact_posterior, weight_failures
+from swesbi.posterior.importance import FlowProposal, LikelihoodModel, Proposal, k_hat_limit, weigh
+from swesbi.posterior.refine import refine
+from swesbi.posterior.settings import ExactSettings, RefinementSettings
+from swesbi.progress import Progress
+from swesbi.seeds import generator, integer_seed
+from swesbi.verdict.distances import strip_mass
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Sum of squared standardised residuals over posterior draws: the smallest, and the mean."""
+
+    min_chi2: float
+    mean_chi2: float
+
+
+def misfit(model: SpeedModel, predicted: PredictedSpeeds) -> Misfit:
+    """Return the misfit of what equally weighted posterior draws predict; failed simulations drop out."""
+    z = residuals(predicted, model.recording, model.settings.discrepancy)
+    chi2 = (z**2).sum(axis=1)
+    return Misfit(float(np.nanmin(chi2)), float(np.nanmean(chi2)))
+
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Weighted draws of a posterior.
+
+    Attributes:
+        phi: Draws; shape (n, 4).
+        weight: Their weights, which sum to one; shape (n,).
+        log_likelihood: Exact log-likelihood of each; shape (n,).
+        k_hat: Pareto shape of the importance weights behind them.
+        efficiency: Effective share of these weights.
+        log_evidence: By these weights.
+        by_mcmc: Whether MCMC took over from the weights.
+    """
+
+    phi: FloatArray
+    weight: FloatArray
+    log_likelihood: FloatArray
+    k_hat: float
+    efficiency: float
+    log_evidence: float
+    by_mcmc: bool
+
+
+def exact_draws(
+    model: LikelihoodModel,
+    proposal: Proposal,
+    draws: int,
+    settings: ExactSettings,
+    seed: int,
+    refinement: RefinementSettings | None = None,
+) -> Drawn:
+    """Return the exact posterior as the study reports it, with fewer weighted draws where these suffice.
+
+    Where so few draws fail the criteria of the weights, the study's own number follows, and MCMC where that
+    fails as well. No recording is left out.
+
+    Args:
+        model: Prior and exact likelihood.
+        proposal: The network's posterior.
+        draws: Weighted draws of the first attempt.
+        settings: The study's own sizes and criteria.
+        seed: Seed of everything.
+        refinement: Where the answers of the study refine a proposal that fails, how.
+    """
+    weighted = weigh(model, proposal, draws, settings.prior_fraction, seed)
+    by_mcmc = False
+    if weight_failures(weighted, k_hat_limit(draws, settings.max_k_hat), settings.min_efficiency):
+        if refinement:
+            proposal = refine(model, proposal, refinement, seed).proposal
+        posterior = exact_posterior(model, proposal, settings, seed)
+        weighted, by_mcmc = posterior.weighted, posterior.sampler == "mcmc"
+    drawn = Drawn(
+        phi=weighted.phi,
+        weight=weighted.weight,
+        log_likelihood=weighted.log_likelihood,
+        k_hat=weighted.k_hat,
+        efficiency=weighted.efficiency,
+        log_evidence=weighted.log_evidence,
+        by_mcmc=by_mcmc,
+    )
+    if not by_mcmc:
+        return drawn
+    log_likelihood = model.log_likelihood(posterior.phi)
+    weight = equal_weights(len(posterior.phi))
+    return replace(drawn, phi=posterior.phi, weight=weight, log_likelihood=log_likelihood)
+
+
+def infer_recordings(
+    model: SpeedModel,
+    synthetic: Synthetic,
+    flow: TrainedFlow,
+    settings: RecordingsSettings,
+    exact: ExactSettings,
+    seed: int,
+    name: str,
+    refinement: RefinementSettings | None = None,
+) -> Inferred:
+    """Infer every recording by both samplers.
+
+    Args:
+        model: The subject's model; each recording takes the place of its own.
+        synthetic: The recordings and their phi, n of them, at least one.
+        flow: The trained network.
+        settings: Sizes.
+        exact: The study's own settings of the exact posterior.
+        seed: Seed of the study.
+        name: Name of this set of recordings, for its random streams.
+        refinement: Where the answers of the study refine a proposal that fails, how.
+    """
+    subject, count = model.recording.subject, len(synthetic.phi)
+    condition = np.stack([flow.conditioner.condition(recording) for recording in synthetic.recordings])
+    network_seed = integer_seed(seed, "calibration", "network", name, subject)
+    network_phi = draw_phi(flow, condition, settings.network_draws, network_seed)
+    rng = generator(seed, "calibration", "tarp", name, subject)
+    references = reference_points(count, model.settings.prior, rng)
+    progress = Progress(f"calibration {subject} ({name})", count, unit="recording") if count > 1 else None
+    results: list[_Result] = []
+    for index, recording in enumerate(synthetic.recordings):
+        case = _Case(
+            model=replace(model, recording=recording),
+            phi=synthetic.phi[index],
+            reference=references[index],
+            seed=integer_seed(seed, "calibration", "exact", name, subject, index),
+        )
+        proposal = FlowProposal(flow, condition[index])
+        results.append(_infer(case, network_phi[index], proposal, settings, exact, refinement))
+        if progress:
+            progress.step()
+    return _gather(subject, results, prior_variance(model))
+
+
+@dataclass(frozen=True)
+class _Case:
+    model: SpeedModel
+    phi: FloatArray
+    reference: FloatArray
+    seed: int
+
+    def score(self, truth: FloatArray, values: FloatArray, weight: FloatArray) -> Score:
+        return score(truth, values, weight, self.reference, self.model.settings.prior)
+
+
+@dataclass(frozen=True)
+class _Result:
+    truth: FloatArray
+    network: Score
+    weighted: Score
+    diagnostics: Diagnostics  # of one recording: no leading dimension
+
+
+def _infer(
+    case: _Case,
+    network_phi: FloatArray,
+    proposal: FlowProposal,
+    settings: RecordingsSettings,
+    exact: ExactSettings,
+    refinement: RefinementSettings | None,
+) -> _Result:
+    model, duration_s = case.model, case.model.activation_duration_s
+    phi = np.concatenate([case.phi[None], network_phi])
+    truth, *draws = quantities(phi, model.log_likelihood(phi), duration_s)
+    remembering = RememberingModel(model)
+    drawn = exact_draws(remembering, proposal, settings.weighted_draws, exact, case.seed, refinement)
+    values = quantities(drawn.phi, drawn.log_likelihood, duration_s)
+    return _Result(
+        truth=truth,
+        network=case.score(truth, np.stack(draws), equal_weights(len(draws))),
+        weighted=case.score(truth, values, drawn.weight),
+        diagnostics=_diagnose(case, drawn, remembering.predict(drawn.phi), settings),
+    )
+
+
+def _diagnose(
+    case: _Case, drawn: Drawn, predicted: PredictedSpeeds, settings: RecordingsSettings
+) -> Diagnostics:
+    rows = resampled_rows(drawn.weight, settings.misfit_draws, generator(case.seed, "misfit"))
+    found = misfit(case.model, predicted.rows(rows))
+    prior = case.model.settings.prior
+    return Diagnostics(
+        k_hat=np.array(drawn.k_hat),
+        efficiency=np.array(drawn.efficiency),
+        log_evidence=np.array(drawn.log_evidence),
+        by_mcmc=np.array(drawn.by_mcmc),
+        phases=np.array(len(case.model.recording.phase)),
+        min_chi2=np.array(found.min_chi2),
+        mean_chi2=np.array(found.mean_chi2),
+        strip_mass=strip_mass(drawn.phi, drawn.weight, prior, settings.strip_fraction),
+    )
+
+
+def _gather(subject: str, results: Sequence[_Result], variance: FloatArray) -> Inferred:
+    parts = [one.diagnostics for one in results]
+    arrays: dict[str, Any] = {
+        field.name: np.stack([getattr(part, field.name) for part in parts]) for field in fields(Diagnostics)
+    }
+    ranked = Ranked(
+        subject=np.full(len(results), subject),
+        truth=np.stack([one.truth for one in results]),
+        prior_variance=np.tile(variance, (len(results), 1)),
+        network=stack_scores([one.network for one in results]),
+        weighted=stack_scores([one.weighted for one in results]),
+    )
+    return Inferred(ranked, Diagnostics(**arrays))

@@ -1,0 +1,251 @@
+"""The CMA-ES reference fit of one subject: loss, search, history of every run, artefact.
+
+Hansen (2006), as implemented in the library ``cma``. The search runs in u = log(theta / low) /
+log(high / low), so the box of the prior's bounds becomes the unit cube and one initial step serves
+the three parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import cma
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from swesbi.artefacts import Labels, Provenance, Variable, from_dataset, labels_of, load, register, schema_of
+from swesbi.artefacts import to_dataset as stored
+from swesbi.checks.scores import rmse
+from swesbi.checks.settings import CmaesSettings, CurveLossSettings
+from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
+from swesbi.progress import Progress
+from swesbi.seeds import generator
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CmaesRun:
+    """The history of one seed; G is the permitted number of generations, NaN after an early stop.
+
+    Attributes:
+        seed: Its seed.
+        best_loss: (G,) lowest loss found up to each generation.
+        best_theta: (G, 3) its theta.
+        evaluations: (G,) simulations run up to each generation; constant after an early stop.
+        generations: Generations run.
+        stop: Why the run ended, in the library's words.
+    """
+
+    seed: int
+    best_loss: FloatArray
+    best_theta: FloatArray
+    evaluations: NDArray[np.int64]
+    generations: int
+    stop: str
+
+    @property
+    def loss(self) -> float:
+        """Lowest loss of the run."""
+        return float(self.best_loss[self.generations - 1])
+
+    @property
+    def theta(self) -> FloatArray:
+        """Theta of the lowest loss, shape (3,)."""
+        theta: FloatArray = self.best_theta[self.generations - 1]
+        return theta
+
+
+def best_run(runs: list[CmaesRun]) -> int:
+    """Return the index of the run with the lowest loss; the first of equals."""
+    return int(np.argmin([run.loss for run in runs]))
+
+
+FAILED_LOSS = 1e3
+"""Loss of a simulation that failed: finite, and worse than any curve's (a perfect curve has 0)."""
+
+
+def curve_loss(curves: FloatArray, observed: FloatArray, weights: CurveLossSettings) -> FloatArray:
+    """Return the loss of each curve: MAE / range + (1 - r) + |peak - observed peak| / observed peak.
+
+    The paper (Sec. 2.5) names the three terms: normalised MAE, correlation mismatch, peak mismatch.
+    A constant curve has no correlation; its r counts as 0.
+
+    Args:
+        curves: (n, points) simulated curves; a row with a value that is not finite is a failed simulation.
+        observed: (points,) observed curve, same unit.
+        weights: Of the three terms.
+
+    Returns:
+        (n,) losses, dimensionless; ``FAILED_LOSS`` for failed simulations.
+    """
+    failed = ~np.all(np.isfinite(curves), axis=1)
+    usable = np.where(failed[:, None], observed, curves)
+    mae = np.mean(np.abs(usable - observed), axis=1) / np.ptp(observed)
+    peak = np.abs(usable.max(axis=1) - observed.max()) / observed.max()
+    loss = (
+        weights.mae_weight * mae
+        + weights.correlation_weight * (1.0 - _correlation(usable, observed))
+        + weights.peak_weight * peak
+    )
+    return np.where(failed, FAILED_LOSS, loss)
+
+
+def _correlation(curves: FloatArray, observed: FloatArray) -> FloatArray:
+    """Pearson's r of each curve with the observed one; 0 for a constant curve."""
+    deviation = curves - curves.mean(axis=1, keepdims=True)
+    target = observed - observed.mean()
+    norm = np.linalg.norm(deviation, axis=1) * np.linalg.norm(target)
+    r: FloatArray = np.divide(deviation @ target, norm, out=np.zeros(len(curves)), where=norm > 0.0)
+    return r
+
+
+@dataclass(frozen=True)
+class CmaesFit:
+    """R runs of at most G generations, NaN after an early stop, and the best of them."""
+
+    seed: Annotated[NDArray[np.int64], Variable("run", "1", "seed of each run")]
+    best_loss: Annotated[FloatArray, Variable("run generation", "1", "lowest loss up to each generation")]
+    best_theta: Annotated[FloatArray, Variable("run generation parameter", THETA_COLUMNS, "its parameters")]
+    evaluations: Annotated[
+        NDArray[np.int64], Variable("run generation", "1", "simulations up to each generation")
+    ]
+    generations: Annotated[NDArray[np.int64], Variable("run", "1", "generations run")]
+    run_loss: Annotated[FloatArray, Variable("run", "1", "lowest loss of each run")]
+    run_theta: Annotated[FloatArray, Variable("run parameter", THETA_COLUMNS, "parameters of that loss")]
+    stop: Annotated[tuple[str, ...], Labels("run", "stop")]
+    theta: Annotated[FloatArray, Variable("parameter", THETA_COLUMNS, "parameters of the best run")]
+    loss: Annotated[float, Variable("", "1", "loss of the best run")]
+    best_seed: Annotated[int, Variable("", "1", "seed of the best run")]
+    grid: Annotated[
+        FloatArray, Variable("grid", "1", "analysis phases, fraction of the cycle from the R peak")
+    ]
+    curve_kpa: Annotated[
+        FloatArray, Variable("grid", "kPa", "total stiffness of the best theta, as measured")
+    ]
+    rmse_kpa: Annotated[float, Variable("", "kPa", "RMSE of that curve against the observed one")]
+
+
+def gather(
+    runs: list[CmaesRun], curve_kpa: FloatArray, grid: FloatArray, observed_kpa: FloatArray
+) -> CmaesFit:
+    """Gather the runs; ``curve_kpa`` is the curve of the best run's theta, all curves of shape (grid,)."""
+    best = runs[best_run(runs)]
+    return CmaesFit(
+        seed=np.array([run.seed for run in runs]),
+        best_loss=np.stack([run.best_loss for run in runs]),
+        best_theta=np.stack([run.best_theta for run in runs]),
+        evaluations=np.stack([run.evaluations for run in runs]),
+        generations=np.array([run.generations for run in runs]),
+        run_loss=np.array([run.loss for run in runs]),
+        run_theta=np.stack([run.theta for run in runs]),
+        stop=tuple(run.stop for run in runs),
+        theta=best.theta,
+        loss=best.loss,
+        best_seed=best.seed,
+        grid=grid,
+        curve_kpa=curve_kpa,
+        rmse_kpa=rmse(observed_kpa, curve_kpa),
+    )
+
+
+Loss = Callable[[FloatArray], FloatArray]
+"""Maps theta of shape (n, 3) to losses of shape (n,): a whole population in one call."""
+
+
+def search(
+    loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings, label: str = "cmaes"
+) -> list[CmaesRun]:
+    """Run CMA-ES once for every seed of the settings, in their order.
+
+    Args:
+        loss: Maps theta (n, 3) to losses (n,).
+        low: (3,) lower bounds of theta, positive.
+        high: (3,) upper bounds of theta.
+        settings: Seeds, population, generations and initial step.
+        label: What the progress line calls the search.
+    """
+    progress = Progress(label, total=len(settings.seeds), unit="run")
+    runs = []
+    for seed in settings.seeds:
+        runs.append(_run(loss, low, high, settings, seed))
+        progress.step(note=f"seed {seed}: loss {runs[-1].loss:.5f}, {runs[-1].stop}")
+    return runs
+
+
+def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings, seed: int) -> CmaesRun:
+    rng = generator(seed, "cmaes")
+    evolution = cma.CMAEvolutionStrategy(rng.random(len(THETA)), settings.sigma0, _options(settings, rng))
+    losses, thetas = [], []
+    best_loss, best_theta = np.inf, np.full(3, np.nan)
+    while not evolution.stop():
+        population = evolution.ask()
+        theta = to_theta(np.array(population), low, high)
+        values = loss(theta)
+        evolution.tell(population, values.tolist())
+        index = int(np.argmin(values))
+        if values[index] < best_loss:
+            best_loss, best_theta = float(values[index]), theta[index]
+        losses.append(best_loss)
+        thetas.append(best_theta)
+    return _padded(seed, losses, thetas, settings, _reason(evolution.stop()))
+
+
+def to_theta(u: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Map u in [0, 1]^3, shape (n, 3), to theta within its bounds: theta = low (high / low)^u."""
+    return np.clip(low * (high / low) ** u, low, high)
+
+
+def _options(settings: CmaesSettings, rng: np.random.Generator) -> dict[str, Any]:
+    """Options of the library: a random stream of our own, silence, no files."""
+    return {
+        "bounds": [0.0, 1.0],
+        "popsize": settings.population_size,
+        "maxiter": settings.generations,
+        "randn": lambda *shape: rng.standard_normal(shape),
+        "seed": np.nan,  # leaves NumPy's global random state alone
+        "verbose": -9,
+        "verb_log": 0,
+        "verb_disp": 0,
+    }
+
+
+def _reason(stop: dict[str, Any]) -> str:
+    return ", ".join(sorted(map(str, stop)))
+
+
+def _padded(
+    seed: int, losses: list[float], thetas: list[FloatArray], settings: CmaesSettings, stop: str
+) -> CmaesRun:
+    missing = settings.generations - len(losses)
+    evaluations = settings.population_size * np.arange(1, len(losses) + 1)
+    return CmaesRun(
+        seed=seed,
+        best_loss=np.pad(np.array(losses), (0, missing), constant_values=np.nan),
+        best_theta=np.pad(np.array(thetas), ((0, missing), (0, 0)), constant_values=np.nan),
+        evaluations=np.pad(evaluations, (0, missing), mode="edge"),
+        generations=len(losses),
+        stop=stop,
+    )
+
+
+KIND: Final = register("cmaes", schema_of(CmaesFit), ("parameter", *labels_of(CmaesFit)))
+
+
+def to_dataset(fit: CmaesFit) -> xr.Dataset:
+    """Return a CMA-ES fit as the root group of its artefact."""
+    return stored(fit, {"parameter": list(THETA_NAMES)})
+
+
+def read_cmaes(path: Path) -> tuple[CmaesFit, Provenance]:
+    """Read a CMA-ES artefact.
+
+    Raises:
+        ArtefactError: The file is no CMA-ES artefact of this schema version.
+    """
+    root, provenance = load(path, KIND)
+    return from_dataset(CmaesFit, root), provenance

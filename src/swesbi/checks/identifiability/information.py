@@ -1,0 +1,286 @@
+"""What a recording tells of which quantity: contraction, expected information, and which phases carry it.
+
+In log phi the prior is normal within its bounds, with precision 1 / log_sd^2. About phi the posterior of
+a recording with information I(phi) is then near normal with covariance (Lambda + I(phi))^-1 (Laplace's
+approximation with the expected for the observed information; Chaloner and Verdinelli, Stat Sci 10:273,
+1995, Sec. 2). The bounds and the curvature beyond second order are left out.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+from typing import Annotated, Final
+
+import arviz as az
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm, qmc
+
+from swesbi.artefacts import Variable
+from swesbi.checks.identifiability.likelihood import (
+    Maxima,
+    MomentFunction,
+    Moments,
+    NormalProblem,
+    central_difference,
+    maximise,
+    stencil,
+)
+from swesbi.heart.model import attained_stiffness_kpa
+from swesbi.heart.simulate import Beats
+from swesbi.measurement.likelihood import SpeedModel, log_speed_sd
+from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES, SCALE
+from swesbi.prior import BoxPrior, from_logit, quantile, sample, to_logit
+from swesbi.seeds import generator
+
+FloatArray = NDArray[np.float64]
+
+
+QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED)
+
+
+QUANTITY_UNITS: Final = "kPa, s-1, s-1, kPa, kPa"
+
+
+def quantities(phi: FloatArray, duration_s: float) -> FloatArray:
+    """Append k_0 (1 - exp(-k_ATP D_T)) to phi (n, 4), giving (n, 5) in the order of ``QUANTITY_NAMES``."""
+    return np.column_stack([phi, attained_stiffness_kpa(phi, duration_s)])
+
+
+def log_gradient(phi: FloatArray, duration_s: float) -> FloatArray:
+    """Return d log quantity / d log phi, shape (n, 5, 4).
+
+    With u = k_ATP D_T, log(1 - exp(-u)) changes by u / (exp(u) - 1) for each unit of log k_ATP.
+    """
+    gradient = np.zeros((len(phi), len(QUANTITY_NAMES), len(PHI_NAMES)))
+    gradient[:, : len(PHI_NAMES)] = np.eye(len(PHI_NAMES))
+    exponent = phi[:, K_ATP] * duration_s
+    gradient[:, -1, K_0] = 1.0
+    gradient[:, -1, K_ATP] = exponent / np.expm1(exponent)
+    return gradient
+
+
+SOBOL_POWER: Final = 16
+
+
+@dataclass(frozen=True)
+class Contraction:
+    """1 - posterior variance / prior variance of q quantities, themselves and their logarithms; (q,) each.
+
+    One: the recording tells the quantity exactly. Zero: it tells nothing. Negative: the posterior is wider
+    than the prior, which happens for a value far out in a skewed prior.
+    """
+
+    linear: Annotated[
+        FloatArray, Variable("quantity", "1", "1 - posterior variance / prior variance", "contraction")
+    ]
+    logarithm: Annotated[FloatArray, Variable("quantity", "1", "the same of the log", "contraction_log")]
+
+
+def contraction(draws: FloatArray, prior_draws: FloatArray) -> Contraction:
+    """Compare posterior draws (n, q) of positive quantities with prior draws (m, q)."""
+    return Contraction(
+        1.0 - draws.var(axis=0) / prior_draws.var(axis=0),
+        1.0 - np.log(draws).var(axis=0) / np.log(prior_draws).var(axis=0),
+    )
+
+
+def prior_quantities(prior: BoxPrior, duration_s: float) -> FloatArray:
+    """Return the quantities of 2^16 points spread over the prior by a Sobol sequence, (65536, 5)."""
+    points = qmc.Sobol(d=len(prior.parameters), scramble=False).random_base2(SOBOL_POWER)
+    return quantities(quantile(points + 0.5 / 2**SOBOL_POWER, prior), duration_s)
+
+
+def prior_precision(prior: BoxPrior) -> FloatArray:
+    """Return Lambda, (d, d)."""
+    return np.diag(np.array([parameter.log_sd for parameter in prior.parameters]) ** -2.0)
+
+
+def expected_variance(precision: FloatArray, information: FloatArray, gradient: FloatArray) -> FloatArray:
+    """Return the variances of log quantities, (..., n, q), from I (..., n, d, d) and d log q (n, q, d)."""
+    covariance = np.linalg.inv(precision + information)
+    return np.asarray(np.einsum("nqj,...njk,nqk->...nq", gradient, covariance, gradient))
+
+
+def expected_sd(precision: FloatArray, information: FloatArray, gradient: FloatArray) -> FloatArray:
+    """Return the root of the variance averaged over the n draws, (..., q).
+
+    The mean over draws from the posterior is what this subject's next recording is expected to leave.
+    """
+    return np.asarray(np.sqrt(expected_variance(precision, information, gradient).mean(axis=-2)))
+
+
+def interval_fold(sd_log: FloatArray, mass: float) -> FloatArray:
+    """Return upper over lower end of the credible interval of a log-normal quantity."""
+    return np.asarray(np.exp(2.0 * norm.ppf(0.5 + 0.5 * mass) * sd_log))
+
+
+LOGIT_REACH: Final = 8.0
+"""The search's box in logit: within 0.03 % of the prior's box at either bound."""
+
+
+def moments_of_phi(model: SpeedModel, phi: FloatArray) -> Moments:
+    """Return mean and log sd of the measured log speeds at phi (n, 4)."""
+    predicted = model.predict(phi)
+    sd = log_speed_sd(predicted, model.recording.relative_se, model.settings.discrepancy)
+    return Moments(predicted.log_speed, np.log(sd))
+
+
+def in_logit(model: SpeedModel, step: float) -> NormalProblem:
+    """Return the exact likelihood in eta = logit of the prior's box, ready to be maximised."""
+
+    def moments(eta: FloatArray) -> Moments:
+        return moments_of_phi(model, from_logit(eta, model.settings.prior))
+
+    reach = np.full(len(PHI_NAMES), LOGIT_REACH)
+    return NormalProblem(moments, np.log(model.recording.speed_m_s), -reach, reach, step)
+
+
+def in_log(model: SpeedModel) -> MomentFunction:
+    """Return the moments as a function of log phi."""
+    return lambda log_phi: moments_of_phi(model, np.exp(log_phi))
+
+
+def maximum_likelihood(
+    model: SpeedModel, problem: NormalProblem, prior_starts: int, searches: int, seed: int
+) -> Maxima:
+    """Search the maximum in logit from the likeliest of ``prior_starts`` draws from the prior."""
+    rng = generator(seed, "identifiability", "starts", model.recording.subject)
+    phi = sample(prior_starts, model.settings.prior, rng)
+    eta = np.clip(to_logit(phi, model.settings.prior), problem.low, problem.high)
+    likeliest = np.argsort(-problem.log_likelihood(eta), kind="stable")[:searches]
+    return maximise(problem, eta[likeliest], range(len(PHI_NAMES)))
+
+
+@dataclass(frozen=True)
+class SimulatedStencil:
+    """n phi with their neighbours for differences in log phi, simulated once for any set of phases.
+
+    Attributes:
+        log_phi: (1 + 2 * 4, n, 4).
+        beats: Of its rows, one after the other.
+        step: Of the differences.
+    """
+
+    log_phi: FloatArray
+    beats: Beats
+    step: float
+
+
+@dataclass(frozen=True)
+class SpeedDerivatives:
+    """Log speeds' slopes, and how log speeds and slopes change with log phi, at p phases for n phi.
+
+    Attributes:
+        phase: (p,).
+        slope: d log c / ds; (n, p).
+        log_speed_by: d log c / d log phi_j; (n, 4, p).
+        slope_by: Derivative of the slope likewise; (n, 4, p).
+    """
+
+    phase: FloatArray
+    slope: FloatArray
+    log_speed_by: FloatArray
+    slope_by: FloatArray
+
+    def at(self, which: NDArray[np.int64]) -> SpeedDerivatives:
+        """Return the derivatives at some of the phases."""
+        return SpeedDerivatives(
+            self.phase[which],
+            self.slope[..., which],
+            self.log_speed_by[..., which],
+            self.slope_by[..., which],
+        )
+
+
+def simulate_stencil(model: SpeedModel, phi: FloatArray, step: float) -> SimulatedStencil:
+    """Simulate phi (n, 4) and their neighbours in log phi."""
+    log_phi = stencil(np.log(phi), step, range(len(PHI_NAMES)))
+    return SimulatedStencil(log_phi, model.simulate(np.exp(log_phi).reshape(-1, len(PHI_NAMES))), step)
+
+
+def derivatives_at(model: SpeedModel, simulated: SimulatedStencil, phase: FloatArray) -> SpeedDerivatives:
+    """Return the derivatives at phases (p,) that the subject's recording need not have."""
+    elsewhere = replace(model, recording=replace(model.recording, phase=phase))
+    predicted = elsewhere.predict_from(np.exp(simulated.log_phi[..., SCALE]).ravel(), simulated.beats)
+    shape = (*simulated.log_phi.shape[:2], len(phase))
+    log_speed, slope = predicted.log_speed.reshape(shape), predicted.slope.reshape(shape)
+    return SpeedDerivatives(
+        phase,
+        slope[0],
+        central_difference(log_speed, simulated.step),
+        central_difference(slope, simulated.step),
+    )
+
+
+@dataclass(frozen=True)
+class PhaseInformation:
+    """What p phases tell of q quantities; (q, p) each.
+
+    Attributes:
+        share: Share of the phase in the expected information about the quantity, all else known.
+        sd_increase: By what fraction the expected posterior sd of the log grows without the phase.
+    """
+
+    share: FloatArray
+    sd_increase: FloatArray
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """The posterior of log quantities without one phase, by reweighting the draws; p phases.
+
+    Attributes:
+        sd_increase: Relative change of the posterior sd; (q, p).
+        mean_shift: Change of the posterior mean, in posterior sd; (q, p).
+        k_hat: Pareto k of the weights, which are trustworthy below 0.7; (p,).
+    """
+
+    sd_increase: FloatArray
+    mean_shift: FloatArray
+    k_hat: FloatArray
+
+
+def phase_information(by_phase: FloatArray, precision: FloatArray, gradient: FloatArray) -> PhaseInformation:
+    """Compare the information with and without each phase.
+
+    Args:
+        by_phase: Each phase's expected information in log phi, at n draws; (n, p, d, d).
+        precision: Of the prior; (d, d).
+        gradient: d log quantity / d log phi; (n, q, d).
+
+    The share of a phase in the information about a quantity with gradient g is that along the direction
+    g / |g|^2, in which the log quantity rises by its own amount.
+    """
+    total = by_phase.sum(axis=1)
+    without = np.moveaxis(total[:, None] - by_phase, 1, 0)
+    whole = expected_sd(precision, total, gradient)
+    direction = gradient / np.sum(gradient**2, axis=2, keepdims=True)
+    along = np.einsum("nqj,npjk,nqk->nqp", direction, by_phase, direction).mean(axis=0)
+    return PhaseInformation(
+        share=along / along.sum(axis=1, keepdims=True),
+        sd_increase=(expected_sd(precision, without, gradient) / whole).T - 1.0,
+    )
+
+
+def leave_phases_out(log_quantities: FloatArray, log_likelihood_by_phase: FloatArray) -> LeftOut:
+    """Reweight posterior draws by 1 / p(y_i | phi), which is the posterior without datum i.
+
+    Gelfand, Dey and Chang (Bayesian Statistics 4, 1992); the weights are Pareto-smoothed (Vehtari,
+    Gelman and Gabry, Stat Comput 27:1413, 2017).
+
+    Args:
+        log_quantities: Posterior draws of log quantities; (n, q).
+        log_likelihood_by_phase: log p(y_i | phi) at the draws; (n, p).
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # k-hat is reported beside the results
+        log_weight, k_hat = az.psislw(-log_likelihood_by_phase.T)  # type: ignore[no-untyped-call]
+    weight = np.exp(np.asarray(log_weight))
+    weight /= weight.sum(axis=1, keepdims=True)
+    mean, sd = log_quantities.mean(axis=0), log_quantities.std(axis=0)
+    mean_without = weight @ log_quantities
+    spread = log_quantities[None] - mean_without[:, None]
+    sd_without = np.sqrt(np.einsum("pn,pnq->pq", weight, spread**2))
+    return LeftOut((sd_without / sd).T - 1.0, ((mean_without - mean) / sd).T, np.atleast_1d(k_hat))

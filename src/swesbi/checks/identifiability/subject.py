@@ -1,0 +1,214 @@
+"""The identifiability of one subject, and of a cohort."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.artefacts import Part, Variable
+from swesbi.checks.identifiability.designs import Designs, Placement, expected_of_designs, place_phases
+from swesbi.checks.identifiability.information import (
+    Contraction,
+    LeftOut,
+    PhaseInformation,
+    SimulatedStencil,
+    contraction,
+    expected_sd,
+    in_log,
+    leave_phases_out,
+    log_gradient,
+    moments_of_phi,
+    phase_information,
+    prior_precision,
+    prior_quantities,
+    quantities,
+    simulate_stencil,
+)
+from swesbi.checks.identifiability.likelihood import differentiate, information_by_datum, log_likelihood_terms
+from swesbi.checks.identifiability.profiles import Profiles, profiles_of
+from swesbi.checks.identifiability.settings import IdentifiabilitySettings
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.parameters import PHI_COLUMNS
+from swesbi.progress import Progress
+from swesbi.seeds import generator
+
+FloatArray = NDArray[np.float64]
+
+
+QUANTITY_COLUMNS: Final = f"{PHI_COLUMNS}, kPa"
+
+
+@dataclass(frozen=True)
+class RecordedSubject:
+    """One recording with its posterior.
+
+    Attributes:
+        model: The model of its speeds.
+        phi: Posterior draws; (n, 4).
+        phase: All phases of the recording, missing ones too; (P,).
+        measured: Which of them were measured; (P,).
+        repeat_variance: Squared relative standard error of one repeat's mean speed.
+    """
+
+    model: SpeedModel
+    phi: FloatArray
+    phase: FloatArray
+    measured: NDArray[np.bool_]
+    repeat_variance: float
+
+    @property
+    def name(self) -> str:
+        """The subject's name."""
+        return self.model.recording.subject
+
+    @property
+    def duration_s(self) -> float:
+        """Duration of the activation."""
+        return self.model.activation_duration_s
+
+    @property
+    def equivalent_repeats(self) -> float:
+        """Repeats of usual size that give the recording's mean squared standard error."""
+        return float(self.repeat_variance / np.mean(self.model.recording.relative_se**2))
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Posterior spread of q quantities: found, and expected from the information of the recording; (q,) each.
+
+    The expected variance is averaged over posterior draws.
+    """
+
+    median: Annotated[FloatArray, Variable("quantity", QUANTITY_COLUMNS, "posterior median")]
+    sd_log: Annotated[FloatArray, Variable("quantity", "1", "posterior sd of the log")]
+    expected_sd_log: Annotated[
+        FloatArray, Variable("quantity", "1", "sd of the log expected from the information")
+    ]
+    expected_sd_log_at_median: Annotated[
+        FloatArray, Variable("quantity", "1", "the same at the posterior median alone")
+    ]
+
+
+@dataclass(frozen=True)
+class SubjectIdentifiability:
+    """What one recording tells of its subject's parameters.
+
+    Attributes:
+        subject: Name.
+        spread: Of the posterior.
+        contraction: Against the prior.
+        profiles: Of the likelihood.
+        phases: What each measured phase is expected to tell; (q, p).
+        left_out: What the posterior is without each; (q, p).
+        designs: What other recordings would tell.
+        shown: Posterior draws for the figure; (m, 4).
+    """
+
+    subject: str
+    spread: Annotated[Spread, Part()]
+    contraction: Annotated[Contraction, Part()]
+    profiles: Annotated[Profiles, Part(group="profile")]
+    phases: PhaseInformation
+    left_out: LeftOut
+    designs: Annotated[Designs, Part(group="design")]
+    shown: FloatArray
+
+
+def drawn(recorded: RecordedSubject, number: int, seed: int, purpose: str) -> FloatArray:
+    """Return ``number`` of the posterior draws (all, if there are fewer), a sample of its own a purpose."""
+    rng = generator(seed, "identifiability", purpose, recorded.name)
+    rows = rng.permutation(len(recorded.phi))[:number]
+    return recorded.phi[np.sort(rows)]
+
+
+def stencil_of(
+    recorded: RecordedSubject, draws: int, settings: IdentifiabilitySettings, seed: int
+) -> SimulatedStencil:
+    """Simulate the draws that designs are judged by."""
+    return simulate_stencil(recorded.model, drawn(recorded, draws, seed, "designs"), settings.difference_step)
+
+
+def identify(
+    recorded: RecordedSubject, settings: IdentifiabilitySettings, seed: int
+) -> SubjectIdentifiability:
+    """Study the identifiability of one subject."""
+    model, duration = recorded.model, recorded.duration_s
+    values = quantities(recorded.phi, duration)
+    simulated = stencil_of(recorded, settings.design.draws, settings, seed)
+    informing = drawn(recorded, settings.information_draws, seed, "information")
+    moments = moments_of_phi(model, recorded.phi)
+    return SubjectIdentifiability(
+        subject=recorded.name,
+        spread=_spread(recorded, informing, settings.difference_step),
+        contraction=contraction(values, prior_quantities(model.settings.prior, duration)),
+        profiles=profiles_of(model, settings, seed),
+        phases=_phases(recorded, informing, settings.difference_step),
+        left_out=leave_phases_out(
+            np.log(values), log_likelihood_terms(moments, np.log(model.recording.speed_m_s))
+        ),
+        designs=expected_of_designs(model, simulated, duration, recorded.repeat_variance, settings.design),
+        shown=drawn(recorded, settings.shown_draws, seed, "shown"),
+    )
+
+
+def _by_phase(recorded: RecordedSubject, phi: FloatArray, step: float) -> FloatArray:
+    """Return each measured phase's expected information in log phi, (n, p, 4, 4)."""
+    return information_by_datum(differentiate(in_log(recorded.model), np.log(phi), step))
+
+
+def _spread(recorded: RecordedSubject, phi: FloatArray, step: float) -> Spread:
+    values = quantities(recorded.phi, recorded.duration_s)
+    at_median = np.median(recorded.phi, axis=0)[None]
+    precision = prior_precision(recorded.model.settings.prior)
+    over_draws, at_one = (
+        expected_sd(
+            precision, _by_phase(recorded, at, step).sum(axis=1), log_gradient(at, recorded.duration_s)
+        )
+        for at in (phi, at_median)
+    )
+    return Spread(np.median(values, axis=0), np.log(values).std(axis=0), over_draws, at_one)
+
+
+def _phases(recorded: RecordedSubject, phi: FloatArray, step: float) -> PhaseInformation:
+    precision = prior_precision(recorded.model.settings.prior)
+    gradient = log_gradient(phi, recorded.duration_s)
+    return phase_information(_by_phase(recorded, phi, step), precision, gradient)
+
+
+@dataclass(frozen=True)
+class CohortIdentifiability:
+    """Every subject's identifiability, and phases chosen for all; in the order of ``recorded``."""
+
+    recorded: tuple[RecordedSubject, ...]
+    subjects: tuple[SubjectIdentifiability, ...]
+    placement: Placement
+
+
+def identify_cohort(
+    recorded: Sequence[RecordedSubject], settings: IdentifiabilitySettings, seed: int
+) -> CohortIdentifiability:
+    """Study every subject, and choose phases for the cohort.
+
+    Raises:
+        ValueError: There is no subject.
+    """
+    if not recorded:
+        raise ValueError("no subject: the cohort is empty")
+    progress = Progress("identifiability", len(recorded), "subject")
+    subjects = []
+    for one in recorded:
+        subjects.append(identify(one, settings, seed))
+        progress.step(note=one.name)
+    draws = settings.design.placement_draws
+    placement = place_phases(
+        [one.model for one in recorded],
+        [stencil_of(one, draws, settings, seed) for one in recorded],
+        [one.duration_s for one in recorded],
+        [one.repeat_variance / one.equivalent_repeats for one in recorded],
+        settings.design,
+    )
+    return CohortIdentifiability(tuple(recorded), tuple(subjects), placement)

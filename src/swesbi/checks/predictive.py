@@ -1,0 +1,198 @@
+"""Prior and posterior predictive checks of one subject, in memory and as artefact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from swesbi.artefacts import (
+    Labels,
+    Part,
+    Provenance,
+    Variable,
+    from_groups,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    to_groups,
+)
+from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, Scores, band, check_features, coverage, score
+from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+
+FloatArray = NDArray[np.float64]
+
+
+FEATURE_UNITS: Final = "as named in feature"
+
+
+MEASURED: Final = "measured phases"
+
+
+@dataclass(frozen=True)
+class Draws:
+    """n successful simulations: parameters, curves as measured, and what a cardiologist reads."""
+
+    theta: Annotated[FloatArray, Variable("draw parameter", THETA_COLUMNS, "active parameters")]
+    curve_kpa: Annotated[FloatArray, Variable("draw grid", "kPa", "total stiffness on the grid, as measured")]
+    phase_kpa: Annotated[
+        FloatArray, Variable("draw phase", "kPa", "total stiffness at the phases of the recording")
+    ]
+    features: Annotated[
+        FloatArray, Variable("draw feature", FEATURE_UNITS, "checked features, without noise")
+    ]
+    end_diastolic_volume_ml: Annotated[
+        FloatArray, Variable("draw", "mL", "largest cavity volume of the simulated beat")
+    ]
+    end_systolic_volume_ml: Annotated[
+        FloatArray, Variable("draw", "mL", "smallest cavity volume of the simulated beat")
+    ]
+    attained_stiffness_kpa: Annotated[
+        FloatArray, Variable("draw", "kPa", "k_0 (1 - exp(-k_ATP D_T)), D_T the activation")
+    ]
+    failed: Annotated[
+        int,
+        Variable("", "1", "draws left out because their simulation failed", after="coverage_recording_noise"),
+    ]
+
+    @property
+    def ejection_fraction(
+        self,
+    ) -> Annotated[
+        FloatArray,
+        Variable("draw", "1", "ejection fraction of the simulated beat", after="end_systolic_volume_ml"),
+    ]:
+        """Ejection fraction of the simulated beat, shape (n,)."""
+        return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
+
+
+@dataclass(frozen=True)
+class Target:
+    """The observation that predictions are compared with.
+
+    The volumes are from the subject's context; the end-systolic one conditions the posterior, the simulator
+    does not see it. Stiffness and its standard error are NaN where the phase is missing.
+    """
+
+    grid: Annotated[
+        FloatArray, Variable("grid", "1", "analysis phases, fraction of the cycle from the R peak")
+    ]
+    curve_kpa: Annotated[FloatArray, Variable("grid", "kPa", "observed curve")]
+    phase: Annotated[FloatArray, Variable("phase", "1", "phases of the recording, fraction of the cycle")]
+    measured: Annotated[NDArray[np.bool_], Variable("phase", "1", "1 measured, 0 missing")]
+    stiffness_kpa: Annotated[FloatArray, Variable("phase", "kPa", "observed stiffness")]
+    stiffness_se_kpa: Annotated[
+        FloatArray, Variable("phase", "kPa", "standard error of the observed stiffness")
+    ]
+    features: Annotated[
+        FloatArray, Variable("feature", FEATURE_UNITS, "checked features of the observed curve")
+    ]
+    feature_names: Annotated[tuple[str, ...], Labels("feature")]
+    feature_noise_sd: Annotated[FloatArray, Variable("feature", FEATURE_UNITS, "sd of the observation noise")]
+    lvedv_ml: Annotated[float, Variable("", "mL", "measured end-diastolic volume")]
+    lvesv_ml: Annotated[float, Variable("", "mL", "measured end-systolic volume")]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A predictive distribution (prior or posterior) and how it meets the observation.
+
+    ``curve`` and ``scores`` are on the grid, ``phases`` at the phases of the recording, ``phase_scores`` at
+    the measured ones. ``features`` and ``coverage_recording_noise`` include observation noise: stiffness
+    plus Gaussian noise of the recording's standard error in the latter.
+    """
+
+    draws: Annotated[Draws, Part()]
+    curve: Annotated[Band, Part("curve_{}_kpa", "grid", "kPa", words={"noise": ""})]
+    phases: Annotated[Band, Part("phase_{}_kpa", "phase", "kPa", words={"noise": ""})]
+    features: Annotated[FeatureCheck, Part(units=FEATURE_UNITS)]
+    scores: Annotated[Scores, Part(words={"at": "on the grid", "after": "on the grid", "points": "grid"})]
+    phase_scores: Annotated[
+        Scores,
+        Part(
+            "phases_{}",
+            words={"at": f"at the {MEASURED}", "after": MEASURED, "points": MEASURED},
+        ),
+    ]
+    coverage_recording_noise: Annotated[
+        float,
+        Variable(
+            "",
+            "1",
+            "fraction of the measured phases inside the interval of a new recording, noise included",
+        ),
+    ]
+
+
+@dataclass(frozen=True)
+class PredictiveCheck:
+    """The prior and the posterior predictive check of one subject.
+
+    A subject outside the prior's support has a posterior prediction of 0 draws, NaN throughout.
+    """
+
+    target: Annotated[Target, Part()]
+    interval: Annotated[float, Variable("", "1", "probability mass of every interval")]
+    supported: Annotated[bool, Variable("", "1", "1 where the subject has prior support")]
+    prior: Annotated[Prediction, Part(group="prior")]
+    posterior: Annotated[Prediction, Part(group="posterior")]
+
+
+def predict(draws: Draws, target: Target, interval: float, rng: np.random.Generator) -> Prediction:
+    """Compare predictive draws with the observation.
+
+    Args:
+        draws: n simulations; with n = 0 every score and band is NaN.
+        target: The observation.
+        interval: Probability mass of the central intervals.
+        rng: Draws the observation noise of features and phases.
+    """
+    curve, phases = band(draws.curve_kpa, interval), band(draws.phase_kpa, interval)
+    features = check_features(target.features, draws.features, target.feature_noise_sd, interval, rng)
+    measured = target.measured
+    at_phases = Band(phases.median[measured], phases.low[measured], phases.high[measured])
+    return Prediction(
+        draws=draws,
+        curve=curve,
+        phases=phases,
+        features=features,
+        scores=score(target.grid, target.curve_kpa, curve),
+        phase_scores=score(target.phase[measured], target.stiffness_kpa[measured], at_phases),
+        coverage_recording_noise=_noisy_coverage(draws, target, interval, rng),
+    )
+
+
+def _noisy_coverage(draws: Draws, target: Target, interval: float, rng: np.random.Generator) -> float:
+    if len(draws.phase_kpa) == 0:
+        return NO_SCORES.coverage
+    values = draws.phase_kpa[:, target.measured]
+    noise = rng.standard_normal(values.shape) * target.stiffness_se_kpa[target.measured]
+    return coverage(target.stiffness_kpa[target.measured], band(values + noise, interval))
+
+
+SCHEMA: Final = schema_of(PredictiveCheck)
+
+
+KIND: Final = register("predictive", SCHEMA, (*labels_of(PredictiveCheck), "parameter"))
+
+
+def to_datasets(check: PredictiveCheck) -> dict[str, xr.Dataset]:
+    """Return the root, prior and posterior groups of a predictive artefact."""
+    return to_groups(check, {"parameter": list(THETA_NAMES)})
+
+
+def read_predictive(path: Path) -> tuple[PredictiveCheck, Provenance]:
+    """Read a predictive artefact.
+
+    Raises:
+        ArtefactError: The file is no predictive artefact of this schema version.
+    """
+    groups = {group: load(path, KIND, group)[0] for group in SCHEMA}
+    observed = groups["/"]["features"].to_numpy()
+    given = {f"{group}.features.observed": observed for group in ("prior", "posterior")}
+    return from_groups(PredictiveCheck, groups, given), load(path, KIND)[1]

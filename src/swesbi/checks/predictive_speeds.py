@@ -1,0 +1,210 @@
+"""Predictive checks of an experiment on speeds: the new recording that each draw would give."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.checks.draws import feature_columns
+from swesbi.checks.predictive import Draws, Prediction, Target
+from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, band, coverage, score
+from swesbi.heart.model import attained_stiffness_kpa
+from swesbi.heart.periodic import Status
+from swesbi.measurement.likelihood import SpeedModel, draw_speeds
+from swesbi.measurement.settings import DiscrepancySettings, SummarySettings
+from swesbi.measurement.speeds import PredictedSpeeds, active_at_phases, predict_speeds
+from swesbi.measurement.summary import summarise
+from swesbi.parameters import OF_THETA, SCALE
+from swesbi.prior import sample
+from swesbi.recording.observation import Observation
+from swesbi.recording.phases import to_grid
+from swesbi.recording.speed import youngs_modulus_kpa
+from swesbi.simulations import PriorSimulations
+
+FloatArray = NDArray[np.float64]
+
+
+NO_DISCREPANCY = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
+
+
+@dataclass(frozen=True)
+class Curves:
+    """n stiffness curves as a recording shows them.
+
+    Attributes:
+        phase_kpa: At the phases of the recording, NaN at missing ones; shape (n, phases).
+        curve_kpa: On the analysis grid, through the measurement operator; shape (n, grid).
+        features: Their checked features; shape (n, features).
+    """
+
+    phase_kpa: FloatArray
+    curve_kpa: FloatArray
+    features: FloatArray
+
+
+@dataclass(frozen=True)
+class NewRecordings:
+    """Predictive draws and a new recording of each.
+
+    Attributes:
+        draws: Parameters, noiseless curves, and what a cardiologist reads.
+        noisy: The new recordings: measurement noise and discrepancy.
+        measured: The same draws with measurement noise alone, as if the model were exact.
+    """
+
+    draws: Draws
+    noisy: Curves
+    measured: Curves
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """One subject's model with what its recordings are read by."""
+
+    model: SpeedModel
+    observation: Observation
+    feature_names: tuple[str, ...]
+    summary: SummarySettings
+
+    def curves(self, speed_m_s: FloatArray) -> Curves:
+        """Turn speeds (n, p) at the measured phases into curves, like ingestion: E = 3 rho c^2, the grid."""
+        settings, phase = self.model.settings, self.model.recording.phase
+        stiffness = youngs_modulus_kpa(speed_m_s, settings.density_kg_m3)
+        full = np.full((len(stiffness), len(self.observation.phase)), np.nan)
+        full[:, self.observation.measured] = stiffness
+        grid = to_grid(phase, stiffness, settings.measurement.grid_points)
+        columns = feature_columns(self.feature_names, self.summary)
+        return Curves(full, grid, summarise(grid, self.summary)[:, columns])
+
+
+def posterior_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Generator) -> NewRecordings:
+    """Simulate phi (n, 4) and make a new recording of each successful simulation."""
+    model = recorder.model
+    beats = model.simulate(phi)
+    predicted = model.predict_from(phi[:, SCALE], beats)
+    good = beats.status == Status.PERIODIC
+    volumes = (beats.end_diastolic_volume_ml[good], beats.end_systolic_volume_ml[good])
+    kept = PredictedSpeeds(predicted.log_speed[good], predicted.slope[good])
+    return _record(phi[good, OF_THETA], kept, volumes, int((~good).sum()), recorder, rng)
+
+
+def prior_recordings(
+    simulations: PriorSimulations, number: int, recorder: Recorder, rng: np.random.Generator
+) -> NewRecordings:
+    """Make a new recording of the first ``number`` stored simulations, each with its own passive scale."""
+    model, phase = recorder.model, recorder.model.recording.phase
+    stored = (simulations.cycle_phase, simulations.active_stiffness_kpa[:number])
+    active = active_at_phases(*stored, phase, model.settings.measurement.active_stiffness_map)
+    scale = sample(len(active.stiffness_kpa), model.settings.prior, rng)[:, SCALE]
+    predicted = predict_speeds(scale, active, model.shape, phase, model.settings.density_kg_m3)
+    volumes = (simulations.end_diastolic_volume_ml[:number], simulations.end_systolic_volume_ml[:number])
+    return _record(simulations.theta[:number], predicted, volumes, 0, recorder, rng)
+
+
+def make_target(recorder: Recorder, noise_sd: FloatArray) -> Target:
+    """Return what the predictions are compared with; standard errors are those of the observation model.
+
+    Args:
+        recorder: The subject.
+        noise_sd: Standard deviation of what noise does to the checked features; shape (features,).
+    """
+    observation, model = recorder.observation, recorder.model
+    se = np.full(len(observation.phase), np.nan)
+    # E is proportional to c^2: its relative error is twice that of the speed.
+    se[observation.measured] = (
+        2.0 * model.recording.relative_se * observation.stiffness_kpa[observation.measured]
+    )
+    columns = feature_columns(recorder.feature_names, recorder.summary)
+    return Target(
+        grid=observation.grid,
+        curve_kpa=observation.curve_kpa,
+        phase=observation.phase,
+        measured=observation.measured,
+        stiffness_kpa=observation.stiffness_kpa,
+        stiffness_se_kpa=se,
+        features=summarise(observation.curve_kpa[None], recorder.summary)[0, columns],
+        feature_names=recorder.feature_names,
+        feature_noise_sd=noise_sd,
+        lvedv_ml=observation.context.lvedv_ml,
+        lvesv_ml=observation.context.lvesv_ml,
+    )
+
+
+def feature_noise_sd(made: NewRecordings) -> FloatArray:
+    """Return the standard deviation of what noise and discrepancy do to the features; shape (features,)."""
+    return np.asarray((made.noisy.features - made.draws.features).std(axis=0))
+
+
+def _record(
+    theta: FloatArray,
+    predicted: PredictedSpeeds,
+    volumes_ml: tuple[FloatArray, FloatArray],
+    failed: int,
+    recorder: Recorder,
+    rng: np.random.Generator,
+) -> NewRecordings:
+    model = recorder.model
+    clean = recorder.curves(predicted.speed_m_s)
+    se, discrepancy = model.recording.relative_se, model.settings.discrepancy
+    draws = Draws(
+        theta=theta,
+        curve_kpa=clean.curve_kpa,
+        phase_kpa=clean.phase_kpa,
+        features=clean.features,
+        end_diastolic_volume_ml=volumes_ml[0],
+        end_systolic_volume_ml=volumes_ml[1],
+        attained_stiffness_kpa=attained_stiffness_kpa(theta, model.activation_duration_s),
+        failed=failed,
+    )
+    return NewRecordings(
+        draws=draws,
+        noisy=recorder.curves(draw_speeds(predicted, se, discrepancy, rng)),
+        measured=recorder.curves(draw_speeds(predicted, se, NO_DISCREPANCY, rng)),
+    )
+
+
+def predict_recordings(made: NewRecordings, target: Target, interval: float) -> Prediction:
+    """Compare predictive draws of an experiment on speeds with the observation.
+
+    Medians are those of the noiseless curves, intervals those of new recordings: a measured phase should
+    lie inside with the interval's probability. ``coverage_recording_noise`` is the coverage with measurement
+    noise alone, the discrepancy left out.
+
+    Args:
+        made: n draws, n > 0.
+        target: The observation.
+        interval: Probability mass of the central intervals.
+    """
+    measured = target.measured
+    curve = noisy_band(made.draws.curve_kpa, made.noisy.curve_kpa, interval)
+    phases = noisy_band(made.draws.phase_kpa, made.noisy.phase_kpa, interval)
+    observed = target.stiffness_kpa[measured]
+    alone = band(made.measured.phase_kpa[:, measured], interval)
+    return Prediction(
+        draws=made.draws,
+        curve=curve,
+        phases=phases,
+        features=FeatureCheck(target.features, band(made.noisy.features, interval)),
+        scores=score(target.grid, target.curve_kpa, curve),
+        phase_scores=score(target.phase[measured], observed, _at(phases, measured)),
+        coverage_recording_noise=coverage(observed, alone),
+    )
+
+
+def noisy_band(noiseless: FloatArray, noisy: FloatArray, interval: float) -> Band:
+    """Return the median of noiseless curves within the interval of noisy ones, (n, points) each."""
+    ends = band(noisy, interval)
+    return Band(band(noiseless, interval).median, ends.low, ends.high)
+
+
+def withheld(prediction: Prediction) -> Prediction:
+    """Return the prediction of a subject whose posterior is not reported: curves, but no scores."""
+    return replace(
+        prediction, scores=NO_SCORES, phase_scores=NO_SCORES, coverage_recording_noise=NO_SCORES.coverage
+    )
+
+
+def _at(values: Band, chosen: NDArray[np.bool_]) -> Band:
+    return Band(values.median[chosen], values.low[chosen], values.high[chosen])

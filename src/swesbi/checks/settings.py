@@ -1,0 +1,109 @@
+"""Settings of recovery, predictive checks, CMA-ES, and of the studies over epochs and acquisition seeds."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from swesbi.base import Level, Settings
+
+Weight = Annotated[float, Field(ge=0.0)]
+
+
+class PredictiveSettings(Settings):
+    """The prior and posterior predictive checks."""
+
+    draws: int = Field(
+        ge=20, description="posterior draws propagated through the model, and prior simulations beside them"
+    )
+    interval: float = Field(gt=0.0, lt=1.0, description="probability mass of the central predictive interval")
+    features: tuple[str, ...] = Field(
+        description="features checked against their predictive intervals, observation noise included"
+    )
+
+
+class CurveLossSettings(Settings):
+    """Weights of the three terms of the curve loss; all dimensionless."""
+
+    mae_weight: Weight = Field(description="of the mean absolute error over the observed range")
+    correlation_weight: Weight = Field(description="of one minus the Pearson correlation")
+    peak_weight: Weight = Field(description="of the relative mismatch of the peak")
+
+    @model_validator(mode="after")
+    def _check_some_weight(self) -> Self:
+        if self.mae_weight + self.correlation_weight + self.peak_weight == 0.0:
+            raise ValueError("all weights of the curve loss are 0: every curve would fit equally well")
+        return self
+
+
+class CmaesSettings(Settings):
+    """The CMA-ES searches: one run per seed, the best of all taken.
+
+    The search variable is u in [0, 1]^3, u = log(theta / low) / log(high / low) with the prior's hard
+    bounds, so ``sigma0`` is the initial step as a fraction of the logarithmic width of the box,
+    the same for the three parameters.
+    """
+
+    seeds: tuple[int, ...] = Field(min_length=1, description="one independent run for each")
+    population_size: int = Field(ge=4, description="simulations per generation")
+    generations: int = Field(ge=1, description="at most; a converged run stops earlier")
+    sigma0: float = Field(gt=0.0, le=1.0, description="initial step, fraction of the log-width of the bounds")
+    loss: CurveLossSettings
+
+    @model_validator(mode="after")
+    def _check_distinct(self) -> Self:
+        if len(set(self.seeds)) < len(self.seeds):
+            raise ValueError(f"seeds are not distinct: {list(self.seeds)}")
+        if min(self.seeds) < 0:
+            raise ValueError(f"seeds must be 0 or more, found {min(self.seeds)}")
+        return self
+
+
+Epoch = Annotated[int, Field(ge=1)]
+
+
+CheckpointEpochs = Annotated[
+    tuple[Epoch, ...], Field(description="epochs whose weights are kept; the best and the last always are")
+]
+
+
+Seeds = Annotated[
+    tuple[Annotated[int, Field(ge=0)], ...],
+    Field(min_length=1, description="seeds of the acquisition noise; each volunteer is recorded under each"),
+]
+
+
+class RecoverySettings(Settings):
+    """Recovery of known parameters from synthetic observations."""
+
+    recordings: int = Field(ge=1, description="synthetic observations N, shared out over the subjects")
+    candidate_draws: int = Field(ge=1, description="draws from the estimator for each of them")
+    min_in_prior_draws: int = Field(ge=2, description="fewer in-prior draws: counted apart, not scored")
+    nominal_levels: tuple[Level, ...] = Field(min_length=1, description="masses of the credible intervals")
+    confidence: Level = Field(description="of the binomial (Clopper-Pearson) interval on the coverage")
+
+    @model_validator(mode="after")
+    def _check_attainable(self) -> Self:
+        if self.min_in_prior_draws > self.candidate_draws:
+            raise ValueError(
+                f"min_in_prior_draws = {self.min_in_prior_draws} cannot be met by "
+                f"candidate_draws = {self.candidate_draws}; lower the first or raise the second"
+            )
+        return self
+
+
+class AcquisitionSeedsSettings(Settings):
+    """The virtual volunteers recorded anew, with other noise."""
+
+    seeds: Seeds
+
+
+class EpochStudySettings(Settings):
+    """How inference changes while the network is trained: recovery and posteriors at checkpoints.
+
+    Recovery follows the settings of the experiment's recovery, predictions those of its predictive checks.
+    """
+
+    checkpoint_epochs: CheckpointEpochs
+    candidate_draws: int = Field(ge=1, description="draws from each checkpoint for a subject, at most")

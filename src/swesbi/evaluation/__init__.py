@@ -1,4 +1,0 @@
-"""Predictive checks, scores, and the CMA-ES reference fit.
-
-Only ``cmaes`` imports the library ``cma``; readers of its results need not.
-"""

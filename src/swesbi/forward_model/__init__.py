@@ -1,1 +1,0 @@
-"""The forward model: a spherical left ventricle in a circulation, from theta to one periodic beat."""

@@ -1,0 +1,44 @@
+"""How the numerical functions are compiled: no exceptions, fused multiply-adds, inlined into one loop."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar, cast
+
+import numba
+
+P = ParamSpec("P")
+
+
+R = TypeVar("R")
+
+
+# "contract" allows fused multiply-adds, "nsz" ignores the sign of zero, "arcp" turns division by a
+# common denominator into a product. NaN and infinity keep their meaning: the status relies on them.
+_FAST: set[str] = {"contract", "nsz", "arcp"}
+
+
+def equation(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a scalar function that is always inlined, so that a loop over lanes becomes SIMD code."""
+    jit: Any = numba.njit(error_model="numpy", fastmath=_FAST, forceinline=True)
+    return cast("Callable[P, R]", jit(function))
+
+
+def kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a loop and keep the machine code on disk for the next process."""
+    jit: Any = numba.njit(error_model="numpy", fastmath=_FAST, cache=True)
+    return cast("Callable[P, R]", jit(function))
+
+
+def source_key() -> int:
+    """Return a number that changes with any source file of this package.
+
+    A kernel that closes over it is compiled anew after an edit to a file it inlines; the cache on
+    disk looks at the kernel's own file only.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return int.from_bytes(digest.digest()[:7], "big")

@@ -1,0 +1,185 @@
+"""Many simulations side by side: Runge-Kutta steps over SIMD lanes, refilled as lanes become periodic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.heart.compiled import equation, kernel, source_key
+from swesbi.heart.equations import Drive, Flow, Options, Parameters, State, Theta, cavity, right_hand_side
+
+Array = NDArray[np.float64]
+
+
+LANES: Final = 16
+
+
+STATES: Final = 8
+
+
+# Recorded: displacement, active stiffness, arterial and ventricular pressure, mitral and aortic flow,
+# active stress.
+RECORDS: Final = 7
+
+
+DISPLACEMENT: Final = 0
+
+
+ACTIVE_STIFFNESS: Final = 1
+
+
+VENTRICULAR_PRESSURE: Final = 3
+
+
+@equation
+def moved(x: State, time_s: float, rate: State) -> State:
+    """Return x + time * rate; a valve with inertance carries no negative flow."""
+    return State(
+        x.displacement + time_s * rate.displacement,
+        x.active_stiffness + time_s * rate.active_stiffness,
+        x.active_stress + time_s * rate.active_stress,
+        x.arterial_pressure + time_s * rate.arterial_pressure,
+        x.pulmonary_pressure + time_s * rate.pulmonary_pressure,
+        max(x.mitral_flow + time_s * rate.mitral_flow, 0.0),
+        max(x.aortic_flow + time_s * rate.aortic_flow, 0.0),
+        x.proximal_pressure + time_s * rate.proximal_pressure,
+    )
+
+
+@equation
+def mean_rate(a: State, b: State, c: State, d: State) -> State:
+    """Return the weighted mean of the four stages, (a + 2 b + 2 c + d) / 6."""
+    sixth = 1.0 / 6.0
+    return State(
+        sixth * (a.displacement + 2.0 * (b.displacement + c.displacement) + d.displacement),
+        sixth * (a.active_stiffness + 2.0 * (b.active_stiffness + c.active_stiffness) + d.active_stiffness),
+        sixth * (a.active_stress + 2.0 * (b.active_stress + c.active_stress) + d.active_stress),
+        sixth
+        * (a.arterial_pressure + 2.0 * (b.arterial_pressure + c.arterial_pressure) + d.arterial_pressure),
+        sixth
+        * (a.pulmonary_pressure + 2.0 * (b.pulmonary_pressure + c.pulmonary_pressure) + d.pulmonary_pressure),
+        sixth * (a.mitral_flow + 2.0 * (b.mitral_flow + c.mitral_flow) + d.mitral_flow),
+        sixth * (a.aortic_flow + 2.0 * (b.aortic_flow + c.aortic_flow) + d.aortic_flow),
+        sixth
+        * (a.proximal_pressure + 2.0 * (b.proximal_pressure + c.proximal_pressure) + d.proximal_pressure),
+    )
+
+
+@equation
+def with_volume(x: State, volume: float, p: Parameters, o: Options) -> State:
+    """Return the state with the displacement moved to this cavity volume by one Newton step.
+
+    The displacement is integrated, but the volume is what the circulation exchanges: without this the
+    step's error in V(y) would leak blood out of the closed loop.
+    """
+    reached, v_y, _ = cavity(1.0 + x.displacement / p.radius, p, o)
+    return State(
+        x.displacement + (volume - reached) / v_y,
+        x.active_stiffness,
+        x.active_stress,
+        x.arterial_pressure,
+        x.pulmonary_pressure,
+        x.mitral_flow,
+        x.aortic_flow,
+        x.proximal_pressure,
+    )
+
+
+@equation
+def with_flow(x: State, flow: Flow) -> State:
+    """Return the state with these flows as the ones that the next step's inertia starts from."""
+    return State(
+        x.displacement,
+        x.active_stiffness,
+        x.active_stress,
+        x.arterial_pressure,
+        x.pulmonary_pressure,
+        flow.mitral,
+        flow.aortic,
+        x.proximal_pressure,
+    )
+
+
+@equation
+def runge_kutta_step(
+    x: State, h: float, start: Drive, middle: Drive, end: Drive, theta: Theta, p: Parameters, o: Options
+) -> tuple[State, Flow]:
+    """Return the state after a classical Runge-Kutta step of length h, and the flows at its start."""
+    k1, q1 = right_hand_side(x, 1e-3 * h, start, theta, p, o)
+    k2, q2 = right_hand_side(moved(x, 0.5 * h, k1), 0.5 * h, middle, theta, p, o)
+    k3, q3 = right_hand_side(moved(x, 0.5 * h, k2), 0.5 * h, middle, theta, p, o)
+    k4, q4 = right_hand_side(moved(x, h, k3), h, end, theta, p, o)
+    volume, _, _ = cavity(1.0 + x.displacement / p.radius, p, o)
+    mitral = q1.mitral + 2.0 * (q2.mitral + q3.mitral) + q4.mitral
+    aortic = q1.aortic + 2.0 * (q2.aortic + q3.aortic) + q4.aortic
+    after = moved(x, h, mean_rate(k1, k2, k3, k4))
+    after = with_volume(after, volume + h * (mitral - aortic) * (1.0 / 6.0), p, o)
+    if o.wall_inertia and not o.valve_inertance:
+        after = with_flow(after, q4)
+    return after, q1
+
+
+@equation
+def drive_at(drives: Array, row: int) -> Drive:
+    """Return what is prescribed at one half step."""
+    return Drive(drives[row, 0], drives[row, 1], drives[row, 2], drives[row, 3], drives[row, 4])
+
+
+@lru_cache(maxsize=64)
+def beat_kernel(options: Options) -> Callable[[Array, Array, Parameters, Array, float, int, Array], None]:
+    """Return the compiled loop that advances blocks of ``LANES`` simulations by one beat."""
+    o = options
+    key = source_key()
+
+    @kernel
+    def advance_beat(
+        x: Array, theta: Array, p: Parameters, drives: Array, h: float, stride: int, record: Array
+    ) -> None:
+        """Advance ``x`` (blocks, STATES * LANES) in place by a beat of steps ``h`` under ``theta``.
+
+        ``record`` (blocks, samples + 1, RECORDS * LANES) takes the start of every ``stride``-th step; its
+        last row is scratch.
+        """
+        scratch = record.shape[1] - 1
+        for block in range(x.shape[0]):
+            state = x[block]
+            own = theta[block]
+            for step in range((drives.shape[0] - 1) // 2):
+                start = drive_at(drives, 2 * step)
+                middle = drive_at(drives, 2 * step + 1)
+                end = drive_at(drives, 2 * step + 2)
+                row = record[block, step // stride if step % stride == 0 else scratch]
+                for lane in range(LANES if key >= 0 else 0):  # the key is part of what the cache compares
+                    before = State(
+                        state[lane],
+                        state[LANES + lane],
+                        state[2 * LANES + lane],
+                        state[3 * LANES + lane],
+                        state[4 * LANES + lane],
+                        state[5 * LANES + lane],
+                        state[6 * LANES + lane],
+                        state[7 * LANES + lane],
+                    )
+                    rates = Theta(own[lane], own[LANES + lane], own[2 * LANES + lane])
+                    after, flow = runge_kutta_step(before, h, start, middle, end, rates, p, o)
+                    row[lane] = before.displacement
+                    row[LANES + lane] = before.active_stiffness
+                    row[2 * LANES + lane] = before.arterial_pressure
+                    row[3 * LANES + lane] = flow.pressure
+                    row[4 * LANES + lane] = flow.mitral
+                    row[5 * LANES + lane] = flow.aortic
+                    row[6 * LANES + lane] = before.active_stress
+                    state[lane] = after.displacement
+                    state[LANES + lane] = after.active_stiffness
+                    state[2 * LANES + lane] = after.active_stress
+                    state[3 * LANES + lane] = after.arterial_pressure
+                    state[4 * LANES + lane] = after.pulmonary_pressure
+                    state[5 * LANES + lane] = after.mitral_flow
+                    state[6 * LANES + lane] = after.aortic_flow
+                    state[7 * LANES + lane] = after.proximal_pressure
+
+    return advance_beat

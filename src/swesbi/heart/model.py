@@ -1,0 +1,168 @@
+"""From settings and context to the numbers that the compiled loop takes; how long the muscle is active."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.context import Context
+from swesbi.heart.equations import Options, Parameters
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.parameters import K_0, K_ATP
+
+Array = NDArray[np.float64]
+
+
+def activation_duration_s(period_s: float, settings: ForwardModelSettings) -> float:
+    """Return D_T = D sqrt(T / T_ref), the duration of the activation at a cardiac period (Bazett 1920)."""
+    ratio = period_s / settings.activation_reference_period_s
+    return float(settings.activation_duration_s * np.sqrt(ratio))
+
+
+def activation(time_s: Array, period_s: float, settings: ForwardModelSettings) -> Array:
+    """Return the activation s(t) in [0, 1] at times after the R peak, repeated with the period.
+
+    s = 1/2 [tanh(2 (t - t_on) / w) - tanh(2 (t - t_on - D_T) / w)].
+    """
+    duration_s = activation_duration_s(period_s, settings)
+    total = np.zeros_like(time_s)
+    for shift_s in (-period_s, 0.0, period_s):
+        t = time_s - shift_s - settings.activation_onset_s
+        ramp_s = 0.5 * settings.activation_ramp_s
+        total += 0.5 * (np.tanh(t / ramp_s) - np.tanh((t - duration_s) / ramp_s))
+    return total
+
+
+def attained_share(k_atp_per_s: Array, duration_s: float) -> Array:
+    """Return 1 - exp(-k_ATP D_T): the share of k_0 that the stiffness attains, at constant length.
+
+    The solution of the bond kinetics k_c' = k_ATP (k_0 - k_c) from rest (Chapelle et al. 2012).
+    """
+    return np.asarray(-np.expm1(-k_atp_per_s * duration_s))
+
+
+def attained_stiffness_kpa(parameters: Array, duration_s: float) -> Array:
+    """Return k_0 (1 - exp(-k_ATP D_T)) in kPa, shape (n,), of theta (n, 3) or phi (n, 4)."""
+    return np.asarray(parameters[:, K_0] * attained_share(parameters[:, K_ATP], duration_s))
+
+
+@dataclass(frozen=True)
+class Model:
+    """One subject's heart and circulation, ready to run.
+
+    ``drives`` (2 * steps + 1, 5) holds what is prescribed at every half step of a beat, in the order of
+    ``equations.Drive``; ``start`` (8,) the state at the first R peak, in the order of ``equations.State``.
+    """
+
+    options: Options
+    parameters: Parameters
+    drives: Array
+    step_s: float
+    stride: int
+    start: Array
+
+    @property
+    def samples(self) -> int:
+        """Number of recorded points of a beat."""
+        return self.steps // self.stride
+
+    @property
+    def steps(self) -> int:
+        """Number of integration steps of a beat."""
+        return int(self.drives.shape[0] - 1) // 2
+
+    @property
+    def period_s(self) -> float:
+        """Length of a beat."""
+        return self.step_s * self.steps
+
+
+def options_of(settings: ForwardModelSettings) -> Options:
+    """Translate the options' names into the compiled loop's switches."""
+    return Options(
+        thin_wall=settings.geometry == "thin",
+        mooney_rivlin=settings.passive_law == "mooney_rivlin",
+        active_stiffness=settings.active_law == "bcs",
+        second_piola=settings.stress_measure == "second_piola",
+        frank_starling=settings.length_dependence == "frank_starling",
+        valve_inertance=settings.valves == "inertance",
+        prescribed_flow=False,
+        wall_inertia=settings.wall_inertia,
+        closed_loop=settings.circulation == "closed",
+        proximal_capacitance=settings.proximal_capacitance_m3_pa is not None,
+    )
+
+
+def parameters_of(context: Context, settings: ForwardModelSettings) -> Parameters:
+    """Collect the subject's geometry (paper, Eq. 2) and the fixed parameters; an unused one becomes 1."""
+    return Parameters(
+        radius=context.radius_m,
+        thickness=context.thickness_m,
+        density=settings.wall_density_kg_m3 or 1.0,
+        c0=settings.passive_c0_pa,
+        c1=settings.passive_c1,
+        c2=settings.passive_c2_pa,
+        c3=settings.passive_c3,
+        wall_viscosity=settings.wall_viscosity_pa_s,
+        fibre_viscosity=settings.fibre_viscosity_pa_s,
+        sigma_0=settings.sigma_0_pa,
+        alpha=settings.destruction_alpha,
+        r_mitral=settings.mitral_resistance_pa_s_m3,
+        r_aortic=settings.aortic_resistance_pa_s_m3,
+        l_mitral=settings.mitral_inertance_pa_s2_m3 or 1.0,
+        l_aortic=settings.aortic_inertance_pa_s2_m3 or 1.0,
+        r_proximal=settings.proximal_resistance_pa_s_m3,
+        c_proximal=settings.proximal_capacitance_m3_pa or 1.0,
+        r_distal=settings.distal_resistance_pa_s_m3,
+        c_systemic=settings.systemic_capacitance_m3_pa,
+        r_pulmonary=settings.pulmonary_resistance_pa_s_m3,
+        c_pulmonary=settings.pulmonary_capacitance_m3_pa,
+    )
+
+
+def steps_of(context: Context, settings: ForwardModelSettings) -> int:
+    """Return the steps of a beat: the smallest multiple of the setting with steps short enough."""
+    longest_s = settings.steps_per_beat * settings.maximum_step_s
+    return settings.steps_per_beat * max(1, int(np.ceil(context.period_s / longest_s)))
+
+
+def build_model(context: Context, settings: ForwardModelSettings, refinement: int = 1) -> Model:
+    """Return the model of one subject under these settings, with ``refinement`` times as many steps."""
+    steps = steps_of(context, settings) * refinement
+    time_s = np.linspace(0.0, context.period_s, 2 * steps + 1)
+    drives = np.zeros((time_s.size, 5))
+    drives[:, 0] = activation(time_s, context.period_s, settings)
+    if settings.circulation == "open":
+        drives[:, 1] = settings.atrial_pressure_pa
+        drives[:, 2] = settings.venous_pressure_pa
+    start = np.zeros(8)
+    start[0] = settings.initial_displacement_ratio * context.radius_m
+    start[3] = start[7] = settings.initial_arterial_pressure_pa
+    start[4] = settings.initial_pulmonary_pressure_pa
+    stride = steps // settings.samples_per_beat
+    options, parameters = options_of(settings), parameters_of(context, settings)
+    return Model(options, parameters, drives, context.period_s / steps, stride, start)
+
+
+def cavity_volume(stretch: Array, model: Model) -> Array:
+    """Return the cavity volume (m3) at these stretches; negative where the wall has closed the cavity.
+
+    The formula of :func:`~swesbi.heart.equations.cavity`, which the compiled loop takes in an order
+    that vectorises; the two round differently.
+    """
+    p = model.parameters
+    delta = 0.0 if model.options.thin_wall else p.thickness / p.radius
+    inner = p.radius * (stretch - 0.5 * delta / stretch**2)
+    volume: Array = 4.0 / 3.0 * np.pi * inner**3
+    return volume
+
+
+def total_volume(x: Array, model: Model) -> Array:
+    """Return the stressed volume (m3) of states (n, 8): cavity, systemic, pulmonary and proximal."""
+    p = model.parameters
+    volume = cavity_volume(1.0 + x[:, 0] / p.radius, model) + p.c_systemic * x[:, 3] + p.c_pulmonary * x[:, 4]
+    if model.options.proximal_capacitance:
+        volume = volume + p.c_proximal * x[:, 7]
+    return volume

@@ -1,0 +1,256 @@
+"""The simulator: theta and context in, one periodic beat out, in the units of the laboratory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.context import Context, check_ranges
+from swesbi.heart.kernel import ACTIVE_STIFFNESS, DISPLACEMENT, VENTRICULAR_PRESSURE
+from swesbi.heart.model import Model, build_model, cavity_volume
+from swesbi.heart.periodic import ALL_RECORDS, Records, Status, run_to_periodic
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.parameters import THETA_NAMES, THETA_RANGES
+
+Array = NDArray[np.float64]
+
+
+PA_PER_MMHG: Final = 133.322387415
+
+
+ML_PER_M3: Final = 1e6
+
+
+# Outside these a periodic beat means nothing: the wall stretched or compressed beyond twofold, no cavity
+# left, a ventricular pressure that no heart survives.
+STRETCH_RANGE: Final = (0.5, 2.0)
+
+
+PRESSURE_RANGE_PA: Final = (-1.0e4, 1.0e5)
+
+
+# Records behind ``ActiveBeats``, in the order that ``active_beats_of`` takes.
+ACTIVE_RECORDS: Final = (DISPLACEMENT, ACTIVE_STIFFNESS, VENTRICULAR_PRESSURE)
+
+
+_NOT_CURVES: Final = ("cycle_phase", "status", "beats")
+
+
+@dataclass(frozen=True)
+class Beats:
+    """The last, periodic beat of n simulations on M uniform phases from the R peak.
+
+    Rows whose ``status`` is not ``Status.PERIODIC`` hold NaN.
+    """
+
+    cycle_phase: Array
+    active_stiffness_kpa: Array
+    stretch: Array
+    volume_ml: Array
+    ventricular_pressure_mmhg: Array
+    arterial_pressure_mmhg: Array
+    aortic_flow_ml_s: Array
+    mitral_flow_ml_s: Array
+    status: NDArray[np.int8]
+    beats: NDArray[np.int64]
+
+    @property
+    def end_diastolic_volume_ml(self) -> Array:
+        """Largest volume of the beat (n,)."""
+        volume: Array = self.volume_ml.max(axis=1)
+        return volume
+
+    @property
+    def end_systolic_volume_ml(self) -> Array:
+        """Smallest volume of the beat (n,)."""
+        volume: Array = self.volume_ml.min(axis=1)
+        return volume
+
+    @property
+    def ejection_fraction(self) -> Array:
+        """(EDV - ESV) / EDV (n,)."""
+        return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
+
+
+@dataclass(frozen=True)
+class ActiveBeats:
+    """What a likelihood of stiffness needs of the last beat of n simulations; as in :class:`Beats`."""
+
+    cycle_phase: Array
+    active_stiffness_kpa: Array
+    status: NDArray[np.int8]
+
+
+def beats_of(records: Records, model: Model) -> Beats:
+    """Convert recorded beats to laboratory units; what left the range of the equations gets its status."""
+    y, stiffness, arterial, pressure, mitral, aortic, _ = records.values
+    stretch = 1.0 + y / model.parameters.radius
+    volume = cavity_volume(stretch, model)
+    inside = (
+        _within(stretch, STRETCH_RANGE) & _within(pressure, PRESSURE_RANGE_PA) & (volume.min(axis=1) > 0.0)
+    )
+    outside = (records.status == Status.PERIODIC) & ~inside
+    beats = Beats(
+        cycle_phase=np.arange(model.samples) / model.samples,
+        active_stiffness_kpa=1e-3 * stiffness,
+        stretch=stretch,
+        volume_ml=ML_PER_M3 * volume,
+        ventricular_pressure_mmhg=pressure / PA_PER_MMHG,
+        arterial_pressure_mmhg=arterial / PA_PER_MMHG,
+        aortic_flow_ml_s=ML_PER_M3 * aortic,
+        mitral_flow_ml_s=ML_PER_M3 * mitral,
+        status=np.where(outside, np.int8(Status.OUT_OF_RANGE), records.status).astype(np.int8),
+        beats=records.beats,
+    )
+    if outside.any():
+        for curves in _curves(beats).values():
+            curves[outside] = np.nan
+    return beats
+
+
+def active_beats_of(records: Records, model: Model) -> ActiveBeats:
+    """Return the active stiffness of beats of which ``ACTIVE_RECORDS`` were kept, with the status of all.
+
+    Stretch and volume grow with the displacement, so their extremes are those of its extremes.
+    """
+    y, stiffness, pressure = records.values
+    extremes = np.stack([y.min(axis=1), y.max(axis=1)], axis=1)
+    stretch = 1.0 + extremes / model.parameters.radius
+    volume = cavity_volume(stretch, model)
+    inside = _within(stretch, STRETCH_RANGE) & _within(pressure, PRESSURE_RANGE_PA) & (volume[:, 0] > 0.0)
+    outside = (records.status == Status.PERIODIC) & ~inside
+    active = 1e-3 * stiffness
+    active[outside] = np.nan
+    status = np.where(outside, np.int8(Status.OUT_OF_RANGE), records.status).astype(np.int8)
+    return ActiveBeats(np.arange(model.samples) / model.samples, active, status)
+
+
+def empty_beats(n: int, model: Model) -> Beats:
+    """Return room for ``n`` simulations."""
+    phase = np.arange(model.samples) / model.samples
+    names = (field.name for field in fields(Beats))
+    curves = {name: np.empty((n, model.samples)) for name in names if name not in _NOT_CURVES}
+    return Beats(phase, **curves, status=np.empty(n, np.int8), beats=np.empty(n, np.int64))
+
+
+def place(part: Beats, rows: slice, whole: Beats) -> None:
+    """Write the simulations of ``part`` to these rows of ``whole``."""
+    for name, curves in _curves(whole).items():
+        curves[rows] = getattr(part, name)
+    whole.status[rows] = part.status
+    whole.beats[rows] = part.beats
+
+
+def _curves(beats: Beats) -> dict[str, Array]:
+    return {f.name: getattr(beats, f.name) for f in fields(beats) if f.name not in _NOT_CURVES}
+
+
+def _within(curves: Array, limits: tuple[float, float]) -> NDArray[np.bool_]:
+    inside: NDArray[np.bool_] = (curves.min(axis=1) > limits[0]) & (curves.max(axis=1) < limits[1])
+    return inside
+
+
+# How many times more steps a simulation gets that fails at the shipped step.
+REFINEMENT: Final = 4
+
+
+# Simulations advanced together; their records stay in the processor's cache. No effect on the result.
+CHUNK: Final = 128
+
+
+def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> Beats:
+    """Simulate beats until they repeat themselves and return the last one.
+
+    A simulation's result depends on its own theta alone, not on the others it is run with.
+
+    Args:
+        theta: (n, 3) in the order of ``THETA_NAMES``: k_0 (kPa), k_ATP (1/s), k_SR (1/s).
+        context: The subject; HR, IVSd and LVEDV set period and geometry (paper, Eq. 2).
+        settings: Options, parameters and numerics.
+
+    Raises:
+        ValueError: theta or the context is not finite or outside the declared ranges.
+    """
+    theta = _checked(theta, context)
+    model = _model(context, settings)
+    beats = empty_beats(len(theta), model)
+    for rows, records in _chunks(theta, context, settings, ALL_RECORDS):
+        place(beats_of(records, model), rows, beats)
+    return beats
+
+
+def simulate_active(theta: Array, context: Context, settings: ForwardModelSettings) -> ActiveBeats:
+    """Simulate beats as :func:`simulate` does and return the active stiffness alone, which is faster.
+
+    Args:
+        theta: (n, 3) in the order of ``THETA_NAMES``.
+        context: The subject.
+        settings: Options, parameters and numerics.
+
+    Raises:
+        ValueError: theta or the context is not finite or outside the declared ranges.
+    """
+    theta = _checked(theta, context)
+    model = _model(context, settings)
+    stiffness, status = np.empty((len(theta), model.samples)), np.empty(len(theta), np.int8)
+    beats = ActiveBeats(np.arange(model.samples) / model.samples, stiffness, status)
+    for rows, records in _chunks(theta, context, settings, ACTIVE_RECORDS):
+        part = active_beats_of(records, model)
+        stiffness[rows], status[rows] = part.active_stiffness_kpa, part.status
+    return beats
+
+
+def _chunks(
+    theta: Array, context: Context, settings: ForwardModelSettings, kept: Sequence[int]
+) -> Iterator[tuple[slice, Records]]:
+    """Yield the rows of each chunk with their records."""
+    si = theta * np.array([1e3, 1.0, 1.0])
+    model = _model(context, settings)
+    for first in range(0, si.shape[0], CHUNK):
+        rows = slice(first, first + CHUNK)
+        yield rows, _converged(si[rows], model, context, settings, kept)
+
+
+@lru_cache(maxsize=64)
+def _model(context: Context, settings: ForwardModelSettings, refinement: int = 1) -> Model:
+    return build_model(context, settings, refinement)
+
+
+def _converged(
+    theta: Array, model: Model, context: Context, settings: ForwardModelSettings, kept: Sequence[int]
+) -> Records:
+    """Return the records at the shipped step; what fails there, where the wall is stiff, at a finer one."""
+    limits = (settings.periodicity_tolerance, settings.maximum_beats, settings.extrapolation_memory)
+    records = run_to_periodic(theta, model, *limits, kept)
+    failed = np.flatnonzero(records.status != Status.PERIODIC)
+    if failed.size:
+        refined = run_to_periodic(theta[failed], _model(context, settings, REFINEMENT), *limits, kept)
+        records.values[:, failed] = refined.values
+        records.status[failed] = refined.status
+        records.beats[failed] += refined.beats
+    return records
+
+
+def _checked(theta: Array, context: Context) -> Array:
+    theta = _checked_theta(theta)
+    check_ranges(context)
+    return theta
+
+
+def _checked_theta(theta: Array) -> Array:
+    theta = np.asarray(theta, dtype=np.float64)
+    if theta.ndim != 2 or theta.shape[1] != len(THETA_NAMES) or theta.shape[0] == 0:
+        raise ValueError(f"theta has shape {theta.shape}; expected (n, 3) with n >= 1, columns {THETA_NAMES}")
+    for column, (name, (low, high)) in enumerate(zip(THETA_NAMES, THETA_RANGES, strict=True)):
+        wrong = np.flatnonzero(~((theta[:, column] >= low) & (theta[:, column] <= high)))
+        if wrong.size:
+            value = theta[wrong[0], column]
+            raise ValueError(
+                f"theta row {wrong[0]}: {name} = {value:g} is outside [{low:g}, {high:g}]; check its unit"
+            )
+    return theta

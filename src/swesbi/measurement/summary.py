@@ -1,0 +1,166 @@
+"""The summary S(.): 16 scalar descriptors of a stiffness curve and 30 uniformly resampled values.
+
+Curves live on the uniform grid s in [0, 1] from the R peak. Levels of rise and relaxation are fractions
+of the amplitude above the baseline; the amplitude is maximum minus baseline. Times are fractions of the
+cycle, areas kPa times cycle, that is kPa, slopes kPa per cycle, falling ones negative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.measurement.settings import SCALARS, SummarySettings, summary_names
+from swesbi.recording.phases import analysis_grid
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The peak of n curves: largest grid value, its index, and the refined phase; each of shape (n,)."""
+
+    index: NDArray[np.int64]
+    phase: FloatArray
+    height: FloatArray
+
+
+def find_peak(grid: FloatArray, curves: FloatArray) -> Peak:
+    """Find the largest grid value, and its phase by the parabola through it and its two neighbours.
+
+    The vertex moves continuously where the largest value passes from one grid point to the next; the
+    parabola's height would jump there, the largest value itself does not. At an end of the grid the
+    phase is that of the grid point.
+
+    Args:
+        grid: Uniform phases; shape (G,).
+        curves: Values; shape (n, G).
+    """
+    rows = np.arange(len(curves))
+    index = np.argmax(curves, axis=1)
+    inner = np.clip(index, 1, len(grid) - 2)
+    left, middle, right = (curves[rows, inner + shift] for shift in (-1, 0, 1))
+    curvature = left - 2.0 * middle + right
+    refined = (index == inner) & (curvature < 0.0)
+    offset = np.where(refined, 0.5 * (left - right) / np.where(refined, curvature, 1.0), 0.0)
+    return Peak(index, grid[index] + offset * (grid[1] - grid[0]), curves[rows, index])
+
+
+def last_crossing_before(grid: FloatArray, curves: FloatArray, peak: Peak, level: FloatArray) -> FloatArray:
+    """Return the phase at which each curve last rises through its level before the peak; shape (n,).
+
+    Crossings are interpolated linearly. A level that the curve already exceeds at the start of the cycle
+    is crossed at the start, 0, towards which the crossing moves as the level sinks.
+    """
+    below = (curves < level[:, None]) & (np.arange(len(grid)) <= peak.index[:, None])
+    last = len(grid) - 1 - np.argmax(below[:, ::-1], axis=1)
+    crossed = _interpolate(grid, curves, level, np.minimum(last, len(grid) - 2))
+    return np.where(below.any(axis=1), np.minimum(crossed, peak.phase), grid[0])
+
+
+def first_crossing_after(grid: FloatArray, curves: FloatArray, peak: Peak, level: FloatArray) -> FloatArray:
+    """Return the phase at which each curve first falls through its level after the peak; shape (n,).
+
+    Crossings are interpolated linearly. A level that is never crossed gives the end of the cycle, 1,
+    towards which the crossing moves as the level sinks.
+    """
+    below = (curves < level[:, None]) & (np.arange(len(grid)) > peak.index[:, None])
+    first = np.argmax(below, axis=1)
+    crossed = _interpolate(grid, curves, level, np.maximum(first - 1, 0))
+    return np.where(below.any(axis=1), np.maximum(crossed, peak.phase), grid[-1])
+
+
+def _interpolate(
+    grid: FloatArray, curves: FloatArray, level: FloatArray, start: NDArray[np.int64]
+) -> FloatArray:
+    rows = np.arange(len(curves))
+    before, after = curves[rows, start], curves[rows, start + 1]
+    change = np.where(after == before, 1.0, after - before)
+    fraction = np.clip((level - before) / change, 0.0, 1.0)
+    return np.asarray(grid[start] + fraction * (grid[1] - grid[0]))
+
+
+CHUNK: Final = 2048  # rows; keeps the work arrays within the processor's cache
+
+
+def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
+    """Return the features x = S(E) of stiffness curves (paper, Eq. 4).
+
+    Every feature depends continuously on a curve with one peak; see ``crossings`` for levels never crossed.
+
+    Args:
+        curves: Stiffness in kPa on the analysis grid; shape (n, G).
+        settings: Baseline window and trajectory.
+
+    Returns:
+        Features in the order of ``summary_names(settings)``; shape (n, F), F = 46 in the study.
+
+    Raises:
+        ValueError: The curves are not a two-dimensional array of finite numbers.
+    """
+    if curves.ndim != 2 or not np.isfinite(curves).all():
+        raise ValueError(f"curves must be finite, of shape (n, grid); got shape {curves.shape} or NaN in it")
+    features = np.empty((len(curves), len(summary_names(settings))))
+    for start in range(0, len(curves), CHUNK):
+        part = np.asarray(curves[start : start + CHUNK], dtype=np.float64)
+        scalars = _scalars(part, settings)
+        features[start : start + CHUNK, : len(SCALARS)] = np.stack(scalars, axis=1)
+        if settings.use_trajectory:
+            features[start : start + CHUNK, len(SCALARS) :] = _resample(part, settings.trajectory_points)
+    return features
+
+
+def _scalars(curves: FloatArray, settings: SummarySettings) -> tuple[FloatArray, ...]:
+    grid = analysis_grid(curves.shape[1])
+    step = grid[1] - grid[0]
+    peak = find_peak(grid, curves)
+    baseline = curves[:, _within(grid, settings.baseline_window)].mean(axis=1)
+    amplitude = np.maximum(peak.height - baseline, 0.0)
+    rise = {f: last_crossing_before(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
+    fall = {f: first_crossing_after(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
+    slope = np.diff(curves, axis=1) / step
+    return (
+        baseline,
+        curves.min(axis=1),
+        peak.height,
+        amplitude,
+        (curves.sum(axis=1) - 0.5 * (curves[:, 0] + curves[:, -1])) * step,
+        _area_after(grid, curves, peak),
+        slope.max(axis=1),
+        0.8 * amplitude / np.maximum(rise[0.9] - rise[0.1], 0.8 * step),
+        peak.phase,
+        rise[0.9] - rise[0.1],
+        rise[0.5],
+        slope.min(axis=1),
+        -0.8 * amplitude / np.maximum(fall[0.1] - fall[0.9], 0.8 * step),
+        fall[0.5] - peak.phase,
+        fall[0.1] - peak.phase,
+        fall[0.5] - rise[0.5],
+    )
+
+
+def _area_after(grid: FloatArray, curves: FloatArray, peak: Peak) -> FloatArray:
+    """Integrate from the refined peak to the end of the cycle by trapezia, the first one cut at the peak."""
+    areas = 0.5 * (curves[:, 1:] + curves[:, :-1]) * (grid[1] - grid[0])
+    later = grid[:-1] >= peak.phase[:, None]
+    following = np.minimum(np.searchsorted(grid, peak.phase), len(grid) - 1)
+    cut = (grid[following] - peak.phase) * 0.5 * (peak.height + curves[np.arange(len(curves)), following])
+    return np.asarray((areas * later).sum(axis=1) + cut)
+
+
+def _resample(curves: FloatArray, points: int) -> FloatArray:
+    """Read the curves at ``points`` uniform phases j / points: the end, equal to the start, is left out."""
+    position = np.arange(points) / points * (curves.shape[1] - 1)
+    start = np.floor(position).astype(np.int64)
+    fraction = position - start
+    return np.asarray((1.0 - fraction) * curves[:, start] + fraction * curves[:, start + 1])
+
+
+def _within(grid: FloatArray, window: tuple[float, float]) -> NDArray[np.bool_]:
+    inside = (grid >= window[0]) & (grid <= window[1])
+    if not inside.any():
+        raise ValueError(f"baseline_window {list(window)} holds no point of a grid of {len(grid)}; widen it")
+    return inside

@@ -1,0 +1,226 @@
+"""The pooled training set of all subjects under the observation model of features (paper, Eqs. 4 to 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from swesbi.artefacts import (
+    Labels,
+    Part,
+    Variable,
+    from_dataset,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    to_dataset,
+)
+from swesbi.context import CONTEXT_NAMES, CONTEXT_UNITS, Context
+from swesbi.networks.settings import ObservationModelSettings
+from swesbi.networks.standardisation import MIXED, Standardisation, fit_standardisation
+from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+from swesbi.seeds import generator
+
+FloatArray = NDArray[np.float64]
+
+
+def noise_sd(names: Sequence[str], feature_noise_sd: Mapping[str, float]) -> FloatArray:
+    """Return the noise's standard deviations of shape (F,), in raw feature units, zero where none is named.
+
+    Raises:
+        ValueError: A named feature is none of ``names``.
+    """
+    if unknown := sorted(set(feature_noise_sd) - set(names)):
+        raise ValueError(
+            f"feature_noise_sd: {', '.join(unknown)} is not a feature of this experiment's summary; "
+            f"its features are {', '.join(names)}"
+        )
+    return np.array([feature_noise_sd.get(name, 0.0) for name in names])
+
+
+def augment(features: FloatArray, sd: FloatArray, copies: int, rng: np.random.Generator) -> FloatArray:
+    """Return noisy copies x + epsilon of every feature vector, epsilon ~ N(0, diag(sd^2)) (paper, Eq. 5).
+
+    Args:
+        features: (n, F) noiseless features of n simulations.
+        sd: (F,) standard deviations; only features with a positive one consume random numbers.
+        copies: Number N_aug of copies of each.
+        rng: The stream of one subject.
+
+    Returns:
+        Array of shape (n, copies, F).
+    """
+    noisy = np.flatnonzero(sd > 0.0)
+    copied = np.repeat(features[:, None, :], copies, axis=1)
+    copied[:, :, noisy] += sd[noisy] * rng.standard_normal((len(features), copies, len(noisy)))
+    return copied
+
+
+@dataclass(frozen=True)
+class SubjectFeatures:
+    """One subject's context, prior draws with their noiseless features, and observed features.
+
+    Attributes:
+        context: The subject's context c_d.
+        draw_index: (n,) numbers of the prior draws.
+        theta: (n, 3) parameters of the prior draws.
+        features: (n, F) noiseless features x_{d,n}, in raw feature units.
+        observed: (F,) features x_obs,d of the recording.
+    """
+
+    context: Context
+    draw_index: NDArray[np.int64]
+    theta: FloatArray
+    features: FloatArray
+    observed: FloatArray
+
+
+@dataclass(frozen=True)
+class Components:
+    """Names and units of the C components of the conditioning vector: features, then context."""
+
+    names: Annotated[tuple[str, ...], Labels("component")]
+    units: Annotated[tuple[str, ...], Labels("component", "component_unit")]
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """The names of the features alone."""
+        return self.names[: -len(CONTEXT_NAMES)]
+
+
+@dataclass(frozen=True)
+class Pool:
+    """The training set, N rows, and the observed conditioning vectors of D subjects, C components.
+
+    Parameters and conditioning vectors are in single precision, as training uses them.
+    """
+
+    components: Annotated[Components, Part()]
+    subjects: Annotated[tuple[str, ...], Labels("subject")]
+    theta: Annotated[
+        NDArray[np.float32], Variable("sample parameter", THETA_COLUMNS, "parameters of each row")
+    ]
+    z: Annotated[
+        NDArray[np.float32],
+        Variable("sample component", "1", "standardised conditioning vector of each row"),
+    ]
+    subject_index: Annotated[
+        NDArray[np.int16], Variable("sample", "1", "position of the row's subject in `subject`")
+    ]
+    draw_index: Annotated[
+        NDArray[np.int32], Variable("sample", "1", "number of the row's prior draw within its subject")
+    ]
+    standardisation: Annotated[Standardisation, Part()]
+    observed: Annotated[
+        FloatArray, Variable("subject component", MIXED, "observed features and context, raw")
+    ]
+
+    @property
+    def z_obs(
+        self,
+    ) -> Annotated[
+        FloatArray, Variable("subject component", "1", "standardised observed conditioning vector")
+    ]:
+        """The standardised observed conditioning vectors, shape (D, C), without noise (paper, Eq. 6)."""
+        return self.standardisation.apply(self.observed)
+
+    def observed_z(self, subject: str) -> FloatArray:
+        """Return one subject's z_obs of shape (C,).
+
+        Raises:
+            KeyError: The pool holds no such subject.
+        """
+        if subject not in self.subjects:
+            raise KeyError(f"the pool holds no subject {subject!r}; it holds {', '.join(self.subjects)}")
+        z: FloatArray = self.z_obs[self.subjects.index(subject)]
+        return z
+
+
+def components_of(feature_names: Sequence[str], feature_units: Sequence[str]) -> Components:
+    """Put the context's names and units behind the features'."""
+    return Components((*feature_names, *CONTEXT_NAMES), (*feature_units, *CONTEXT_UNITS))
+
+
+def with_context(features: FloatArray, context: Context) -> FloatArray:
+    """Put the context behind features of shape (n, F): raw conditioning vectors of shape (n, F + 7)."""
+    repeated = np.broadcast_to(context.as_array(), (len(features), len(CONTEXT_NAMES)))
+    return np.concatenate([features, repeated], axis=1)
+
+
+def build_pool(
+    subjects: Sequence[SubjectFeatures],
+    components: Components,
+    settings: ObservationModelSettings,
+    seed: int,
+) -> Pool:
+    """Augment, concatenate and standardise the simulations of all subjects.
+
+    Rows run over subjects, then draws, then augmentations. The noise of one subject comes from a
+    stream of its own, so it depends neither on the other subjects nor on how draws were sharded.
+
+    Raises:
+        ValueError: A feature or observation is not finite, or a noise is named for an unknown feature.
+    """
+    sd = noise_sd(components.features, settings.feature_noise_sd)
+    for subject in subjects:
+        _check_finite(subject, components.features)
+    raw = np.concatenate([_raw_rows(subject, sd, settings.augmentations, seed) for subject in subjects])
+    standardisation = fit_standardisation(raw)
+    copies = settings.augmentations
+    counts = [len(subject.theta) * copies for subject in subjects]
+    return Pool(
+        components=components,
+        standardisation=standardisation,
+        subjects=tuple(subject.context.subject for subject in subjects),
+        theta=np.concatenate([np.repeat(s.theta, copies, axis=0) for s in subjects]).astype(np.float32),
+        z=standardisation.apply(raw).astype(np.float32),
+        subject_index=np.repeat(np.arange(len(subjects), dtype=np.int16), counts),
+        draw_index=np.concatenate([np.repeat(s.draw_index, copies) for s in subjects]).astype(np.int32),
+        observed=np.stack([np.concatenate([s.observed, s.context.as_array()]) for s in subjects]),
+    )
+
+
+def _raw_rows(subject: SubjectFeatures, sd: FloatArray, copies: int, seed: int) -> FloatArray:
+    """Return one subject's noisy features and context, shape (n * copies, C), in raw units."""
+    rng = generator(seed, "feature noise", subject.context.subject)
+    noisy = augment(subject.features, sd, copies, rng).reshape(-1, len(sd))
+    return with_context(noisy, subject.context)
+
+
+def _check_finite(subject: SubjectFeatures, names: tuple[str, ...]) -> None:
+    for what, values in (("simulation", subject.features), ("observation", subject.observed[None])):
+        rows, columns = np.nonzero(~np.isfinite(values))
+        if rows.size:
+            raise ValueError(
+                f"subject {subject.context.subject}: feature {names[columns[0]]} of {what} {rows[0]} is "
+                f"{values[rows[0], columns[0]]}; check that subject's recording, passive baseline and shards"
+            )
+
+
+POOL: Final = register("pool", schema_of(Pool), (*labels_of(Pool), "parameter"))
+
+
+def pool_to_dataset(pool: Pool) -> xr.Dataset:
+    """Return the pool with dimensions sample, parameter, component and subject."""
+    return to_dataset(pool, {"parameter": list(THETA_NAMES)})
+
+
+def pool_from_dataset(dataset: xr.Dataset) -> Pool:
+    """Rebuild the pool from its dataset."""
+    return from_dataset(Pool, dataset)
+
+
+def read_pool(path: Path) -> Pool:
+    """Read ``pool.h5``.
+
+    Raises:
+        ArtefactError: The file is not a pool.
+    """
+    return pool_from_dataset(load(path, POOL)[0])

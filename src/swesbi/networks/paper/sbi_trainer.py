@@ -1,0 +1,226 @@
+"""sbi's NPE-C as it is, with a hook after each epoch, and the prior as the distribution that sbi expects."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, Protocol
+
+import numpy as np
+import torch
+from sbi.inference import NPE_C
+from sbi.neural_nets import posterior_nn
+from sbi.neural_nets.estimators import ConditionalDensityEstimator
+from torch import Tensor
+from torch.distributions import Distribution, constraints
+from torch.utils.data import DataLoader, Dataset
+
+from swesbi.networks.settings import EstimatorSettings
+from swesbi.prior import PriorSettings, bounds, log_centre
+
+LOG_ROOT_TWO_PI = 0.5 * float(np.log(2.0 * np.pi))
+
+
+class TruncatedLogNormal(Distribution):
+    """Independent log-normals, each truncated to an interval and normalised there (paper, Sec. 2.4).
+
+    The support is the closed box of the bounds, so sbi knows what lies outside the prior; sampling
+    inverts the distribution function.
+    """
+
+    arg_constraints: dict[str, constraints.Constraint] = {}  # noqa: RUF012 - torch declares it so
+
+    def __init__(self, centre: Tensor, log_sd: Tensor, low: Tensor, high: Tensor) -> None:
+        self._mean, self._sd = centre.double().log(), log_sd.double()
+        self._low, self._high = low.float(), high.float()
+        self._alpha = (low.double().log() - self._mean) / self._sd
+        self._beta = (high.double().log() - self._mean) / self._sd
+        self._cdf_low = torch.special.ndtr(self._alpha)
+        self._mass = torch.special.ndtr(self._beta) - self._cdf_low
+        super().__init__(event_shape=centre.shape, validate_args=False)
+
+    @property
+    def support(self) -> constraints.Constraint:
+        """The box of the bounds."""
+        box = constraints.interval(self._low, self._high)  # type: ignore[no-untyped-call]
+        return constraints.independent(box, 1)  # type: ignore[no-untyped-call]
+
+    @property
+    def mean(self) -> Tensor:
+        """Expectation of each parameter."""
+        return self._moment(1).float()
+
+    @property
+    def variance(self) -> Tensor:
+        """Variance of each parameter."""
+        return (self._moment(2) - self._moment(1) ** 2).float()
+
+    def sample(self, sample_shape: torch.Size | list[int] | tuple[int, ...] = ()) -> Tensor:
+        """Draw theta of shape (*sample_shape, 3) by inverting the distribution function."""
+        return self.icdf(
+            torch.rand(
+                torch.Size(sample_shape) + self.event_shape, dtype=torch.float64, device=self._low.device
+            )
+        )
+
+    def icdf(self, value: Tensor) -> Tensor:
+        """Map uniforms of shape (..., 3) to theta."""
+        standard = torch.special.ndtri(self._cdf_low + value.double() * self._mass)
+        theta = torch.exp(self._mean + self._sd * standard).float()
+        return torch.minimum(torch.maximum(theta, self._low), self._high)
+
+    def log_prob(self, value: Tensor) -> Tensor:
+        """Return the log density per unit of theta, summed over the parameters; -inf outside the box."""
+        inside = (value >= self._low) & (value <= self._high)
+        log_theta = torch.log(torch.where(inside, value, self._low).double())
+        standard = (log_theta - self._mean) / self._sd
+        density = -0.5 * standard**2 - LOG_ROOT_TWO_PI - torch.log(self._sd * self._mass) - log_theta
+        return torch.where(inside, density, -torch.inf).sum(-1).float()
+
+    def _moment(self, order: int) -> Tensor:
+        """Raw moment E[theta^k] = exp(k m + k^2 s^2 / 2) [Phi(b - k s) - Phi(a - k s)] / mass."""
+        shift = order * self._sd
+        mass = torch.special.ndtr(self._beta - shift) - torch.special.ndtr(self._alpha - shift)
+        moment: Tensor = torch.exp(order * self._mean + 0.5 * shift**2) * mass / self._mass
+        return moment
+
+
+def torch_prior(prior: PriorSettings, device: str = "cpu") -> TruncatedLogNormal:
+    """Return the prior of the settings as a torch distribution on ``device``."""
+    log_sd = np.array([parameter.log_sd for parameter in prior.parameters])
+    tensors = [
+        torch.as_tensor(values, device=device) for values in (log_centre(prior), log_sd, *bounds(prior))
+    ]
+    return TruncatedLogNormal(*tensors)
+
+
+class Record(Protocol):
+    """What a trainer reports its epochs to."""
+
+    @property
+    def number(self) -> int:
+        """Epochs so far."""
+
+    def add(self, training_loss: float, validation_loss: float, seconds: float) -> None:
+        """Take in one epoch."""
+
+
+class SbiTrainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
+    """sbi's NPE-C with a hook after each epoch and batches gathered at once.
+
+    sbi tells its tracker nothing before training has ended, and its loader collates rows one by one.
+    The batches hold the same rows in the same order, so the course of training is the same to the bit.
+    """
+
+    def __init__(
+        self,
+        record: Record,
+        prior: PriorSettings,
+        settings: EstimatorSettings,
+        device: str,
+        keep: Collection[int],
+    ) -> None:
+        self._record = record
+        self._keep = frozenset(keep)
+        self._kept: dict[int, dict[str, Tensor]] = {}
+        self._last: dict[str, Tensor] = {}
+
+        def build(theta: Tensor, z: Tensor) -> object:
+            return build_net(theta, z, settings)
+
+        super().__init__(
+            prior=torch_prior(prior, device),
+            density_estimator=build,
+            device=device,
+            tracker=_NoTracker(),
+            show_progress_bars=False,
+        )
+
+    @property
+    def best_state(self) -> dict[str, Tensor]:
+        """The weights of the epoch with the lowest validation loss."""
+        state: dict[str, Tensor] = self._best_model_state_dict
+        return state
+
+    @property
+    def kept(self) -> dict[int, dict[str, Tensor]]:
+        """The weights after the epochs asked for and after the last, by epoch."""
+        return self._kept | {self._record.number: self._last}
+
+    def get_dataloaders(
+        self, *args: object, **kwargs: object
+    ) -> tuple[DataLoader[list[Tensor]], DataLoader[list[Tensor]]]:
+        """Return sbi's loaders over training and validation rows, with batches gathered at once."""
+        training, validation = super().get_dataloaders(*args, **kwargs)
+        return _whole_batches(training), _whole_batches(validation)
+
+    def _summarize_epoch(self, train_loss: float, val_loss: float, start: float, *args: object) -> None:
+        super()._summarize_epoch(train_loss, val_loss, start, *args)
+        self._record.add(train_loss, val_loss, time.time() - start)
+        # Which epoch is the last, nobody knows before sbi puts the best weights in its place.
+        self._last = on_cpu(self._neural_net.state_dict())
+        if (number := self._record.number) in self._keep:
+            self._kept[number] = self._last
+
+
+def on_cpu(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """Return a copy of the weights that training on does not change."""
+    return {name: value.detach().to("cpu", copy=True) for name, value in state.items()}
+
+
+def build_net(theta: Tensor, z: Tensor, settings: EstimatorSettings) -> ConditionalDensityEstimator:
+    """Build an untrained estimator; theta (N, 3) and z (N, C) give its shapes and sbi's standardisation."""
+    net: ConditionalDensityEstimator = posterior_nn(
+        model=settings.model,
+        z_score_theta=settings.z_score_theta,
+        z_score_x=settings.z_score_x,
+        hidden_features=settings.hidden_features,
+        num_transforms=settings.transforms,
+        num_blocks=settings.blocks,
+    )(theta, z)
+    return net
+
+
+class _NoTracker:
+    """A tracker that keeps nothing; without one sbi writes a folder ./sbi-logs."""
+
+    log_dir = None
+
+    def log_metric(self, name: str, value: float, step: int | None = None) -> None: ...
+
+    def log_metrics(self, metrics: dict[str, float], step: int | None = None) -> None: ...
+
+    def log_params(self, params: dict[str, Any]) -> None: ...
+
+    def add_figure(self, name: str, figure: object, step: int | None = None) -> None: ...
+
+    def flush(self) -> None: ...
+
+
+class _Batches(Dataset[list[Tensor]]):
+    """Rows of tensors, fetched a batch at a time by index."""
+
+    def __init__(self, tensors: tuple[Tensor, ...]) -> None:
+        self.tensors = tensors
+
+    def __len__(self) -> int:
+        return len(self.tensors[0])
+
+    def __getitem__(self, index: int) -> list[Tensor]:
+        return [tensor[index] for tensor in self.tensors]
+
+    def __getitems__(self, indices: list[int]) -> list[Tensor]:
+        rows = torch.tensor(indices, device=self.tensors[0].device)
+        return [tensor[rows] for tensor in self.tensors]
+
+
+def _whole_batches(loader: DataLoader[Any]) -> DataLoader[Any]:
+    """The same loader over the same sampler, but without collating rows one by one."""
+    keep: Callable[[list[Tensor]], list[Tensor]] = list
+    return DataLoader(
+        _Batches(loader.dataset.tensors),  # type: ignore[attr-defined]
+        batch_size=loader.batch_size,
+        sampler=loader.sampler,
+        drop_last=loader.drop_last,
+        collate_fn=keep,
+    )

@@ -1,0 +1,177 @@
+"""Training the estimator by sbi's procedure (paper, Eq. 8), reported epoch by epoch."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import warnings
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from sbi.inference import NPE_C
+from torch import Tensor
+
+from swesbi.networks.accelerated.trainer import FastTrainer
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.paper.estimator import TrainedEstimator, Weights
+from swesbi.networks.paper.maf import MaskedFlow
+from swesbi.networks.paper.sbi_trainer import SbiTrainer, on_cpu
+from swesbi.networks.settings import EstimatorSettings
+from swesbi.prior import PriorSettings
+from swesbi.progress import Progress
+
+TRAINERS: Final = {"sbi": SbiTrainer, "fast": FastTrainer}
+
+
+LOGGER = logging.getLogger("swesbi")
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """One epoch of training: its number from 1 and mean -log q over training and held-out rows."""
+
+    number: int
+    training_loss: float
+    validation_loss: float
+    best_so_far: bool
+
+
+@dataclass(frozen=True)
+class Training:
+    """The outcome of one training.
+
+    Attributes:
+        estimator: The estimator of the best epoch.
+        epochs: Every epoch in order.
+        weights: The weights after the epochs asked for, the best and the last, in order.
+    """
+
+    estimator: TrainedEstimator
+    epochs: tuple[Epoch, ...]
+    weights: tuple[Weights, ...]
+
+
+def train(
+    theta: NDArray[np.float32],
+    z: NDArray[np.float32],
+    components: tuple[str, ...],
+    prior: PriorSettings,
+    settings: EstimatorSettings,
+    seed: int,
+    device: str = "cpu",
+    label: str = "training",
+    keep: Collection[int] = (),
+) -> Training:
+    """Fit q(theta | z) to the pool's rows by NPE-C's first round, that is by maximum likelihood.
+
+    Training runs on one thread under ``seed``, so on the CPU it repeats to the bit. The weights of the
+    best epoch are restored; sbi itself does so only when it stops before its last epoch.
+
+    Args:
+        theta: (N, 3) parameters.
+        z: (N, C) conditioning vectors.
+        components: Names of the C components.
+        prior: The prior that theta was drawn from.
+        settings: Architecture and training settings.
+        seed: Seed of the initial weights, of the split into training and held-out rows, and of the batches.
+        device: "auto", "cpu" or "cuda".
+        label: Name of the training in progress lines.
+        keep: Epochs whose weights are kept, from 1; those that training does not reach are left out.
+
+    Raises:
+        ValueError: The device is not available, there are too few rows for a split, or the loss became
+            infinite or NaN (raised by sbi).
+    """
+    device = choose_device(device, settings.procedure)
+    _check_rows(len(theta), settings)
+    with reproducible(seed), contextlib.redirect_stdout(io.StringIO()) as printed:
+        record = _EpochRecord(label, settings.max_num_epochs + 1)
+        trainer = TRAINERS[settings.procedure](record, prior, settings, device, keep)
+        _append(trainer, torch.from_numpy(theta), torch.from_numpy(z))
+        trainer.train(
+            training_batch_size=settings.batch_size,
+            learning_rate=settings.learning_rate,
+            validation_fraction=settings.validation_fraction,
+            stop_after_epochs=settings.stop_after_epochs,
+            max_num_epochs=settings.max_num_epochs,
+            clip_max_norm=settings.clip_max_norm,
+        )
+    LOGGER.debug("sbi: %s", printed.getvalue().strip())
+    best, state = record.best, on_cpu(trainer.best_state)
+    net = MaskedFlow(settings, theta.shape[1], z.shape[1], state)
+    LOGGER.info("%s: best epoch %d of %d run, validation loss %.4f", label, *best, record.best_loss)
+    estimator = TrainedEstimator(net, settings, components, *best, record.best_loss)
+    states = trainer.kept | {best[0]: state}
+    losses = [epoch.validation_loss for epoch in record.epochs]
+    weights = tuple(Weights(number, losses[number - 1], states[number]) for number in sorted(states))
+    return Training(estimator, tuple(record.epochs), weights)
+
+
+def _append(trainer: NPE_C, theta: Tensor, z: Tensor) -> None:
+    """Hand the rows to sbi, without its advice against standardising far values or constant components.
+
+    The rows were standardised in double precision, where neither loses a digit.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Data has extreme outliers")
+        warnings.filterwarnings("ignore", message="Data has .*constant")
+        trainer.append_simulations(theta, z, exclude_invalid_x=False)
+
+
+def choose_device(device: str, procedure: str = "sbi") -> str:
+    """Turn "auto" into "cuda" where a CUDA device is available, else "cpu".
+
+    The fast procedure stays on the CPU under "auto": a step of it is a hundred operations of a few
+    microseconds, and a GPU takes as long to start each.
+
+    Raises:
+        ValueError: The device is unknown or not available.
+    """
+    if device not in ("auto", "cpu", "cuda"):
+        raise ValueError(f"device {device!r} is not one of auto, cpu, cuda")
+    available = torch.cuda.is_available()
+    if device == "cuda" and not available:
+        raise ValueError("device 'cuda' was asked for, but torch finds no CUDA device; use auto or cpu")
+    if device == "auto" and procedure == "fast":
+        return "cpu"
+    return "cuda" if available and device != "cpu" else "cpu"
+
+
+class _EpochRecord:
+    """Collects the epochs and logs a line for each."""
+
+    def __init__(self, label: str, at_most: int) -> None:
+        self.epochs: list[Epoch] = []
+        self.best_loss = float("inf")
+        self._progress = Progress(label, at_most, unit="epoch", every_s=0.0)
+
+    def add(self, training_loss: float, validation_loss: float, seconds: float) -> None:
+        improved = validation_loss < self.best_loss
+        self.best_loss = min(validation_loss, self.best_loss)
+        self.epochs.append(Epoch(len(self.epochs) + 1, training_loss, validation_loss, improved))
+        losses = f"loss {training_loss:.4f}, validation {validation_loss:.4f}{' (best)' if improved else ''}"
+        self._progress.step(note=f"{losses}, {seconds:.1f} s")
+
+    @property
+    def number(self) -> int:
+        """Epochs so far."""
+        return len(self.epochs)
+
+    @property
+    def best(self) -> tuple[int, int]:
+        """The best epoch's number and the number of epochs run."""
+        return max(epoch.number for epoch in self.epochs if epoch.best_so_far), len(self.epochs)
+
+
+def _check_rows(rows: int, settings: EstimatorSettings) -> None:
+    held_out = rows - int((1 - settings.validation_fraction) * rows)
+    if held_out < 2 or rows - held_out < 2:
+        raise ValueError(
+            f"{rows} rows cannot be split with validation_fraction = {settings.validation_fraction}; "
+            "simulate more draws or change the fraction"
+        )

@@ -1,0 +1,60 @@
+"""Settings of both networks: observation model, architecture, training."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from swesbi.base import Level, Settings
+
+
+class FlowSettings(Settings):
+    """Architecture in the terms of zuko, and how the flow is trained."""
+
+    model: Literal["maf", "nsf"] = Field(description="masked autoregressive, or neural spline flow")
+    transforms: int = Field(ge=1, description="autoregressive transforms")
+    hidden_features: int = Field(ge=1, description="hidden units a layer")
+    hidden_layers: int = Field(ge=1, description="hidden layers a transform")
+    bins: int = Field(ge=2, description="bins of each spline; the masked autoregressive flow has none")
+    batch_size: int = Field(ge=2)
+    learning_rate: float = Field(gt=0.0, description="largest of the schedule (Adam)")
+    warm_up_fraction: float = Field(gt=0.0, lt=1.0, description="share of the steps in which the rate grows")
+    epochs: int = Field(ge=1, description="passes over the training theta, each with fresh noise")
+    validation_fraction: float = Field(gt=0.0, lt=1.0, description="share of the theta held out")
+    clip_max_norm: float = Field(gt=0.0, description="gradients are clipped to this norm")
+
+
+Deviation = Annotated[float, Field(ge=0.0)]
+
+
+class ObservationModelSettings(Settings):
+    """Additive Gaussian noise on the features (paper, Eq. 5): diagonal, zero for every feature not named."""
+
+    feature_noise_sd: dict[str, Deviation] = Field(
+        description="standard deviation by feature, in the unit that ends the feature's name"
+    )
+    augmentations: int = Field(ge=1, description="noisy copies of each simulated feature vector, N_aug")
+
+
+class EstimatorSettings(Settings):
+    """Architecture and training of the conditional density estimator, in the terms of sbi.
+
+    ``max_num_epochs`` is handed to sbi as it is; sbi stops after one epoch more.
+    """
+
+    model: Literal["maf"] = Field(description="masked autoregressive flow")
+    procedure: Literal["sbi", "fast"] = Field(
+        description="sbi's own passes over the rows, or the same passes by a lean flow"
+    )
+    transforms: int = Field(ge=1, description="autoregressive transforms")
+    hidden_features: int = Field(ge=1, description="hidden units a layer")
+    blocks: int = Field(ge=1, description="autoregressive blocks a transform")
+    z_score_theta: Literal["independent", "none"] = Field(description="sbi's standardisation of theta")
+    z_score_x: Literal["independent", "none"] = Field(description="sbi's standardisation of its input")
+    batch_size: int = Field(ge=2)
+    learning_rate: float = Field(gt=0.0, description="of Adam")
+    max_num_epochs: int = Field(ge=1)
+    stop_after_epochs: int = Field(ge=1, description="epochs without improvement before training stops")
+    validation_fraction: Level = Field(description="share of the pool's rows held out")
+    clip_max_norm: float = Field(gt=0.0, description="gradients are clipped to this norm")

@@ -1,0 +1,240 @@
+"""The spline flow q(phi | z): architecture, density, and draws.
+
+The inverse of a masked autoregressive transform goes coordinate by coordinate: the parameters of one depend
+on those before it (Papamakarios, Pavlakou and Murray 2017, Sec. 3). zuko evaluates the whole network and
+every coordinate's transform in each of these passes and keeps one. Here a pass evaluates the units that its
+coordinate needs and no earlier pass has: the same sums of the same terms, hence the same draws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+import zuko
+from numpy.typing import NDArray
+from torch import Tensor
+from zuko.flows.autoregressive import MaskedAutoregressiveTransform
+from zuko.nn import MaskedLinear
+from zuko.utils import unpack
+
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.settings import FlowSettings
+from swesbi.networks.spline.conditioning import RecordingConditioner
+from swesbi.networks.standardisation import Standardisation
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
+
+
+@dataclass(frozen=True)
+class _Units:
+    """Units of one layer that a pass evaluates: their rows in the layer, weights and biases."""
+
+    rows: Tensor
+    weight: Tensor
+    bias: Tensor
+
+
+@dataclass(frozen=True)
+class _Pass:
+    """One pass: the coordinates that it finds, and the units it evaluates, layer by layer."""
+
+    coordinates: Tensor
+    layers: tuple[_Units, ...]
+
+
+@dataclass(frozen=True)
+class InverseTransform:
+    """The inverse of one transform, x from y; ``widths`` are the numbers of hidden units."""
+
+    transform: MaskedAutoregressiveTransform
+    passes: tuple[_Pass, ...]
+    widths: tuple[int, ...]
+
+    def __call__(self, y: Tensor, condition: Tensor) -> Tensor:
+        """Return x (n, d) for y (n, d) under conditions (n, C)."""
+        known = torch.cat((torch.zeros_like(y), condition), dim=1)
+        hidden = [torch.zeros(len(y), width) for width in self.widths]
+        for one in self.passes:
+            parameters = _evaluate(one.layers, known, hidden)
+            parts = unpack(parameters.view(len(y), -1, self.transform.total), self.transform.shapes)
+            univariate: Any = self.transform.univariate(*parts)
+            known[:, one.coordinates] = univariate.inv(y[:, one.coordinates])
+        return known[:, : y.shape[1]]
+
+
+def inverse_transforms(net: zuko.flows.Flow) -> tuple[InverseTransform, ...]:
+    """Return the inverses of a flow's transforms, in the order in which they make draws of its base.
+
+    They hold copies of the weights: a network that learns on needs new ones.
+
+    Raises:
+        ValueError: A transform is no masked autoregressive one with rectified linear units.
+    """
+    return tuple(_inverse(transform) for transform in reversed(net.transform.transforms))
+
+
+def _evaluate(layers: Sequence[_Units], known: Tensor, hidden: Sequence[Tensor]) -> Tensor:
+    """Fill in the hidden units of a pass and return the parameters that it finds."""
+    values = known
+    for units, layer in zip(layers[:-1], hidden, strict=True):
+        layer[:, units.rows] = F.relu(F.linear(values, units.weight, units.bias))
+        values = layer
+    return F.linear(values, layers[-1].weight, layers[-1].bias)
+
+
+def _inverse(transform: torch.nn.Module) -> InverseTransform:
+    if not isinstance(transform, MaskedAutoregressiveTransform) or transform.order is None:
+        raise ValueError(f"draws are made by masked autoregressive transforms; found {transform}")
+    layers = [layer for layer in transform.hyper if isinstance(layer, MaskedLinear)]
+    between = [layer for layer in transform.hyper if not isinstance(layer, MaskedLinear)]
+    if not all(isinstance(layer, torch.nn.ReLU) for layer in between):
+        raise ValueError(f"draws are made with rectified linear units; found {between}")
+    done = [torch.zeros(layer.out_features, dtype=torch.bool) for layer in layers]
+    passes = []
+    for number in range(transform.passes):
+        coordinates = torch.nonzero(transform.order == number).squeeze(1)
+        outputs = torch.zeros(layers[-1].out_features, dtype=torch.bool)
+        outputs.view(-1, transform.total)[coordinates] = True
+        passes.append(_Pass(coordinates, _new_units(layers, outputs, done)))
+    return InverseTransform(transform, tuple(passes), tuple(layer.out_features for layer in layers[:-1]))
+
+
+def _new_units(layers: Sequence[MaskedLinear], outputs: Tensor, done: Sequence[Tensor]) -> tuple[_Units, ...]:
+    """Return the units that these outputs depend on and that are not in ``done``, where they are added."""
+    needed, found = outputs, []
+    for layer, before in zip(reversed(layers), reversed(done), strict=True):
+        rows = torch.nonzero(needed & ~before).squeeze(1)
+        before |= needed
+        weight = (layer.mask * layer.weight).detach()
+        found.append(_Units(rows, weight[rows], layer.bias.detach()[rows]))
+        needed = layer.mask[needed].any(dim=0)
+    return tuple(reversed(found))
+
+
+FloatArray = NDArray[np.float64]
+
+
+DRAWS_PER_BATCH = 50_000
+"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
+
+
+@dataclass(frozen=True)
+class TrainedFlow:
+    """A trained flow q(phi | z) and how it was trained.
+
+    Attributes:
+        net: The flow in standardised eta, on the CPU, with the weights of the best epoch.
+        settings: Architecture and training.
+        prior: The joint prior whose box the logit maps.
+        conditioner: Makes z from recordings.
+        eta: Statistics of eta = logit(phi) over the training rows.
+        best_epoch: Epoch of the lowest validation loss, from 1.
+        epochs_run: Epochs that were trained.
+        best_validation_loss: Mean of -log q(eta | z) over held-out theta at the best epoch, standardised eta.
+    """
+
+    net: zuko.flows.Flow
+    settings: FlowSettings
+    prior: JointPriorSettings
+    conditioner: RecordingConditioner
+    eta: Standardisation
+    best_epoch: int
+    epochs_run: int
+    best_validation_loss: float
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the C components of z."""
+        return self.conditioner.components
+
+    @cached_property
+    def inverse(self) -> tuple[InverseTransform, ...]:
+        """The inverses of the net's transforms, which make its draws."""
+        return inverse_transforms(self.net)
+
+
+def build_net(settings: FlowSettings, components: int) -> zuko.flows.Flow:
+    """Build an untrained flow of the four parameters, conditioned on ``components`` numbers."""
+    shape = {
+        "features": len(PHI_NAMES),
+        "context": components,
+        "transforms": settings.transforms,
+        "hidden_features": (settings.hidden_features,) * settings.hidden_layers,
+    }
+    if settings.model == "maf":
+        return zuko.flows.MAF(**shape)
+    return zuko.flows.NSF(**shape, bins=settings.bins)
+
+
+def draw_phi(flow: TrainedFlow, condition: FloatArray, draws: int, seed: int) -> FloatArray:
+    """Draw phi ~ q(phi | z) for each conditioning vector; always inside the prior's box.
+
+    Args:
+        flow: The trained flow.
+        condition: Conditioning vectors z; shape (B, C).
+        draws: Draws for each.
+        seed: Seed of the draws.
+
+    Returns:
+        Array of shape (B, draws, 4).
+
+    Raises:
+        ValueError: z has another number of components than the flow, or holds NaN.
+    """
+    _check(condition, len(flow.components))
+    rows = max(DRAWS_PER_BATCH // draws, 1)
+    with reproducible(seed), torch.no_grad():
+        parts = [_draw(flow, _tensor(part), draws) for part in _split(condition, rows)]
+    eta = np.concatenate(parts) * flow.eta.scale + flow.eta.mean
+    return from_logit(eta, flow.prior)
+
+
+def log_q(flow: TrainedFlow, condition: FloatArray, phi: FloatArray) -> FloatArray:
+    """Return log q(phi | z), per unit of phi, of phi (n, 4) under one conditioning vector (C,); shape (n,).
+
+    Raises:
+        ValueError: z has another number of components than the flow, or holds NaN.
+    """
+    _check(condition[None], len(flow.components))
+    eta = to_logit(phi, flow.prior)
+    row, standardised = _tensor(condition), _tensor(flow.eta.apply(eta))
+    with reproducible(0), torch.no_grad():
+        parts = [
+            flow.net(row.expand(len(part), -1)).log_prob(part)
+            for part in torch.split(standardised, DRAWS_PER_BATCH)
+        ]
+    log_density = torch.cat(parts).numpy().astype(np.float64)
+    return np.asarray(log_density - np.log(flow.eta.scale).sum() - log_jacobian(eta, flow.prior))
+
+
+def _draw(flow: TrainedFlow, condition: Tensor, draws: int) -> FloatArray:
+    """Draw standardised eta for conditions (B, C); shape (B, draws, 4)."""
+    base = flow.net(condition).base.sample((draws,))
+    eta = base.flatten(0, 1)
+    conditions = condition.expand(draws, *condition.shape).flatten(0, 1)
+    for inverse in flow.inverse:
+        eta = inverse(eta, conditions)
+    drawn: FloatArray = eta.view(base.shape).transpose(0, 1).numpy().astype(np.float64)
+    return drawn
+
+
+def _split(condition: FloatArray, rows: int) -> Iterator[FloatArray]:
+    for start in range(0, len(condition), rows):
+        yield condition[start : start + rows]
+
+
+def _tensor(values: FloatArray) -> Tensor:
+    return torch.from_numpy(np.ascontiguousarray(values, dtype=np.float32))
+
+
+def _check(condition: FloatArray, components: int) -> None:
+    if condition.ndim != 2 or condition.shape[1] != components:
+        raise ValueError(f"z has shape {condition.shape}, the flow takes {components} components")
+    if not np.isfinite(condition).all():
+        raise ValueError("z holds values that are not finite; check the recording that it comes from")

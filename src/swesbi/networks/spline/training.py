@@ -1,0 +1,311 @@
+"""Training a spline flow by maximum likelihood (paper, Eq. 8) of rows that are made anew every epoch."""
+
+from __future__ import annotations
+
+import copy
+import logging
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, TypeVar
+
+import numpy as np
+import torch
+import zuko
+from numpy.typing import NDArray
+from torch import Tensor
+
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.settings import FlowSettings
+from swesbi.networks.spline.conditioning import (
+    Conditioner,
+    ConditioningSettings,
+    RecordingConditioner,
+    fit_conditioner,
+    raw_features,
+)
+from swesbi.networks.spline.net import TrainedFlow, build_net
+from swesbi.networks.spline.pool import SubjectSimulations, noisy_speeds
+from swesbi.networks.standardisation import Standardisation, fit_standardisation
+from swesbi.prior import JointPriorSettings, to_logit
+from swesbi.progress import Progress
+from swesbi.seeds import generator, integer_seed
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Training rows of all subjects: eta = logit(phi) of shape (N, 4), and z of shape (N, C)."""
+
+    eta: FloatArray
+    z: FloatArray
+
+
+@dataclass(frozen=True)
+class _Raw:
+    eta: FloatArray
+    features: FloatArray
+
+
+def split_by_theta(
+    subjects: Sequence[SubjectSimulations], validation_fraction: float
+) -> tuple[list[SubjectSimulations], list[SubjectSimulations]]:
+    """Split each subject's simulations into training and held-out theta, the last ones held out.
+
+    Draws from the prior come in no order, so the last are as good as any; no theta is on both sides.
+
+    Raises:
+        ValueError: A side would be empty.
+    """
+    counts = [len(part.theta) for part in subjects]
+    edges = [n - round(validation_fraction * n) for n in counts]
+    if any(not 0 < edge < n for edge, n in zip(edges, counts, strict=True)):
+        raise ValueError(
+            f"{min(counts)} simulations cannot be split with validation_fraction = {validation_fraction}; "
+            "simulate more or change the fraction"
+        )
+    training = [part.rows(0, edge) for part, edge in zip(subjects, edges, strict=True)]
+    held_out = [part.rows(edge, n) for part, edge, n in zip(subjects, edges, counts, strict=True)]
+    return training, held_out
+
+
+def fit_statistics(
+    subjects: Sequence[SubjectSimulations], settings: ConditioningSettings, seed: int
+) -> tuple[Conditioner, Standardisation]:
+    """Take the statistics of z and eta over one epoch of training rows."""
+    raw = [_raw(part, settings, seed, "statistics") for part in subjects]
+    contexts = tuple(part.model.recording.context for part in subjects)
+    conditioner = fit_conditioner(np.concatenate([part.features for part in raw]), contexts, settings)
+    return conditioner, fit_standardisation(np.concatenate([part.eta for part in raw]))
+
+
+def make_rows(
+    subjects: Sequence[SubjectSimulations],
+    conditioner: Conditioner,
+    eta: Standardisation,
+    seed: int,
+    *name: str | int,
+) -> Rows:
+    """Make one epoch's rows; the stream of each subject depends on the seed, the name and the subject."""
+    raw = [_raw(part, conditioner.settings, seed, *name) for part in subjects]
+    z = [
+        conditioner.standardise(rows.features, part.model.recording.context)
+        for rows, part in zip(raw, subjects, strict=True)
+    ]
+    return Rows(eta.apply(np.concatenate([part.eta for part in raw])), np.concatenate(z))
+
+
+def _raw(
+    simulations: SubjectSimulations, settings: ConditioningSettings, seed: int, *name: str | int
+) -> _Raw:
+    recording = simulations.model.recording
+    rng = generator(seed, "flow", *name, recording.subject)
+    phi, speeds = noisy_speeds(simulations, rng)
+    prior = simulations.model.settings.prior
+    return _Raw(to_logit(phi, prior), raw_features(speeds, recording.phase, settings))
+
+
+LOGGER = logging.getLogger("swesbi")
+
+
+Part = TypeVar("Part")
+"""Simulations on one side of a split."""
+
+
+VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs
+
+
+MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
+
+
+class TrainingDivergedError(RuntimeError):
+    """Too many batches had no finite loss; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class FlowEpoch:
+    """One epoch: its number from 1, mean -log q over training and held-out rows, batches left out."""
+
+    number: int
+    training_loss: float
+    validation_loss: float
+    best_so_far: bool
+    skipped_batches: int
+
+
+@dataclass(frozen=True)
+class FlowTraining:
+    """The trained flow and every epoch in order."""
+
+    flow: TrainedFlow
+    epochs: tuple[FlowEpoch, ...]
+
+
+def train_flow(
+    subjects: Sequence[SubjectSimulations],
+    conditioning: ConditioningSettings,
+    settings: FlowSettings,
+    seed: int,
+    label: str = "training",
+) -> FlowTraining:
+    """Fit q(phi | z) on the simulations of all subjects, noise drawn anew every epoch.
+
+    Theta are split into training and held-out ones; standardisation comes from the training ones; the
+    weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats to the bit.
+
+    Args:
+        subjects: Simulations of each subject, under one joint prior.
+        conditioning: How speeds become features.
+        settings: Architecture and schedule.
+        seed: Seed of noise, initial weights and batches.
+        label: Name in progress lines.
+
+    Raises:
+        ValueError: Too few simulations for a split.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    training, held_out = split_by_theta(subjects, settings.validation_fraction)
+    conditioner, eta = fit_statistics(training, conditioning, seed)
+
+    def rows_of(part: Sequence[SubjectSimulations], name: str, number: int) -> Rows:
+        return make_rows(part, conditioner, eta, seed, name, number)
+
+    parts = FlowParts(conditioner, eta, subjects[0].model.settings.prior)
+    return fit_flow(training, held_out, rows_of, parts, settings, seed, label)
+
+
+@dataclass(frozen=True)
+class FlowParts:
+    """What a flow has beside its net: how it sees recordings, and the parameters that it is a density of.
+
+    Attributes:
+        conditioner: Makes z from recordings.
+        eta: Statistics of eta = logit(phi) over the training rows.
+        prior: The joint prior whose box the logit maps.
+    """
+
+    conditioner: RecordingConditioner
+    eta: Standardisation
+    prior: JointPriorSettings
+
+
+def fit_flow(
+    training: Part,
+    held_out: Part,
+    rows_of: Callable[[Part, str, int], Rows],
+    parts: FlowParts,
+    settings: FlowSettings,
+    seed: int,
+    label: str,
+) -> FlowTraining:
+    """Fit a flow to fresh rows every epoch and keep the weights of the best epoch on the held-out rows.
+
+    Args:
+        training: Simulations whose rows are drawn anew every epoch.
+        held_out: Simulations whose rows are the same for every epoch.
+        rows_of: Makes rows of a part, by what they are for and a number: as many each time.
+        parts: What the trained flow has beside its net.
+        settings: Architecture and schedule.
+        seed: Seed of initial weights and batches.
+        label: Name in progress lines.
+
+    Raises:
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    validation = [rows_of(held_out, "validation", k) for k in range(VALIDATION_COPIES)]
+    with reproducible(integer_seed(seed, "flow", "torch")):
+        rows = rows_of(training, "epoch", 1)
+        course = _Course(settings, len(rows.eta), rows.z.shape[1], label)
+        course.run(rows, validation)
+        for number in range(2, settings.epochs + 1):
+            rows = rows_of(training, "epoch", number)
+            course.run(rows, validation)
+    best = min(course.epochs, key=lambda epoch: epoch.validation_loss)
+    LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, course.best_loss)
+    flow = TrainedFlow(
+        net=course.best_net(),
+        settings=settings,
+        prior=parts.prior,
+        conditioner=parts.conditioner,
+        eta=parts.eta,
+        best_epoch=best.number,
+        epochs_run=settings.epochs,
+        best_validation_loss=best.validation_loss,
+    )
+    return FlowTraining(flow, tuple(course.epochs))
+
+
+class _Course:
+    """The course of one training: network, optimiser, schedule, and the epochs so far."""
+
+    def __init__(self, settings: FlowSettings, rows: int, components: int, label: str) -> None:
+        self.epochs: list[FlowEpoch] = []
+        self.best_loss = float("inf")
+        self._settings = settings
+        self._net = build_net(settings, components)
+        self._best = copy.deepcopy(self._net.state_dict())
+        self._batches = max(rows // settings.batch_size, 1)
+        self._optimiser = torch.optim.Adam(self._net.parameters(), lr=settings.learning_rate, fused=True)
+        # One cycle of the learning rate: up within the warm-up, then down (Smith and Topin 2019).
+        self._schedule = torch.optim.lr_scheduler.OneCycleLR(
+            self._optimiser,
+            settings.learning_rate,
+            total_steps=settings.epochs * self._batches,
+            pct_start=settings.warm_up_fraction,
+        )
+        self._progress = Progress(label, settings.epochs, unit="epoch", every_s=0.0)
+
+    def run(self, rows: Rows, validation: Sequence[Rows]) -> None:
+        """Train one epoch on these rows and judge it on the held-out ones."""
+        start = time.monotonic()
+        training_loss, skipped = self._pass(_tensor(rows.eta), _tensor(rows.z))
+        loss = float(np.mean([self._judge(part) for part in validation]))
+        improved = loss < self.best_loss
+        if improved:
+            self.best_loss, self._best = loss, copy.deepcopy(self._net.state_dict())
+        self.epochs.append(FlowEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
+        note = f"loss {training_loss:.4f}, validation {loss:.4f}{' (best)' if improved else ''}"
+        self._progress.step(note=f"{note}, {time.monotonic() - start:.1f} s")
+
+    def best_net(self) -> zuko.flows.Flow:
+        """Return the network with the weights of the best epoch, ready to draw."""
+        self._net.load_state_dict(self._best)
+        self._net.eval()
+        return self._net
+
+    def _pass(self, eta: Tensor, z: Tensor) -> tuple[float, int]:
+        self._net.train()
+        order = torch.randperm(len(eta))
+        losses: list[float] = []
+        for batch in torch.split(order, self._settings.batch_size)[: self._batches]:
+            losses.append(self._step(eta[batch], z[batch]))
+        finite = [loss for loss in losses if np.isfinite(loss)]
+        skipped = len(losses) - len(finite)
+        if skipped > MAX_BAD_FRACTION * len(losses):
+            raise TrainingDivergedError(
+                f"epoch {len(self.epochs) + 1}: {skipped} of {len(losses)} batches had no finite loss; "
+                "lower learning_rate or clip_max_norm"
+            )
+        return float(np.mean(finite)), skipped
+
+    def _step(self, eta: Tensor, z: Tensor) -> float:
+        """Take one step, unless the loss is not finite; the schedule moves on in any case."""
+        self._optimiser.zero_grad()
+        loss = -self._net(z).log_prob(eta).mean()
+        if torch.isfinite(loss):
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(self._net.parameters(), self._settings.clip_max_norm)
+            self._optimiser.step()
+        self._schedule.step()
+        return float(loss.detach())
+
+    def _judge(self, rows: Rows) -> float:
+        self._net.eval()
+        with torch.no_grad():
+            loss: Tensor = -self._net(_tensor(rows.z)).log_prob(_tensor(rows.eta)).mean()
+        return float(loss)
+
+
+def _tensor(values: np.typing.NDArray[np.float64]) -> Tensor:
+    return torch.from_numpy(values.astype(np.float32))

@@ -1,1 +1,0 @@
-"""A subject outside the pool, answered by the network as it is, or refused with the reason."""

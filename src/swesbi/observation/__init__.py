@@ -1,1 +1,0 @@
-"""Measurement operator, passive baseline and summary: from simulated beats to what inference compares."""

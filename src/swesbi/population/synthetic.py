@@ -1,0 +1,222 @@
+"""Synthetic recordings with known parameters: under the model's own noise, or acquired sample by sample."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.heart.periodic import Status
+from swesbi.heart.simulate import Beats
+from swesbi.measurement.likelihood import SpeedModel, draw_speeds
+from swesbi.measurement.operator import PassiveBaseline, active_stiffness_map, calibrate_passive, total_cycle
+from swesbi.measurement.settings import (
+    DiscrepancySettings,
+    MeasurementSettings,
+    PassiveSettings,
+    SummarySettings,
+)
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
+from swesbi.measurement.subjects import MeasuredSubject
+from swesbi.measurement.summary import summarise
+from swesbi.parameters import SCALE
+from swesbi.prior import sample
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.phases import nominal_phases, sample_cycle, slope_cycle, to_grid
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.samples import Samples
+from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.speed import NoiseComponents
+from swesbi.seeds import generator
+from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.virtual_cohort.volunteers import TruthCurve
+
+LOGGER = logging.getLogger("swesbi")
+
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Synthetic:
+    """Recordings of one subject with the phi that each was made with.
+
+    Attributes:
+        phi: True parameters; shape (n, 4).
+        recordings: The n recordings.
+        refused: Recordings that ingestion refused; they are not among the n.
+    """
+
+    phi: FloatArray
+    recordings: tuple[SpeedRecording, ...]
+    refused: int = 0
+
+
+@dataclass(frozen=True)
+class Acquisition:
+    """How recordings are acquired and read: protocol, quality control, noise components, missing phases."""
+
+    protocol: AcquisitionSettings
+    recording: RecordingSettings
+    measurement: MeasurementSettings
+    noise: NoiseComponents
+    missing_phases: tuple[int, ...]
+
+
+def own_recordings(model: SpeedModel, count: int, seed: int, *name: str | int) -> Synthetic:
+    """Draw phi from the prior and speeds under the model's own noise and discrepancy.
+
+    The recordings have the phases and standard errors of the model's recording. The stream depends on
+    the seed, the name and the subject; theta that fail are redrawn.
+    """
+    phi, beats = fresh_beats(model, count, seed, *name)
+    rng = generator(seed, "synthetic", "speeds", *name, model.recording.subject)
+    predicted = model.predict_from(phi[:, SCALE], beats)
+    speeds = draw_speeds(predicted, model.recording.relative_se, model.settings.discrepancy, rng)
+    return Synthetic(phi, tuple(replace(model.recording, speed_m_s=row) for row in speeds))
+
+
+def acquired_recordings(
+    model: SpeedModel, acquisition: Acquisition, count: int, seed: int, *name: str | int
+) -> Synthetic:
+    """Draw the same phi, and record each sample by sample: discrepancy, noise, failures, ingestion.
+
+    The model's discrepancy is drawn once for each phase of a recording and moves all its samples; what
+    ingestion makes of them has phases, standard errors and missing phases of its own.
+    """
+    phi, beats = fresh_beats(model, count, seed, *name)
+    kept: list[int] = []
+    recordings: list[SpeedRecording] = []
+    for index in range(count):
+        rng = generator(seed, "synthetic", "acquisition", *name, model.recording.subject, index)
+        try:
+            observed = _acquire(model, acquisition, phi[index], beats, index, rng)
+        except RecordingError as error:
+            LOGGER.info(
+                "subject %s, synthetic recording %d refused: %s", model.recording.subject, index, error
+            )
+        else:
+            kept.append(index)
+            recordings.append(measured_speeds(observed, acquisition.noise))
+    return Synthetic(phi[kept], tuple(recordings), count - len(kept))
+
+
+def fresh_beats(model: SpeedModel, count: int, seed: int, *name: str | int) -> tuple[FloatArray, Beats]:
+    """Draw phi (count, 4) from the joint prior and simulate it; failing draws are replaced by later ones."""
+    rng = generator(seed, "synthetic", "phi", *name, model.recording.subject)
+    phi = sample(count, model.settings.prior, rng)
+    beats = model.simulate(phi)
+    while (failed := np.flatnonzero(beats.status != Status.PERIODIC)).size:
+        phi[failed] = sample(failed.size, model.settings.prior, rng)
+        beats = model.simulate(phi)
+    return phi, beats
+
+
+def _acquire(
+    model: SpeedModel,
+    acquisition: Acquisition,
+    phi: FloatArray,
+    beats: Beats,
+    index: int,
+    rng: np.random.Generator,
+) -> Observation:
+    active = active_stiffness_map(model.settings.measurement.active_stiffness_map)(
+        beats.active_stiffness_kpa[index]
+    )
+    truth = TruthCurve(beats.cycle_phase, phi[SCALE] * model.shape.shape + active)
+    protocol = acquisition.protocol.model_copy(update={"missing_phases": acquisition.missing_phases})
+    samples = acquire(truth, model.recording.context, protocol, rng)
+    moved = _with_discrepancy(samples, truth, protocol.phases, model.settings.discrepancy, rng)
+    return ingest(moved, model.recording.context, acquisition.recording, acquisition.measurement.grid_points)
+
+
+def _with_discrepancy(
+    samples: Samples,
+    truth: TruthCurve,
+    phases: int,
+    discrepancy: DiscrepancySettings,
+    rng: np.random.Generator,
+) -> Samples:
+    """Multiply the samples of each phase by one draw of exp(delta + tau d log c / ds)."""
+    at = nominal_phases(phases)
+    stiffness = sample_cycle(truth.cycle_phase, truth.stiffness_kpa[None], at)
+    slope = 0.5 * slope_cycle(truth.cycle_phase, truth.stiffness_kpa[None], at) / stiffness
+    predicted = PredictedSpeeds(np.zeros_like(slope), slope)
+    factor = draw_speeds(predicted, np.zeros(phases), discrepancy, rng)[0]
+    return replace(samples, speed_m_s=samples.speed_m_s * factor[samples.phase_index])
+
+
+@dataclass(frozen=True)
+class Reacquisition:
+    """What one subject's recordings are made and read with.
+
+    Attributes:
+        subject: Gives context, measured phases and the true passive baseline.
+        reference: One beat in the subject's context, on which the passive baseline is calibrated.
+        acquisition: Protocol and noise.
+        recording: Quality control.
+        passive: Passive calibration.
+        measurement: Measurement operator.
+        summary: Summary operator S(.).
+    """
+
+    subject: MeasuredSubject
+    reference: Beats
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    passive: PassiveSettings
+    measurement: MeasurementSettings
+    summary: SummarySettings
+
+    def features(
+        self, cycle_phase: FloatArray, active_stiffness_kpa: FloatArray, rng: np.random.Generator
+    ) -> FloatArray:
+        """Record the curve of one active stiffness (M,) and return its features, shape (F,).
+
+        The recording takes its passive baseline from itself, as every recording of the study does; the
+        estimator knows the subject's first baseline, so the recording is moved to it.
+
+        Raises:
+            RecordingError: Too few samples or phases passed quality control.
+            PassiveCalibrationError: The recording's late diastole admits no positive passive scale.
+        """
+        true_passive, observed_at = self.subject.passive, self.subject.observation
+        truth = total_cycle((cycle_phase, active_stiffness_kpa[None]), true_passive, self.measurement)[0]
+        missing = tuple(int(index) for index in observed_at.phase_index[~observed_at.measured])
+        protocol = self.acquisition.model_copy(update={"missing_phases": missing})
+        samples = acquire(TruthCurve(cycle_phase, truth), observed_at.context, protocol, rng)
+        recorded = ingest(samples, observed_at.context, self.recording, self.measurement.grid_points)
+        calibrated = calibrate_passive(recorded, self.reference, self.passive, self.measurement)
+        return features_under(true_passive, recorded, calibrated, self.measurement, self.summary)
+
+
+def features_under(
+    trained: PassiveBaseline,
+    recorded: Observation,
+    calibrated: PassiveBaseline,
+    measurement: MeasurementSettings,
+    summary: SummarySettings,
+) -> FloatArray:
+    """Return the features (F,) of a recording, moved from its own passive baseline to that of the training.
+
+    An estimator knows each subject under one passive baseline. A recording with another is moved by the
+    difference of the two at its phases, which is what training under the new one would amount to:
+    E_obs - E_pass is compared with E_act in both.
+
+    Args:
+        trained: The baseline under which the subject's training features were simulated.
+        recorded: The recording.
+        calibrated: The baseline calibrated on the recording.
+        measurement: The measurement operator.
+        summary: The summary operator S(.).
+    """
+    phase = recorded.measured_phase
+    move = trained.stiffness_kpa - calibrated.stiffness_kpa
+    at_phases = sample_cycle(trained.cycle_phase, move[None], phase)[0]
+    moved = recorded.stiffness_kpa[recorded.measured] + at_phases
+    features: FloatArray = summarise(to_grid(phase, moved[None], measurement.grid_points), summary)[0]
+    return features

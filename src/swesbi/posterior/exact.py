@@ -1,0 +1,276 @@
+"""The exact posterior: importance weights, and MCMC where they are not reliable.
+
+The file is a posterior like any other, for :func:`swesbi.posterior.truncated.read_posterior` and whatever
+reads it, with the passive scale, the weights and how the draws were come by beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from swesbi.artefacts import Part, Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
+from swesbi.draws import interval_levels
+from swesbi.parameters import OF_THETA, PHI_NAMES, SCALE
+from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, k_hat_limit, resample, weigh
+from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
+from swesbi.posterior.settings import ExactSettings, McmcSettings, PosteriorSettings
+from swesbi.posterior.truncated import (
+    POSTERIOR,
+    Posterior,
+    columns_along,
+    columns_of,
+    posterior_to_groups,
+    rows_of,
+    summarise_posterior,
+)
+from swesbi.prior import JointPriorSettings
+from swesbi.seeds import generator, integer_seed
+
+FloatArray = NDArray[np.float64]
+
+
+Sampler = Literal["importance", "mcmc"]
+
+
+PARAMETERS: Final = 4
+
+
+@dataclass(frozen=True)
+class ExactPosterior:
+    """Equally weighted draws of the exact posterior of one recording, and how they were come by.
+
+    Attributes:
+        phi: Draws; shape (n, 4).
+        reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
+        npe_phi: Draws of the proposal as they came; shape (m, 4).
+        weighted: All draws of the proposal with their weights.
+        effective_draws: By parameter; shape (4,).
+        converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
+    """
+
+    phi: FloatArray
+    sampler: Annotated[Sampler, Variable("", "1", "what gave the draws: importance or mcmc")]
+    reasons: tuple[str, ...]
+    k_hat_limit: Annotated[
+        float, Variable("", "1", "largest Pareto shape of reliable weights", after="k_hat")
+    ]
+    npe_phi: FloatArray
+    weighted: Annotated[WeightedDraws, Part()]
+    r_hat: Annotated[
+        FloatArray, Variable("joint_parameter", "1", "rank-normalised split R-hat; NaN without MCMC")
+    ]
+    effective_draws: Annotated[
+        FloatArray, Variable("joint_parameter", "1", "effective number behind the draws")
+    ]
+    mcmc_steps: Annotated[int, Variable("", "1", "steps of each walker, warm-up included; 0 without MCMC")]
+    converged: Annotated[
+        bool, Variable("", "1", "1 where weights or sampler are reliable, else 0", after="sampler")
+    ]
+
+    @property
+    def k_hat(self) -> float:
+        """Pareto shape of the weights."""
+        return self.weighted.k_hat
+
+    @property
+    def efficiency(self) -> float:
+        """Effective share of the weighted draws."""
+        return self.weighted.efficiency
+
+    @property
+    def log_evidence(self) -> float:
+        """Logarithm of the evidence by the weights; as reliable as they are."""
+        return self.weighted.log_evidence
+
+
+def exact_posterior(
+    model: LikelihoodModel, proposal: Proposal, settings: ExactSettings, seed: int
+) -> ExactPosterior:
+    """Draw from the exact posterior of a recording.
+
+    Draws of the proposal are weighted; where the Pareto shape or the efficiency of the weights fails its
+    criterion, MCMC started from draws of the proposal takes over. A sampler that does not converge gives
+    its draws all the same, and ``converged`` and ``reasons`` say so.
+
+    Args:
+        model: Prior and exact likelihood.
+        proposal: The network's posterior of this recording.
+        settings: Sizes and criteria.
+        seed: Seed of everything.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw.
+    """
+    weighted = weigh(model, proposal, settings.proposal_draws, settings.prior_fraction, seed)
+    limit = k_hat_limit(settings.proposal_draws, settings.max_k_hat)
+    if reasons := weight_failures(weighted, limit, settings.min_efficiency):
+        return _by_mcmc(model, weighted, limit, reasons, settings, seed)
+    return ExactPosterior(
+        phi=resample(weighted, settings.draws, generator(seed, "exact", "resampling")),
+        sampler="importance",
+        reasons=(),
+        k_hat_limit=limit,
+        npe_phi=proposal_draws(weighted, settings.draws),
+        weighted=weighted,
+        r_hat=np.full(PARAMETERS, np.nan),
+        effective_draws=np.full(PARAMETERS, weighted.efficiency * len(weighted.phi)),
+        mcmc_steps=0,
+        converged=True,
+    )
+
+
+def weight_failures(weighted: WeightedDraws, limit: float, min_efficiency: float) -> tuple[str, ...]:
+    """Return why weights are not reliable, a sentence for each criterion that fails."""
+    reasons = []
+    if not weighted.k_hat <= limit:
+        reasons.append(f"the Pareto shape of the weights is {weighted.k_hat:.2f}, above {limit:.2f}")
+    if not weighted.efficiency >= min_efficiency:
+        reasons.append(
+            f"{100 * weighted.efficiency:.2g} % of the weighted draws are effective, "
+            f"fewer than {100 * min_efficiency:.2g} %"
+        )
+    return tuple(reasons)
+
+
+def proposal_draws(weighted: WeightedDraws, draws: int) -> FloatArray:
+    """Return the first draws (draws, 4) of the proposal alone, at most as many as there are."""
+    return weighted.phi[~weighted.from_prior][:draws]
+
+
+def _by_mcmc(
+    model: LikelihoodModel,
+    weighted: WeightedDraws,
+    limit: float,
+    reasons: tuple[str, ...],
+    settings: ExactSettings,
+    seed: int,
+) -> ExactPosterior:
+    rng = generator(seed, "exact", "mcmc")
+    start = starting_points(model, weighted, settings.mcmc.start_points, rng)
+    sampled = sample_mcmc(model, start, settings.mcmc, integer_seed(seed, "exact", "mcmc"))
+    return ExactPosterior(
+        phi=sampled.thinned(settings.draws, rng),
+        sampler="mcmc",
+        reasons=reasons + mcmc_failures(sampled, settings.mcmc),
+        k_hat_limit=limit,
+        npe_phi=proposal_draws(weighted, settings.draws),
+        weighted=weighted,
+        r_hat=sampled.r_hat,
+        effective_draws=sampled.effective_draws,
+        mcmc_steps=sampled.steps,
+        converged=sampled.converged,
+    )
+
+
+def mcmc_failures(sampled: McmcDraws, settings: McmcSettings) -> tuple[str, ...]:
+    """Return what a sampler missed, as a sentence; empty where it converged."""
+    if sampled.converged:
+        return ()
+    return (
+        f"MCMC has not converged after {sampled.steps} steps: R-hat is {sampled.r_hat.max():.4f} (below "
+        f"{settings.max_r_hat:g} is needed) with {sampled.effective_draws.min():.0f} effective draws "
+        f"({settings.min_effective_draws} are needed)",
+    )
+
+
+OWN: Final = schema_of(ExactPosterior)
+
+
+SCALE_NAME: Final = PHI_NAMES[-1:]
+
+
+SCHEMA: Final = {
+    "/": arranged(
+        OWN["/"]
+        | {
+            "reasons": Variable(
+                "", "1", "why the weights were not used, what the sampler missed; or empty", after="converged"
+            ),
+            "passive_scale_median_kpa": Variable("", "kPa", "posterior median of the passive scale a"),
+            "passive_scale_interval_kpa": Variable("bound", "kPa", "credible interval of the scale a"),
+        }
+    ),
+    "posterior": columns_along("chain draw", SCALE_NAME),
+    "npe": columns_along("draw", PHI_NAMES, ", of the network"),
+    "weighted": columns_along("draw", PHI_NAMES) | OWN["weighted"],
+}
+"""What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior."""
+
+
+SEPARATOR: Final = "; "
+
+
+def exact_to_groups(
+    exact: ExactPosterior,
+    z_obs: FloatArray,
+    component_names: tuple[str, ...],
+    prior: JointPriorSettings,
+    settings: ExactSettings,
+) -> dict[str, xr.Dataset]:
+    """Return the groups of ``posterior.h5``.
+
+    Args:
+        exact: The posterior of one recording.
+        z_obs: Conditioning vector of the network; shape (C,).
+        component_names: Names of its components.
+        prior: The joint prior.
+        settings: Gives the interval's mass.
+    """
+    groups = posterior_to_groups(_summary(exact, z_obs, component_names, prior, settings))
+    groups["/"] = xr.merge([groups["/"], _root(exact, settings.interval)], combine_attrs="no_conflicts")
+    scale = build_dataset(SCHEMA["posterior"], columns_of(exact.phi[None, :, -1:], SCALE_NAME))
+    groups["posterior"] = groups["posterior"].assign(scale.variables)
+    groups["npe"] = build_dataset(SCHEMA["npe"], columns_of(exact.npe_phi, PHI_NAMES))
+    weighted = columns_of(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
+    groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted)
+    return groups
+
+
+def read_exact_posterior(path: Path) -> ExactPosterior:
+    """Read what ``posterior.h5`` of an experiment on speeds holds beside the posterior of theta.
+
+    Raises:
+        ArtefactError: The file is not a posterior.
+        KeyError: It is the posterior of an experiment without an exact likelihood.
+    """
+    groups = {group: load(path, POSTERIOR, group)[0] for group in SCHEMA}
+    reasons = str(groups["/"]["reasons"].item())
+    given = {
+        "phi": rows_of(groups["posterior"].isel(chain=0), PHI_NAMES),
+        "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
+        "npe_phi": rows_of(groups["npe"], PHI_NAMES),
+        "weighted.phi": rows_of(groups["weighted"], PHI_NAMES),
+    }
+    return from_groups(ExactPosterior, groups, given)
+
+
+def _summary(
+    exact: ExactPosterior,
+    z_obs: FloatArray,
+    component_names: tuple[str, ...],
+    prior: JointPriorSettings,
+    settings: ExactSettings,
+) -> Posterior:
+    """Return the posterior of theta; its candidates are the network's draws, none of which can leak."""
+    kept = PosteriorSettings(
+        draws=settings.draws, unfiltered_draws=settings.draws, interval=settings.interval
+    )
+    summary = summarise_posterior(exact.phi[:, OF_THETA], z_obs, component_names, prior.theta, kept)
+    npe = exact.npe_phi[:, OF_THETA]
+    return replace(summary, unfiltered=npe, unfiltered_in_prior=np.ones(len(npe), dtype=bool))
+
+
+def _root(exact: ExactPosterior, interval: float) -> xr.Dataset:
+    scale = exact.phi[:, SCALE]
+    values = values_of(exact)["/"] | {
+        "reasons": SEPARATOR.join(exact.reasons),
+        "passive_scale_median_kpa": np.median(scale),
+        "passive_scale_interval_kpa": np.quantile(scale, interval_levels(interval)),
+    }
+    return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(PHI_NAMES)})

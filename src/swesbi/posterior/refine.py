@@ -1,0 +1,181 @@
+"""A proposal that fits a recording badly, refined by the recording's own likelihood before it is weighted.
+
+Adaptive importance sampling (Cappe, Guillin, Marin and Robert 2004, J Comput Graph Stat 13:907): draws are
+weighted, a Student distribution is fitted to them, and takes most of the network's place in the next round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import logsumexp
+from scipy.stats import multivariate_t
+
+from swesbi.draws import effective_draws, normalised
+from swesbi.posterior.exact import ExactPosterior, exact_posterior
+from swesbi.posterior.importance import LikelihoodModel, Proposal, weigh
+from swesbi.posterior.settings import ExactSettings, RefinementSettings
+from swesbi.prior import JointPriorSettings, bounds, from_logit, log_jacobian, to_logit
+from swesbi.seeds import integer_seed
+
+FloatArray = NDArray[np.float64]
+
+
+DEGREES_OF_FREEDOM: Final = 4  # heavy tails, so that weights stay bounded
+
+
+WIDENING: Final = 1.5  # of the covariance
+
+
+RIDGE: Final = 1e-4  # least variance of a proposal, in eta
+
+
+TEMPERED_DRAWS: Final = 40.0  # effective draws behind a proposal, of a flattened posterior where it has fewer
+
+
+@dataclass(frozen=True)
+class StudentProposal:
+    """A multivariate Student distribution; mean (4,) and scale matrix (4, 4)."""
+
+    mean: FloatArray
+    scale: FloatArray
+
+    def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return eta of shape (count, 4)."""
+        return np.asarray(self._distribution.rvs(size=count, random_state=rng))
+
+    def log_density(self, eta: FloatArray) -> FloatArray:
+        """Return the log density at eta (n, 4); shape (n,)."""
+        return np.asarray(self._distribution.logpdf(eta))
+
+    @property
+    def _distribution(self) -> Any:  # noqa: ANN401
+        return multivariate_t(self.mean, self.scale, df=DEGREES_OF_FREEDOM)
+
+
+def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentProposal:
+    """Return a wide proposal with the mean and covariance of weighted draws (n, 4).
+
+    Where few draws carry the weight, it is flattened to a power below one until enough do.
+    """
+    weight = normalised(_tempering(log_weight) * log_weight)
+    mean = weight @ eta
+    centred = eta - mean
+    covariance = centred.T @ (centred * weight[:, None])
+    return StudentProposal(mean, WIDENING * covariance + RIDGE * np.eye(len(mean)))
+
+
+def _tempering(log_weight: FloatArray) -> float:
+    finite = log_weight[np.isfinite(log_weight)]
+    wanted = min(TEMPERED_DRAWS, 0.5 * len(finite))
+    if effective_draws(normalised(finite)) >= wanted:
+        return 1.0
+    return float(
+        brentq(lambda power: effective_draws(normalised(power * finite)) - wanted, 0.0, 1.0, xtol=1e-6)
+    )
+
+
+KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
+
+
+@dataclass(frozen=True)
+class FittedProposal:
+    """A Student distribution of eta as a density over phi within the prior's box."""
+
+    student: StudentProposal
+    prior: JointPriorSettings
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        """Draw phi (draws, 4), never onto the faces of the box."""
+        low, high = bounds(self.prior)
+        phi = from_logit(self.student.draw(draws, np.random.default_rng(seed)), self.prior)
+        return np.asarray(np.clip(phi, np.nextafter(low, high), np.nextafter(high, low)))
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        """Return log q(phi) = log q(eta) - log |d phi / d eta| of phi (n, 4); shape (n,)."""
+        eta = to_logit(phi, self.prior)
+        return np.asarray(self.student.log_density(eta) - log_jacobian(eta, self.prior))
+
+
+@dataclass(frozen=True)
+class PairProposal:
+    """A first proposal with the share ``KEPT_SHARE``, and a fitted one with the rest."""
+
+    first: Proposal
+    fitted: Proposal
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        """Draw phi (draws, 4): as many from each as its share says."""
+        kept = round(KEPT_SHARE * draws)
+        seeds = [integer_seed(seed, "refinement", name) for name in ("first", "fitted")]
+        return np.concatenate([self.first.draw(kept, seeds[0]), self.fitted.draw(draws - kept, seeds[1])])
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        """Return the log density of the mixture at phi (n, 4); shape (n,)."""
+        parts = [self.first.log_density(phi), self.fitted.log_density(phi)]
+        shares = np.array([[KEPT_SHARE], [1.0 - KEPT_SHARE]])
+        return np.asarray(logsumexp(np.stack(parts), axis=0, b=shares))
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A proposal good enough to be weighted, or the last that was tried.
+
+    Attributes:
+        proposal: The proposal.
+        efficiency: Efficiency of the first proposal, and of each that was fitted after it.
+    """
+
+    proposal: Proposal
+    efficiency: tuple[float, ...]
+
+
+def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings, seed: int) -> Refined:
+    """Return ``first`` where its weights are efficient, or else a mixture of it and a fitted proposal.
+
+    Args:
+        model: Prior and exact likelihood of the recording.
+        first: The proposal to begin with.
+        settings: When to stop.
+        seed: Seed of everything.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw of a round.
+    """
+    proposal, found, prior = first, [], model.settings.prior
+    for number in range(settings.max_rounds + 1):
+        stream = integer_seed(seed, "refinement", number)
+        weighted = weigh(model, proposal, settings.draws, settings.prior_fraction, stream)
+        found.append(weighted.efficiency)
+        if weighted.efficiency >= settings.min_efficiency or number == settings.max_rounds:
+            break
+        student = fitted_proposal(to_logit(weighted.phi, prior), weighted.log_weight)
+        proposal = PairProposal(first, FittedProposal(student, prior))
+    return Refined(proposal, tuple(found))
+
+
+def refined_posterior(
+    model: LikelihoodModel,
+    network: Proposal,
+    settings: ExactSettings,
+    refinement: RefinementSettings,
+    seed: int,
+    *name: str | int,
+) -> tuple[ExactPosterior, tuple[float, ...]]:
+    """Draw from the exact posterior of a recording that the network may not know well.
+
+    Returns:
+        The posterior, with the network's own draws beside it, and the efficiency of the network and of
+        each proposal that was fitted after it.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw of a round.
+    """
+    seeds = [integer_seed(seed, *name, part) for part in ("refined", "exact", "npe")]
+    refined = refine(model, network, refinement, seeds[0])
+    exact = exact_posterior(model, refined.proposal, settings, seeds[1])
+    return replace(exact, npe_phi=network.draw(settings.draws, seeds[2])), refined.efficiency

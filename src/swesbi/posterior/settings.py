@@ -1,0 +1,82 @@
+"""Settings of the posteriors: the paper's draws, the exact posterior, its refinement."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import Field, model_validator
+
+from swesbi.base import Level, Settings
+
+
+class McmcSettings(Settings):
+    """The ensemble sampler that takes over where importance weights fail."""
+
+    ensembles: int = Field(ge=4, description="independent ensembles, each a chain of R-hat")
+    walkers: int = Field(ge=16, description="walkers of an ensemble; even")
+    steps: int = Field(ge=10, description="steps of each walker in a round; rounds follow until both are met")
+    max_steps: int = Field(ge=10, description="steps after which a sampler that has not converged gives up")
+    warm_up_fraction: float = Field(ge=0.1, lt=1.0, description="first share of all steps, left out")
+    max_r_hat: float = Field(gt=1.0, description="largest rank-normalised split R-hat of a converged sampler")
+    min_effective_draws: int = Field(ge=1, description="least effective draws of a converged sampler")
+
+    @model_validator(mode="after")
+    def _check_sizes(self) -> Self:
+        if self.walkers % 2:
+            raise ValueError(f"walkers = {self.walkers}: an ensemble moves in halves; take an even number")
+        if self.max_steps < self.steps:
+            raise ValueError(f"max_steps = {self.max_steps} is less than one round, steps = {self.steps}")
+        return self
+
+    @property
+    def start_points(self) -> int:
+        """Walkers of all ensembles together."""
+        return self.ensembles * self.walkers
+
+    @property
+    def least_draws(self) -> int:
+        """Draws that are left of one round without its warm-up."""
+        return self.start_points * (self.steps - warm_up_steps(self.steps, self.warm_up_fraction))
+
+
+class ExactSettings(Settings):
+    """Importance weighting, its criteria, and what is kept."""
+
+    proposal_draws: int = Field(ge=100, description="draws from the proposal, each simulated and weighted")
+    prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
+    max_k_hat: float = Field(gt=0.0, le=1.0, description="of the Pareto shape, and 1 - 1/log10(draws)")
+    min_efficiency: float = Field(gt=0.0, lt=1.0, description="least effective share of the draws")
+    draws: int = Field(ge=1, description="equally weighted draws that are kept")
+    interval: float = Field(gt=0.0, lt=1.0, description="mass of the equal-tailed credible interval")
+    mcmc: McmcSettings
+
+    @model_validator(mode="after")
+    def _check_draws(self) -> Self:
+        if self.draws > self.mcmc.least_draws:
+            raise ValueError(
+                f"draws = {self.draws}, but a round of the sampler leaves only {self.mcmc.least_draws}; "
+                "raise mcmc.steps or lower draws"
+            )
+        return self
+
+
+class RefinementSettings(Settings):
+    """When a proposal is refined, and how far."""
+
+    draws: int = Field(ge=200, description="draws weighted in each round")
+    prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
+    min_efficiency: float = Field(gt=0.0, lt=1.0, description="efficiency at which a proposal is good enough")
+    max_rounds: int = Field(ge=0, description="fitted proposals at most")
+
+
+def warm_up_steps(steps: int, fraction: float) -> int:
+    """Return how many of the first steps are left out."""
+    return round(fraction * steps)
+
+
+class PosteriorSettings(Settings):
+    """What is kept of the candidates, and the credible interval."""
+
+    draws: int = Field(ge=1, description="in-prior draws kept, at most")
+    unfiltered_draws: int = Field(ge=1, description="first candidates kept as they came")
+    interval: Level = Field(description="mass of the equal-tailed credible interval")

@@ -1,0 +1,246 @@
+"""Checking a cohort before anything runs on it: every problem of every file, or what it comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from swesbi.recording.files import (
+    PROTOCOL,
+    RECORDINGS,
+    SUBJECTS,
+    SUFFIXES,
+    check_file,
+    find_recording,
+    read_samples,
+)
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.samples import Samples, rejection
+from swesbi.recording.settings import ContextRow, RecordingSettings, is_subject
+from swesbi.recording.subjects import SubjectTable, examine_subjects
+from swesbi.recording.table import read_bytes
+
+SEE_TEMPLATE: Final = "`python -m swesbi template FOLDER` writes one to start from"
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """What the cohort says of its own recordings, as far as the study uses it."""
+
+    origin: str
+
+
+def read_protocol(cohort: Path, settings: RecordingSettings) -> Protocol:
+    """Read ``recording.yaml``, which must agree with the settings of ingestion where it says the same.
+
+    Raises:
+        RecordingError: The file is missing, no YAML mapping, lacks ``origin``, or disagrees.
+    """
+    path = cohort / PROTOCOL
+    check_file(path, cohort)
+    plain = _mapping(path)
+    origin = plain.get("origin")
+    problems = [*_disagreements(path, plain, settings)]
+    if not isinstance(origin, str) or not origin.strip():
+        remedy = "say in a few words who or what was recorded"
+        problems.append(Problem(str(path), "has no text under the key `origin`", remedy))
+    raise_any(problems)
+    return Protocol(str(origin).strip())
+
+
+def _mapping(path: Path) -> Mapping[str, Any]:
+    try:
+        plain = yaml.safe_load(read_bytes(path).decode("utf-8-sig"))
+    # a ValueError for text that is no UTF-8, and for dates that are none
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        reason = " ".join(f"cannot be read as YAML ({error})".split())
+        raise RecordingError(Problem(str(path), reason, SEE_TEMPLATE)) from error
+    if not isinstance(plain, dict):
+        reason = f"holds {type(plain).__name__}, expected keys with values"
+        raise RecordingError(Problem(str(path), reason, SEE_TEMPLATE))
+    return plain
+
+
+def _disagreements(path: Path, plain: Mapping[str, Any], settings: RecordingSettings) -> list[Problem]:
+    protocol = plain.get("protocol") or {}
+    if not isinstance(protocol, dict):
+        return [Problem(str(path), "has no keys under `protocol`", SEE_TEMPLATE)]
+    said = {
+        "density_kg_m3": ("density_kg_m3", plain.get("density_kg_m3"), settings.density_kg_m3),
+        "protocol.phases": ("phases", protocol.get("phases"), settings.phases),
+    }
+    return [
+        Problem(
+            str(path),
+            f"{key} is {here!r}, but recording.{name} in config.yaml is {there:g}",
+            "correct the one that is wrong",
+        )
+        for key, (name, here, there) in said.items()
+        if here is not None and here != there
+    ]
+
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One subject whose recording can be used.
+
+    Attributes:
+        samples: The raw recording, N samples.
+        verdict: Index of the reason for which each sample is rejected, -1 where accepted; shape (N,).
+        observation: The observed curve.
+    """
+
+    samples: Samples
+    verdict: NDArray[np.int64]
+    observation: Observation
+
+
+@dataclass(frozen=True)
+class CohortReport:
+    """What a cohort holds.
+
+    Attributes:
+        subjects: The subjects without a problem, in the order of ``subjects.csv``.
+        origin: Where the recordings come from; empty if the cohort does not say.
+        problems: Everything that must be corrected.
+        notes: What is odd, and harmless.
+    """
+
+    subjects: tuple[Checked, ...]
+    origin: str
+    problems: tuple[Problem, ...]
+    notes: tuple[str, ...]
+
+
+def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) -> CohortReport:
+    """Check every file of a cohort, and ingest every recording, without writing anything.
+
+    Args:
+        cohort: Folder with ``subjects.csv``, ``recording.yaml`` and ``swe/``.
+        settings: Quality control and completeness.
+        grid_points: Number of points of the analysis grid.
+    """
+    if not cohort.is_dir():
+        absent = Problem(str(cohort), "is no folder", "correct the path; `template` starts a new cohort")
+        return CohortReport((), "", (absent,), ())
+    problems: list[Problem] = []
+    table = _collect(problems, partial(_subjects, cohort)) or SubjectTable(_recorded(cohort), {}, ())
+    problems.extend(table.problems)
+    protocol = _collect(problems, partial(read_protocol, cohort, settings)) or Protocol("")
+    check = partial(_check, cohort, rows=table.rows, settings=settings, grid_points=grid_points)
+    checked = [_collect(problems, partial(check, name)) for name in table.names]
+    subjects = tuple(subject for subject in checked if subject)
+    return CohortReport(subjects, protocol.origin, tuple(problems), _notes(cohort, table.names))
+
+
+def _collect(problems: list[Problem], read: Callable[[], Value]) -> Value | None:
+    """Return what ``read`` returns, or None after noting its problems."""
+    try:
+        return read()
+    except RecordingError as error:
+        problems.extend(error.problems)
+        return None
+
+
+def _subjects(cohort: Path) -> SubjectTable:
+    check_file(cohort / SUBJECTS, cohort)
+    return examine_subjects(cohort / SUBJECTS)
+
+
+def _check(
+    cohort: Path, name: str, rows: Mapping[str, ContextRow], settings: RecordingSettings, grid_points: int
+) -> Checked | None:
+    """Read and ingest one recording; a subject whose row is wrong has its recording read all the same."""
+    path = find_recording(cohort, name)
+    samples = read_samples(path, settings.phases, settings.density_kg_m3)
+    if name not in rows:
+        return None
+    observation = ingest(samples, rows[name].to_context(), settings, grid_points)
+    return Checked(samples, rejection(samples, settings), observation)
+
+
+def _recorded(cohort: Path) -> tuple[str, ...]:
+    """Return the subjects that have a recording, whatever ``subjects.csv`` says."""
+    files = (path for path in _files(cohort) if path.suffix in SUFFIXES and is_subject(path.stem))
+    return tuple(dict.fromkeys(path.stem for path in files))
+
+
+def _notes(cohort: Path, names: tuple[str, ...]) -> tuple[str, ...]:
+    unused = [path.name for path in _files(cohort) if path.stem not in names]
+    if not unused:
+        return ()
+    return (f"{cohort / RECORDINGS}: not used, since subjects.csv does not name them: {', '.join(unused)}",)
+
+
+def _files(cohort: Path) -> list[Path]:
+    """Return what lies beside the recordings' places; names from ``_`` or ``.`` on are not meant as such."""
+    folder = cohort / RECORDINGS
+    found = folder.iterdir() if folder.is_dir() else ()
+    return sorted(path for path in found if not path.name.startswith(("_", ".")))
+
+
+HEADER: Final = (
+    "subject",
+    "phases",
+    "accepted",
+    "rejected",
+    "SE of c_s",
+    "largest",
+    "repeats",
+    "samples",
+    "E (kPa)",
+    "rejected, by reason",
+)
+
+
+LEGEND: Final = (
+    "phases: measured of gated. SE of c_s: standard error of a phase's mean shear-wave speed, median and\n"
+    "largest. repeats, samples: relative standard deviation between repeats, and between samples of one.\n"
+    "E: apparent Young's modulus of the measured phases, lowest to highest."
+)
+
+
+def summary(report: CohortReport) -> str:
+    """Return a table with one line a subject, and what its columns mean."""
+    rows = [HEADER, *(_row(subject.observation) for subject in report.subjects)]
+    return "\n".join([*_aligned(rows), "", LEGEND])
+
+
+def _row(observed: Observation) -> tuple[str, ...]:
+    relative = (observed.speed_se_m_s / observed.speed_m_s)[observed.measured]
+    stiffness = observed.stiffness_kpa[observed.measured]
+    reasons = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count)
+    return (
+        observed.subject,
+        f"{int(observed.measured.sum())}/{len(observed.phase)}",
+        str(int(observed.samples_accepted.sum())),
+        str(int(observed.samples_rejected.sum())),
+        f"{float(np.median(relative)):.1%}",
+        f"{float(relative.max()):.1%}",
+        f"{observed.noise.repeat_fraction:.1%}",
+        f"{observed.noise.sample_fraction:.1%}",
+        f"{stiffness.min():.1f}-{stiffness.max():.1f}",
+        reasons or "none",
+    )
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Pad the cells: the first and the last column to the left, numbers to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for first, *middle, last in rows:
+        numbers = [cell.rjust(width) for cell, width in zip(middle, widths[1:-1], strict=True)]
+        lines.append("  ".join([first.ljust(widths[0]), *numbers, last]))
+    return lines

@@ -1,0 +1,216 @@
+"""Variance components of repeated speeds: a nested mixed model, fitted by restricted maximum likelihood.
+
+The log speed of sample j of repeat r in cell i (one phase of one subject) is
+
+    y_irj = mu_i + u_ir + e_irj,    u_ir ~ N(0, s_rep^2),    e_irj ~ N(0, s_sam^2),
+
+a mixed model with fixed cells, random repeats and any numbers of repeats and samples. Since repeats lie
+within cells, the restricted likelihood (Patterson and Thompson 1971, Biometrika 58:545) falls apart into
+sums over repeats and cells, and needs no matrix: a library's general solver holds one column a cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+from scipy.stats import chi2
+
+from swesbi.artefacts import Variable
+from swesbi.recording.samples import Samples
+from swesbi.recording.speed import phase_trend, repeat_means
+
+FloatArray = NDArray[np.float64]
+
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class RepeatLevels:
+    """The repeats of one or more recordings, R of them; with the cells they are sufficient statistics.
+
+    Attributes:
+        cell: Subject and phase of each repeat as a number from 0, without gaps; shape (R,).
+        size: Accepted samples; shape (R,).
+        mean: Mean of the log speeds (c in m/s), the trend of the repeat's beat taken out; shape (R,).
+        scatter: Sum of squared deviations of the samples' log speeds from their mean; shape (R,).
+    """
+
+    cell: IntArray
+    size: IntArray
+    mean: FloatArray
+    scatter: FloatArray
+
+    @property
+    def samples(self) -> int:
+        """Number of accepted samples."""
+        return int(self.size.sum())
+
+    @property
+    def repeats(self) -> int:
+        """Number of repeats R."""
+        return len(self.size)
+
+    @property
+    def cells(self) -> int:
+        """Number of measured phases, over the recordings."""
+        return int(self.cell.max(initial=-1)) + 1
+
+
+def repeat_levels(samples: Samples, accepted: NDArray[np.bool_]) -> RepeatLevels:
+    """Reduce the accepted samples of one recording to its repeats.
+
+    Repeats at one delay fall into beats of different RR, so at slightly different phases. What they
+    differ by on the slope of the curve is no error, since the phase is averaged like the speed; it is
+    taken out (:func:`swesbi.recording.speed.phase_trend`).
+
+    Args:
+        samples: The recording, N samples.
+        accepted: Which samples passed quality control; shape (N,).
+    """
+    repeats = repeat_means(samples, accepted)
+    keys = [samples.phase_index[accepted], samples.repeat[accepted]]
+    log_speed = pd.Series(np.log(samples.speed_m_s[accepted]))
+    mean = log_speed.groupby(keys).mean().to_numpy()
+    deviation = log_speed - log_speed.groupby(keys).transform("mean")
+    trend = np.log1p(phase_trend(repeats).to_numpy())
+    return RepeatLevels(
+        cell=np.unique(repeats["phase_index"], return_inverse=True)[1].astype(np.int64),
+        size=repeats["size"].to_numpy(np.int64),
+        mean=np.asarray(mean - trend, dtype=np.float64),
+        scatter=np.asarray((deviation**2).groupby(keys).sum(), dtype=np.float64),
+    )
+
+
+def joined(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
+    """Join recordings; no two share a cell."""
+    first = np.cumsum([0, *(levels.cells for levels in recordings)])
+    return RepeatLevels(
+        cell=np.concatenate([levels.cell + n for levels, n in zip(recordings, first, strict=False)]),
+        size=np.concatenate([levels.size for levels in recordings]),
+        mean=np.concatenate([levels.mean for levels in recordings]),
+        scatter=np.concatenate([levels.scatter for levels in recordings]),
+    )
+
+
+LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement
+
+
+SMALLEST_SD: Final = 1e-4
+
+
+TOLERANCE: Final = 1e-6
+
+
+STEP: Final = 0.02  # relative, of the second difference behind the standard error
+
+
+@dataclass(frozen=True)
+class ComponentEstimate:
+    """One variance component as a relative standard deviation of the speed, estimated by REML.
+
+    The standard error is from the curvature of the profile likelihood; the lower limit is 0 where zero is
+    within the interval.
+    """
+
+    fraction: Annotated[float, Variable("", "1", "relative standard deviation of the speed, {whose}")]
+    standard_error: Annotated[float, Variable("", "1", "its standard error{none}")]
+    low: Annotated[float, Variable("", "1", "lower limit of its {kind}interval")]
+    high: Annotated[float, Variable("", "1", "upper limit")]
+
+
+def log_restricted_likelihood(levels: RepeatLevels, repeat_sd: float, sample_sd: float) -> float:
+    """Return the restricted log likelihood, but for a constant.
+
+    With v_r = s_rep^2 + s_sam^2 / n_r the variance of a repeat mean and w_r = 1 / v_r, it is
+
+        -1/2 [(N - R) log s_sam^2 + S / s_sam^2 + sum_r log v_r + sum_i log sum_{r in i} w_r
+              + sum_r w_r (m_r - m_i)^2]
+
+    where S is the scatter within repeats, m_r the repeat means and m_i their weighted mean in the cell.
+
+    Args:
+        levels: R repeats with N samples.
+        repeat_sd: s_rep.
+        sample_sd: s_sam, above zero.
+    """
+    weight = 1.0 / (repeat_sd**2 + sample_sd**2 / levels.size)
+    of_cell = np.bincount(levels.cell, weight)
+    centre = np.bincount(levels.cell, weight * levels.mean) / of_cell
+    between = float((weight * (levels.mean - centre[levels.cell]) ** 2).sum())
+    within = (levels.samples - levels.repeats) * np.log(sample_sd**2) + levels.scatter.sum() / sample_sd**2
+    return -0.5 * float(within - np.log(weight).sum() + np.log(of_cell).sum() + between)
+
+
+def fit_components(
+    levels: RepeatLevels, interval: float
+) -> tuple[ComponentEstimate, ComponentEstimate, float]:
+    """Fit both components; return those of repeats and of samples, and the maximum of the likelihood.
+
+    Args:
+        levels: Repeats of any number of recordings.
+        interval: Mass of the intervals.
+
+    Raises:
+        ValueError: No phase has two repeats, or no repeat two samples: a component cannot be told.
+    """
+    _check(levels)
+
+    def given_repeat(repeat_sd: float) -> float:
+        return _highest(lambda sample_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
+
+    def given_sample(sample_sd: float) -> float:
+        return _highest(lambda repeat_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
+
+    repeat_sd, top = _highest(given_repeat)
+    sample_sd, _ = _highest(given_sample)
+    if given_repeat(0.0) >= top:
+        repeat_sd, top = 0.0, given_repeat(0.0)
+    drop = 0.5 * float(chi2.ppf(interval, 1))
+    return _estimate(given_repeat, repeat_sd, drop), _estimate(given_sample, sample_sd, drop), top
+
+
+def _check(levels: RepeatLevels) -> None:
+    if levels.repeats <= levels.cells:
+        raise ValueError("no phase was measured twice: the noise between repeats cannot be told")
+    if levels.samples <= levels.repeats:
+        raise ValueError("no repeat has two accepted samples: the noise between samples cannot be told")
+    if not levels.scatter.sum() > 0:
+        raise ValueError("all samples of a repeat are equal: the recordings hold no noise to estimate")
+
+
+def _highest(function: Callable[[float], float]) -> tuple[float, float]:
+    """Return where a function of a standard deviation is highest, and how high; searched in the log."""
+    found = minimize_scalar(
+        lambda x: -function(float(np.exp(x))),
+        bounds=(np.log(SMALLEST_SD), np.log(LARGEST_SD)),
+        method="bounded",
+        options={"xatol": TOLERANCE},
+    )
+    return float(np.exp(found.x)), float(-found.fun)
+
+
+def _estimate(profile: Callable[[float], float], at: float, drop: float) -> ComponentEstimate:
+    """Return the interval in which a profile likelihood lies at most ``drop`` below its maximum."""
+    top = profile(at)
+
+    def above(sd: float) -> float:
+        return profile(sd) - top + drop
+
+    low = brentq(above, SMALLEST_SD, at) if at > SMALLEST_SD and above(SMALLEST_SD) < 0 else 0.0
+    high = brentq(above, max(at, SMALLEST_SD), LARGEST_SD)
+    return ComponentEstimate(at, _standard_error(profile, at, top), float(low), float(high))
+
+
+def _standard_error(profile: Callable[[float], float], at: float, top: float) -> float:
+    if at <= SMALLEST_SD:
+        return float("nan")
+    step = STEP * at
+    curvature = (2.0 * top - profile(at + step) - profile(at - step)) / step**2
+    return float(1.0 / np.sqrt(curvature)) if curvature > 0 else float("nan")

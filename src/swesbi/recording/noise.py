@@ -1,0 +1,253 @@
+"""The noise of the measured speeds, estimated from the repeats of the whole cohort."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Final, Protocol
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from swesbi.artefacts import (
+    Part,
+    Variable,
+    build_dataset,
+    from_dataset,
+    from_rows,
+    load,
+    register,
+    schema_of,
+    values_of,
+)
+from swesbi.recording.components import (
+    ComponentEstimate,
+    RepeatLevels,
+    fit_components,
+    joined,
+    log_restricted_likelihood,
+)
+from swesbi.recording.speed import NoiseComponents
+
+
+@dataclass(frozen=True)
+class NoiseEstimate:
+    """Both components, from so many repeats and samples.
+
+    Attributes:
+        repeat: Between repeats, common to the samples of one.
+        sample: Between the spatial samples of a repeat.
+        repeats: Over the phases.
+        samples: Of all repeats.
+    """
+
+    repeat: ComponentEstimate
+    sample: ComponentEstimate
+    repeats: Annotated[int, Variable("", "1", "repeats with accepted samples")]
+    samples: Annotated[int, Variable("", "1", "accepted samples")]
+
+
+@dataclass(frozen=True)
+class CohortNoise:
+    """Relative standard deviations of the speed over a cohort.
+
+    Attributes:
+        pooled: Components common to all recordings.
+        by_subject: Those of each recording alone; for comparison, not used for standard errors.
+        interval: Of all of them.
+        homogeneity_p: By the likelihood ratio; NaN for one recording.
+    """
+
+    pooled: NoiseEstimate
+    by_subject: Mapping[str, NoiseEstimate]
+    interval: Annotated[float, Variable("", "1", "mass of the intervals")]
+    homogeneity_p: Annotated[float, Variable("", "1", "p-value: all recordings share their components")]
+
+    @property
+    def components(self) -> NoiseComponents:
+        """The pooled components, as a recording has its own."""
+        return NoiseComponents(self.pooled.repeat.fraction, self.pooled.sample.fraction)
+
+    @property
+    def repeat_fraction(self) -> float:
+        """Relative standard deviation between repeats."""
+        return self.pooled.repeat.fraction
+
+    @property
+    def sample_fraction(self) -> float:
+        """Relative standard deviation between samples of a repeat."""
+        return self.pooled.sample.fraction
+
+
+def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> CohortNoise:
+    """Fit a mixed model to the log speeds of a cohort by REML.
+
+    Every phase of every subject has a mean of its own (fixed), repeats and samples are random; the
+    components are common to all. Sharing them is tested by the likelihood ratio against a fit of each
+    recording, chi-squared with 2 (subjects - 1) degrees of freedom.
+
+    Args:
+        recordings: Repeats of each subject's recording, by subject.
+        interval: Mass of the profile-likelihood intervals.
+
+    Raises:
+        ValueError: There is no recording, or a component cannot be told; the message says of whom.
+    """
+    if not recordings:
+        raise ValueError("there is no recording to estimate noise from")
+    fits = {name: _fit_one(name, levels, interval) for name, levels in recordings.items()}
+    pooled, top = _fit_one("all subjects", joined(tuple(recordings.values())), interval)
+    freedom = 2 * (len(fits) - 1)
+    ratio = 2.0 * (sum(own for _, own in fits.values()) - top)
+    p_value = float(chi2.sf(max(ratio, 0.0), freedom)) if freedom else float(np.nan)
+    by_subject = {name: estimate for name, (estimate, _) in fits.items()}
+    return CohortNoise(pooled, by_subject, interval, p_value)
+
+
+def _fit_one(name: str, levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, float]:
+    try:
+        repeat, sample, top = fit_components(levels, interval)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+    return NoiseEstimate(repeat, sample, levels.repeats, levels.samples), top
+
+
+FloatArray = NDArray[np.float64]
+
+
+class Components(Protocol):
+    """Anything with two relative standard deviations: of a cohort or of one recording."""
+
+    @property
+    def repeat_fraction(self) -> float:
+        """Relative standard deviation between repeats."""
+
+    @property
+    def sample_fraction(self) -> float:
+        """Relative standard deviation between samples of a repeat."""
+
+
+def relative_se(samples_by_repeat: NDArray[np.int64], noise: Components) -> FloatArray:
+    """Return the standard error of each phase's mean speed as a fraction of it; shape (p,).
+
+    The mean is over repeat means, so with R repeats of n_r accepted samples it is
+    sqrt(sum_r (s_rep^2 + s_sam^2 / n_r)) / R; repeats without an accepted sample do not count.
+
+    Args:
+        samples_by_repeat: Accepted samples of each repeat; shape (p, repeats).
+        noise: The components.
+
+    Returns:
+        NaN at phases without an accepted sample.
+    """
+    counted = samples_by_repeat > 0
+    per_repeat = noise.repeat_fraction**2 + noise.sample_fraction**2 / np.maximum(samples_by_repeat, 1)
+    repeats = counted.sum(axis=1)
+    variance = np.where(counted, per_repeat, 0.0).sum(axis=1)
+    return np.where(repeats > 0, np.sqrt(variance) / np.maximum(repeats, 1), np.nan)
+
+
+@dataclass(frozen=True)
+class NoiseComparison:
+    """One recording's noise beside the cohort's.
+
+    Attributes:
+        own: REML components of the recording alone.
+        statistic: Likelihood ratio, twice the log of it.
+        p_value: Of the ratio, chi-squared with two degrees of freedom.
+    """
+
+    own: NoiseComponents
+    statistic: float
+    p_value: float
+
+
+def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float = 0.9) -> NoiseComparison:
+    """Test by the restricted likelihood ratio that a recording has the cohort's components.
+
+    The cohort's own uncertainty is left out, as it is where its components give the standard errors.
+
+    Args:
+        levels: Repeats of the recording.
+        cohort: The cohort's components.
+        interval: Mass of the intervals that are fitted along the way.
+
+    Raises:
+        ValueError: A component of the recording cannot be told.
+    """
+    repeat, sample, top = fit_components(levels, interval)
+    given = log_restricted_likelihood(levels, cohort.repeat_fraction, cohort.sample_fraction)
+    ratio = max(0.0, 2.0 * (top - given))
+    own = NoiseComponents(repeat.fraction, sample.fraction)
+    return NoiseComparison(own, ratio, float(chi2.sf(ratio, 2)))
+
+
+COMPONENTS: Final = ("repeat", "sample")
+
+
+VALUES: Final = schema_of(ComponentEstimate)["/"]
+
+
+POOLED: Final = Part(
+    along="component",
+    words={"whose": "common to the cohort", "none": ", NaN at zero", "kind": "profile-likelihood "},
+)
+
+
+OWN: Final = Part(
+    "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
+)
+
+
+COUNTS: Final = schema_of(NoiseEstimate)["/"]
+
+
+SCHEMA: Final = {
+    "component": Variable("component", "1", "between repeats, between samples of a repeat"),
+    "subject": Variable("subject", "1", "subjects of the cohort"),
+    **POOLED.place_all(VALUES),
+    **COUNTS,
+    **OWN.place_all(VALUES),
+    **Part("subject_{}", "subject").place_all(COUNTS),
+    **schema_of(CohortNoise)["/"],
+}
+
+
+KIND: Final = register("noise", {"/": SCHEMA})
+
+
+def to_dataset(noise: CohortNoise) -> xr.Dataset:
+    """Return the artefact's content; subjects in the order of the cohort."""
+    own = tuple(noise.by_subject.values())
+    values: dict[str, Any] = {name: _table((noise.pooled,), name)[0] for name in VALUES}
+    values |= {f"subject_{name}": _table(own, name) for name in VALUES}
+    values |= {f"subject_{name}": np.array([getattr(one, name) for one in own]) for name in COUNTS}
+    values |= {"component": list(COMPONENTS), "subject": list(noise.by_subject)}
+    return build_dataset(SCHEMA, values | values_of(noise.pooled)["/"] | values_of(noise)["/"])
+
+
+def read_noise(path: Path) -> CohortNoise:
+    """Read the noise of a cohort.
+
+    Raises:
+        ArtefactError: The file is no such artefact.
+    """
+    data, _ = load(path, KIND)
+    names = [name for name in data if str(name).startswith("subject_")]
+    own = data[names].rename({name: str(name).removeprefix("subject_") for name in names})
+    by_subject = {
+        str(name): _estimate(own.isel(subject=index)) for index, name in enumerate(own["subject"].to_numpy())
+    }
+    return from_dataset(CohortNoise, data, pooled=_estimate(data), by_subject=by_subject)
+
+
+def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.array([[getattr(getattr(one, part), name) for part in COMPONENTS] for one in estimates])
+
+
+def _estimate(data: xr.Dataset) -> NoiseEstimate:
+    repeat, sample = from_rows(ComponentEstimate, data, "component")
+    return from_dataset(NoiseEstimate, data, repeat=repeat, sample=sample)

@@ -1,0 +1,60 @@
+"""Write an empty, commented cohort to be filled with recordings."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Final
+
+from swesbi.recording.files import PROTOCOL, RECORDINGS, SUBJECTS
+
+EXIT_REFUSED: Final = 2
+
+
+TEMPLATES: Final = {
+    SUBJECTS: "subjects.csv",
+    PROTOCOL: "recording.yaml",
+    f"{RECORDINGS}/_example.csv": "example.csv",
+}
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run `template`; return 0, or 2 if there is something already."""
+    folder: Path = _parser().parse_args(arguments).cohort
+    if folder.is_symlink() or (folder.exists() and not (folder.is_dir() and not any(folder.iterdir()))):
+        message = f"{folder}: is there already, and is left as it is; name a folder that is new or empty"
+        print(f"swesbi: {message}", file=sys.stderr)
+        return EXIT_REFUSED
+    for path in write_template(folder):
+        print(f"wrote {path}")
+    print(f"Fill them in, add swe/<subject>.csv or .mat, then: python -m swesbi validate {folder}")
+    return 0
+
+
+def write_template(folder: Path) -> list[Path]:
+    """Write the files of an empty cohort, and return their paths.
+
+    Raises:
+        FileExistsError: One of them is there.
+    """
+    (folder / RECORDINGS).mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, template in TEMPLATES.items():
+        text = files("swesbi.recording").joinpath("templates", template).read_text(encoding="utf-8")
+        with (folder / name).open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        written.append(folder / name)
+    return written
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m swesbi template",
+        description="Write an empty, commented cohort: subjects.csv, recording.yaml and the header of a "
+        "recording. Nothing is ever overwritten.",
+    )
+    parser.add_argument("cohort", type=Path, help="folder to make; it must be new or empty")
+    return parser

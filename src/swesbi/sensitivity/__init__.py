@@ -1,1 +1,0 @@
-"""What the exact posteriors owe to choices that could have been made otherwise."""

@@ -1,1 +1,0 @@
-"""Simulations from the prior: what the network learns from."""

@@ -1,0 +1,1 @@
+"""How the study is run: its stages, jobs, commands, and looking into what it left."""

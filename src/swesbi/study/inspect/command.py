@@ -1,0 +1,232 @@
+"""Shows what files of the study hold and how they were made; compares two runs; checks checksums."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.files import check_whole
+from swesbi.study.inspect.diff import ArrayDifference, FileDifference, RunDifference, compare_runs
+from swesbi.study.inspect.read import FACTS, ORIGIN, READERS, SETTINGS, Array, Content, read
+
+HEADER: Final = ("array", "dimensions", "units", "missing", "min", "median", "mean", "max", "meaning")
+
+
+LEFT: Final = frozenset({"file", "array", "dimensions", "units", "meaning"})
+
+
+DIFFERENCES: Final = ("file", "array", "units", "max abs", "max rel", "meaning")
+
+
+VERDICTS: Final = "support.json"
+
+
+SHOWN_TEXTS: Final = 4
+
+
+SHOWN_FILES: Final = 3
+
+
+def as_lines(content: Content) -> list[str]:
+    """Return what a file is, how it was made, and a row for each of its arrays."""
+    lines = [str(content.path), f"  {content.what}"]
+    lines += [f"  {content.integrity}"] if content.integrity else []
+    for title, facts in content.sections.items():
+        lines += [f"  {title}:", *_pairs(facts)] if facts else []
+    if content.arrays:
+        lines += ["  arrays:", *(f"    {line}" for line in table(list(map(_row, content.arrays))))]
+    return lines
+
+
+def difference_lines(difference: RunDifference) -> list[str]:
+    """Return what differs, from what was asked for to what came out: settings, code, verdicts, numbers."""
+    files = difference.files
+    verdicts = [file for file in files if file.path.name == VERDICTS]
+    others = [file for file in files if file.path.name != VERDICTS]
+    sections = {
+        "only in the first": [str(path) for path in difference.only_first],
+        "only in the second": [str(path) for path in difference.only_second],
+        "damaged, so not compared": [message for file in files for message in file.damage],
+        "settings": _grouped(files, SETTINGS),
+        "code and origin": _grouped(files, ORIGIN),
+        "verdicts": [
+            f"{file.path.parent}: {key}: {one} -> {two}"
+            for file in verdicts
+            for key, (one, two) in file.changes.get(FACTS, {}).items()
+        ],
+        "what files say": _grouped(others, FACTS),
+        "arrays": _changed_arrays(files),
+        "other files whose bytes differ": [str(file.path) for file in files if _is_opaque(file)],
+    }
+    lines = [f"{difference.common} files in both, {len(files)} of them differ"]
+    for title, shown in sections.items():
+        lines += [f"{title}:", *(f"  {line}" for line in shown)] if shown else []
+    return [*lines, "the runs are equal" if difference.is_empty else "the runs differ"]
+
+
+def _pairs(facts: Mapping[str, str]) -> list[str]:
+    width = max(map(len, facts))
+    return [f"    {name:<{width}}  {value}" for name, value in facts.items()]
+
+
+def table(rows: Sequence[Sequence[str]], header: Sequence[str] = HEADER) -> list[str]:
+    """Return rows of text as aligned lines below a header, numbers to the right."""
+    widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
+    return [
+        "  ".join(
+            text.ljust(width) if name in LEFT else text.rjust(width)
+            for text, width, name in zip(row, widths, header, strict=True)
+        ).rstrip()
+        for row in (header, *rows)
+    ]
+
+
+def _row(array: Array) -> tuple[str, ...]:
+    sizes = zip(array.dims, array.values.shape, strict=True)
+    dims = " x ".join(f"{name} {size}" for name, size in sizes) or "scalar"
+    return (array.name, dims, array.units, *_statistics(array), array.meaning or _texts(array))
+
+
+def _statistics(array: Array) -> tuple[str, ...]:
+    """Return how many values are missing, and minimum, median, mean and maximum of the others."""
+    if not array.is_numeric:
+        return ("", "", "", "", "")
+    values = array.values.astype(np.float64)
+    finite = values[np.isfinite(values)]
+    missing = str(values.size - finite.size)
+    if not finite.size:
+        return (missing, "", "", "", "")
+    return (missing, *(f"{f(finite):.5g}" for f in (np.min, np.median, np.mean, np.max)))
+
+
+def _texts(array: Array) -> str:
+    """Return the first few different texts of an array of text."""
+    if array.is_numeric:
+        return ""
+    different = list(dict.fromkeys(map(str, array.values.ravel())))
+    more = f", ... ({len(different)} different)" if len(different) > SHOWN_TEXTS else ""
+    return ", ".join(different[:SHOWN_TEXTS]) + more
+
+
+def _grouped(differences: Iterable[FileDifference], section: str) -> list[str]:
+    """Return a line for each change, with the files that have it."""
+    files: dict[tuple[str, str, str], list[Path]] = {}
+    for file in differences:
+        for key, (one, two) in file.changes.get(section, {}).items():
+            files.setdefault((key, one, two), []).append(file.path)
+    return [f"{key}: {one} -> {two}  ({_named(paths)})" for (key, one, two), paths in files.items()]
+
+
+def _named(paths: list[Path]) -> str:
+    more = f" and {len(paths) - SHOWN_FILES} more" if len(paths) > SHOWN_FILES else ""
+    return ", ".join(map(str, paths[:SHOWN_FILES])) + more
+
+
+def _is_opaque(file: FileDifference) -> bool:
+    return not (any(file.changes.values()) or file.arrays or file.damage)
+
+
+def _changed_arrays(files: Iterable[FileDifference]) -> list[str]:
+    rows = [(str(file.path), *_changed_array(array)) for file in files for array in file.arrays]
+    return table(rows, DIFFERENCES) if rows else []
+
+
+def _changed_array(array: ArrayDifference) -> tuple[str, str, str, str, str]:
+    numbers = ("", "") if array.note else (f"{array.max_abs:.3g}", f"{array.max_rel:.3g}")
+    return (array.name, array.units, *numbers, array.note)
+
+
+ARTEFACTS: Final = (".h5", ".pt")
+
+
+EXIT_EQUAL: Final = 0
+
+
+EXIT_DIFFERENT: Final = 1
+
+
+EXIT_ERROR: Final = 2
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the command.
+
+    Returns:
+        0: shown, all whole, or equal; 1: the runs differ; 2: a file is missing, damaged or unreadable.
+    """
+    parser = _parser()
+    given = parser.parse_args(arguments)
+    if bool(given.files) == bool(given.diff):
+        parser.error("name files, or --diff and two folders")
+    if given.diff:
+        return _compare(*given.diff)
+    if given.check:
+        return _each(_artefacts_in(given.files), _whole)
+    return _each(given.files, lambda path: [*as_lines(read(path)), ""])
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m swesbi inspect",
+        description="Shows what files of the study are, how they were made (settings, seed, code, version), "
+        f"and their arrays with dimensions, units and statistics. Formats: {', '.join(READERS)}.",
+        epilog="Exit code: 0 shown, whole or equal; 1 the runs differ; 2 a file is missing, damaged or "
+        "cannot be read. The message for a damaged file ends with the command that makes it again.",
+    )
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="files of the study")
+    parser.add_argument(
+        "--diff",
+        nargs=2,
+        type=Path,
+        metavar=("RUN_A", "RUN_B"),
+        help="compare the results folders of two runs instead: settings, code, verdicts, arrays",
+    )
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="only compare artefacts (.h5, .pt) with their checksums; folders are searched",
+    )
+    return parser
+
+
+def _artefacts_in(paths: Sequence[Path]) -> list[Path]:
+    """Return the files given, and the artefacts in the folders given, of which each must hold one."""
+    found: list[Path] = []
+    for path in paths:
+        artefacts = (each for each in path.rglob("*") if each.suffix in ARTEFACTS)
+        inside = sorted(artefacts) if path.is_dir() else [path]
+        if not inside:
+            raise ArtefactError(f"{path}: holds no artefact ({', '.join(ARTEFACTS)})")
+        found += inside
+    return found
+
+
+def _whole(path: Path) -> list[str]:
+    check_whole(path)
+    return [f"{path}: whole"]
+
+
+def _compare(first: Path, second: Path) -> int:
+    difference = compare_runs(first, second)
+    print("\n".join([f"{first} -> {second}", *difference_lines(difference)]))
+    if difference.is_damaged:
+        return EXIT_ERROR
+    return EXIT_EQUAL if difference.is_empty else EXIT_DIFFERENT
+
+
+def _each(files: Sequence[Path], lines: Callable[[Path], list[str]]) -> int:
+    """Print something of every file; one that cannot be read does not stop the others."""
+    status = EXIT_EQUAL
+    for path in files:
+        try:
+            print("\n".join(lines(path)))
+        except ArtefactError as error:
+            print(f"swesbi: {error}", file=sys.stderr)
+            status = EXIT_ERROR
+    return status

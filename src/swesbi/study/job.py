@@ -1,0 +1,138 @@
+"""Running one stage as one job of the workflow: arguments by name, a log with tracebacks, short errors."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import logging
+import resource
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Protocol, TextIO, get_type_hints
+
+from swesbi.artefacts import DamagedArtefactError
+from swesbi.study.registry import stage_function
+from swesbi.study.running import RUN, end_with
+from swesbi.study.stages.origin import Origin
+
+LOGGER = logging.getLogger("swesbi")
+
+
+EXIT_FAILURE = 1
+
+
+START_UP = "start-up: "
+"""Begins the line of a log that says what came before the stage, in seconds of processor time."""
+
+
+PROCESSOR_TIME = "processor time: "
+"""Begins the line that says what the whole job took; Snakemake's own files miss up to half a minute of it."""
+
+
+class SnakemakeJob(Protocol):
+    """What this module uses of the ``snakemake`` object that a script finds."""
+
+    input: Any
+    output: Any
+    params: Any
+    config: Any
+    log: Any
+
+
+def run_job(snakemake: SnakemakeJob) -> None:
+    """Run the stage of one Snakemake job.
+
+    The rule's named inputs and outputs become the arguments of the same names; ``params.stage`` holds the
+    stage's name, settings, seed, subject and code hash. A resource of the configuration goes to a stage that
+    has an argument of its name; it must not change a result. The job ends when the run that started it is
+    gone.
+
+    Raises:
+        SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
+    """
+    stage = snakemake.params["stage"]
+    run = stage_function(stage["name"])
+    files = {**dict(snakemake.input.items()), **dict(snakemake.output.items())}
+    run_now = snakemake.config[RUN]
+    end_with(run_now["process"])
+    with logging_to(Path(str(snakemake.log[0])), run_now["options"]):
+        print(f"{START_UP}{time.process_time():.3f} s")
+        run(**_arguments(run, files, stage), **_resources(run, snakemake.config["resources"]))
+        print(f"{PROCESSOR_TIME}{_processor_time_s():.3f} s")
+
+
+def _processor_time_s() -> float:
+    """Return what this process and those that it started and that have ended took so far."""
+    used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in used)
+
+
+def _arguments(
+    run: Callable[..., None], files: Mapping[str, Any], stage: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Match a rule's files and params with the arguments of a stage."""
+    hints = get_type_hints(run)
+    wanted = [name for name in inspect.signature(run).parameters if name in files]
+    arguments: dict[str, Any] = {name: _as_paths(files[name], hints[name]) for name in wanted}
+    arguments["settings"] = hints["settings"].from_plain(stage["settings"])
+    arguments["origin"] = Origin(stage["seed"], stage["subject"], stage["code"])
+    return arguments
+
+
+def _resources(run: Callable[..., None], configured: Mapping[str, Any]) -> dict[str, Any]:
+    wanted = inspect.signature(run).parameters
+    return {name: value for name, value in configured.items() if name in wanted}
+
+
+def _as_paths(value: Any, hint: object) -> Path | tuple[Path, ...]:  # noqa: ANN401
+    if hint is Path:
+        return Path(str(value))
+    return tuple(Path(str(item)) for item in ([value] if isinstance(value, str) else value))
+
+
+@contextlib.contextmanager
+def logging_to(path: Path, options: str = "") -> Iterator[None]:
+    """Send log lines to a file and to the terminal; what libraries print and tracebacks go to the file alone.
+
+    Args:
+        path: The log file.
+        options: What the study is run with beside the target, for the command that repairs an artefact.
+
+    Raises:
+        SystemExit: The block failed.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    terminal = sys.stderr
+    with path.open("w", encoding="utf-8") as file:
+        handlers = [_handler(file), _handler(terminal)]
+        _configure(handlers)
+        try:
+            with contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
+                yield
+        except Exception as error:
+            traceback.print_exc(file=file)
+            print(f"{type(error).__name__}: {_message(error, options)}\n(traceback: {path})", file=terminal)
+            raise SystemExit(EXIT_FAILURE) from error
+        finally:
+            for handler in handlers:
+                LOGGER.removeHandler(handler)
+
+
+def _message(error: Exception, options: str) -> str:
+    return error.message(options) if isinstance(error, DamagedArtefactError) else str(error)
+
+
+def _handler(stream: TextIO) -> logging.Handler:
+    handler = logging.StreamHandler(stream)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    return handler
+
+
+def _configure(handlers: list[logging.Handler]) -> None:
+    LOGGER.setLevel(logging.INFO)
+    LOGGER.propagate = False
+    for handler in handlers:
+        LOGGER.addHandler(handler)

@@ -1,0 +1,265 @@
+"""Answer a subject outside the pool with the trained network: posterior, certificate, verdict, figures."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, get_type_hints
+
+from swesbi.artefacts.atomic import make_command
+from swesbi.config.read import ConfigError, add_options, overlay, read_merged, snakemake_options
+from swesbi.config.slices import stage_settings
+from swesbi.config.study import Study, load_study
+from swesbi.draws import median_and_interval
+from swesbi.parameters import PHI_NAMES
+from swesbi.posterior.result import ExactResult
+from swesbi.prior import ParameterPrior
+from swesbi.study.registry import stage_code, stage_function
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.answers import sampler_in_words, weights_in_words
+from swesbi.verdict.support import Support
+
+OUTPUTS: Final = {
+    "observation": "observation.h5",
+    "passive_baseline": "passive.h5",
+    "reference_fit": "cmaes.h5",
+    "shard": "simulations.h5",
+    "posterior": "posterior.h5",
+    "support": "support.json",
+    "predictive": "predictive.h5",
+    "ppc_png": "ppc.png",
+    "posterior_png": "posterior.png",
+}
+
+
+@dataclass(frozen=True)
+class FinishedStudy:
+    """What a finished experiment on speeds leaves for subjects outside its pool.
+
+    Attributes:
+        estimator: The network.
+        noise: Noise of the cohort.
+        pooled_observations: Observed curves of the cohort.
+        misspecifications: Null distributions of the cohort.
+    """
+
+    estimator: Path
+    noise: Path
+    pooled_observations: tuple[Path, ...]
+    misspecifications: tuple[Path, ...]
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All of them."""
+        return (self.estimator, self.noise, *self.pooled_observations, *self.misspecifications)
+
+
+@dataclass(frozen=True)
+class FinishedPopulation:
+    """What a finished experiment over a population leaves for subjects outside the study.
+
+    Attributes:
+        estimator: The network.
+        noise: Noise of the study's cohort.
+        null: Null recordings of the population.
+    """
+
+    estimator: Path
+    noise: Path
+    null: Path
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All of them."""
+        return (self.estimator, self.noise, self.null)
+
+
+def finished_population(results: Path, experiment: str) -> FinishedPopulation:
+    """Return where the study keeps what a population's network needs, by the workflow's rules."""
+    inferred = results / experiment
+    return FinishedPopulation(
+        inferred / "estimator.pt", results / "cohort" / "noise.h5", inferred / "null.h5"
+    )
+
+
+def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> FinishedStudy:
+    """Return where the study keeps what a new subject needs, by the names of the workflow's rules."""
+    cohort, inferred = results / "cohort", results / experiment
+    return FinishedStudy(
+        estimator=inferred / "estimator.pt",
+        noise=cohort / "noise.h5",
+        pooled_observations=tuple(cohort / name / "observation.h5" for name in subjects),
+        misspecifications=tuple(inferred / "subjects" / name / "misspecification.h5" for name in subjects),
+    )
+
+
+def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "") -> None:
+    """Refuse a study that has not been run as far as it takes.
+
+    Args:
+        study: Its files.
+        options: What Snakemake runs it with beside the targets (``--configfile tests/smoke.yaml``, say).
+
+    Raises:
+        FileNotFoundError: Names what is missing, and the command that makes it.
+    """
+    missing = [path for path in study.files if not path.is_file()]
+    if missing:
+        raise FileNotFoundError(
+            f"{missing[0]} does not exist: the study that is to answer has not been run this far; run\n"
+            f"  {make_command(missing, options)}"
+        )
+
+
+WIDTH = 18
+
+
+def answer_text(subject: str, result: ExactResult, support: Support, prior: Sequence[ParameterPrior]) -> str:
+    """Return verdict, intervals and certificate in lines.
+
+    Args:
+        subject: Name.
+        result: The exact posterior.
+        support: The verdict.
+        prior: Prior of each parameter of phi, whose bounds are printed beside the intervals.
+    """
+    doubt = "" if result.converged else "; NOT CONVERGED, do not use"
+    mass = f"{100.0 * result.interval_mass:.0f} % interval"
+    return "\n".join(
+        [
+            f"{subject}: {support.verdict}",
+            *(f"  {reason}" for reason in support.reasons),
+            f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds",
+            *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
+            f"certificate: draws by {sampler_in_words(support)}; weights: {weights_in_words(support)} "
+            f"(k-hat at most {result.k_hat_limit:.2f}){doubt}",
+        ]
+    )
+
+
+def _line(result: ExactResult, j: int, prior: ParameterPrior) -> str:
+    low, median, high = median_and_interval(result.phi[:, j], result.interval_mass)
+    interval = f"[{low:.4g}, {high:.4g}]"
+    return f"{PHI_NAMES[j]:{WIDTH}}{median:8.4g}  {interval:<18}  {prior.low:g} to {prior.high:g}"
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run `new-subject`; return 0 after printing the answer.
+
+    Raises:
+        ConfigError: The configuration or the cohort is wrong, or does not have the subject.
+        ValueError: The recording cannot be used, or the network cannot answer for the subject's context.
+        OSError: The study has not been run, or the answer cannot be written.
+    """
+    options = _parser().parse_args(arguments)
+    study = _study(options)
+    experiment = options.experiment or _experiment(study)
+    subject: str = options.subject
+    _check_subject(study, subject)
+    results = Path(study.config.results)
+    over_population = experiment in study.config.population_experiments
+    stage = "new_subject_of_population" if over_population else "new_subject"
+    # an experiment that cannot answer is named before anything is looked for under its name
+    plain = stage_settings(study, stage, experiment=experiment, subject=subject)
+    finished = (
+        finished_population(results, experiment)
+        if over_population
+        else finished_study(results, experiment, study.subjects)
+    )
+    check_finished(finished, snakemake_options(options.config, options.overlay))
+    folder = options.out or results / experiment / "new" / subject
+    _answer(study, subject, stage, plain, finished, folder)
+    print(_text(study, experiment, subject, folder))
+    return 0
+
+
+def _answer(
+    study: Study,
+    subject: str,
+    stage: str,
+    plain: Mapping[str, Any],
+    finished: FinishedStudy | FinishedPopulation,
+    folder: Path,
+) -> None:
+    """Run the stage and put what it made into ``folder``, all of it or nothing."""
+    # torch and matplotlib take seconds to import; what is refused above should not wait for them
+    run = stage_function(stage)
+    settings = get_type_hints(run)["settings"].from_plain(plain)
+    # a refused subject leaves no folder behind
+    existing = next(path for path in folder.absolute().parents if path.is_dir())
+    with tempfile.TemporaryDirectory(prefix=f".{subject}-", dir=existing) as made:
+        outputs = {name: Path(made) / file for name, file in OUTPUTS.items()}
+        run(
+            recording=study.new_recording(subject),
+            **vars(finished),
+            **outputs,
+            settings=settings,
+            origin=Origin(study.config.seed, subject, stage_code(stage)),
+        )
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in outputs.values():
+            path.replace(folder / path.name)
+
+
+def _text(study: Study, experiment: str, subject: str, folder: Path) -> str:
+    from swesbi.posterior.result import read_exact_result
+    from swesbi.verdict.support import read_support
+
+    pass
+
+    prior = study.config.speed_experiments[study.config.base_of(experiment)]
+    bounds = (*study.config.priors[prior.prior].parameters, prior.passive_scale_kpa)
+    result = read_exact_result(folder / OUTPUTS["posterior"])
+    answer = answer_text(subject, result, read_support(folder / OUTPUTS["support"]), bounds)
+    return f"{answer}\nwritten to {folder}: {', '.join(OUTPUTS.values())}"
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m swesbi new-subject",
+        description="Answer a subject who is not in the study's cohort with the network that the study has "
+        "trained: exact posterior with its certificate, verdict, figures, in seconds and without training. "
+        "A subject whose heart is unlike those that it was trained on is refused, with the reason. The "
+        "configuration is that of the study.",
+    )
+    parser.add_argument("--cohort", type=Path, required=True, help="folder with the subject's recording")
+    parser.add_argument("--subject", required=True, help="which of its subjects")
+    parser.add_argument("--phases", type=int, help="gated phases of the recording; default: as configured")
+    parser.add_argument(
+        "--experiment", help="default: the first of kind speeds that runs; or one over a population"
+    )
+    parser.add_argument("--out", type=Path, help="folder; default: <results>/<experiment>/new/<subject>")
+    add_options(parser)
+    return parser
+
+
+def _study(options: argparse.Namespace) -> Study:
+    raw = read_merged(options.config, options.overlay)
+    chosen: dict[str, object] = {"cohort": str(options.cohort)}
+    if options.phases is not None:
+        chosen["phases"] = options.phases
+    return load_study(overlay(raw, {"new_subjects": chosen}), str(options.config))
+
+
+def _experiment(study: Study) -> str:
+    running = [name for name in study.config.experiments_run if name in study.config.speed_experiments]
+    running += study.config.populations_run
+    if not running:
+        raise ConfigError(
+            "run: no experiment of kind speeds or over a population runs, and no other answers a new subject"
+        )
+    return running[0]
+
+
+def _check_subject(study: Study, subject: str) -> None:
+    cohort = Path(str(study.config.new_subjects.cohort))
+    if subject not in study.new_rows:
+        raise ConfigError(f"subject = {subject!r}: {cohort} has {', '.join(study.new_rows)}")
+    if cohort.resolve() == study.cohort.resolve() and subject in study.subjects:
+        raise ConfigError(
+            f"subject = {subject!r}: is in the cohort that the network was trained on; its answer is in "
+            f"{study.config.results}/<experiment>/subjects/{subject}/"
+        )

@@ -1,0 +1,168 @@
+"""Running the study as a whole: one run at a time, what a killed run left, jobs that end with their run.
+
+Snakemake marks what a run works on with files, which a killed run leaves behind. Every run therefore also
+holds this lock: who gets it alone knows that no run is alive, and that such files are left-overs.
+
+Snakemake leaves two things when it is killed: its lock files, on which the next run stops, and markers of
+the results that were being made, on which the next run stops as well unless it is told to make them again.
+Both stop it for the sake of a run that may still be alive; here the kernel's lock tells whether one is.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import functools
+import logging
+import os
+import shlex
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+from snakemake.exceptions import WorkflowError
+
+from swesbi.artefacts.atomic import is_alive, write_fault
+
+
+@contextmanager
+def held_with_others(path: Path, when_alone: Callable[[], None]) -> Iterator[None]:
+    """Hold the lock beside other runs; first, if there is none, do what only a lone run may.
+
+    Where the file system knows no such locks, ``when_alone`` is never called.
+
+    Args:
+        path: The lock's file, which stays; its folder is made if need be.
+        when_alone: Called while no other process holds the lock.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        if _lock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB):
+            when_alone()
+        _lock(handle, fcntl.LOCK_SH)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _lock(handle: int, mode: int) -> bool:
+    try:
+        fcntl.flock(handle, mode)
+    except OSError:
+        return False
+    return True
+
+
+POLL_S: Final = 0.2
+
+
+EXIT_ORPHAN: Final = 3
+
+
+RUN: Final = "current_run"
+"""Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
+
+
+def end_with(run: int) -> None:
+    """End this process at once, from now on, when the process with this number is gone.
+
+    A job that outlives a killed run would write its result later, beside or over that of the next run,
+    which may have other settings by then.
+    """
+    threading.Thread(target=_watch, args=(run,), daemon=True, name="run").start()
+
+
+def _watch(run: int) -> None:
+    while is_alive(run):
+        time.sleep(POLL_S)
+    # not sys.exit, which ends the thread alone: nothing of this process is wanted any more
+    os._exit(EXIT_ORPHAN)
+
+
+LOGGER = logging.getLogger("swesbi")
+
+
+STATE: Final = Path(".snakemake")
+
+
+LOCK: Final = "swesbi-run.lock"
+
+
+class Workflow(Protocol):
+    """What this module uses of Snakemake's ``workflow`` object."""
+
+    is_main_process: bool
+    dag_settings: Any
+    config_settings: Any
+    overwrite_configfiles: Sequence[str | Path]
+    execute: Any
+
+
+def guard_execution(workflow: Workflow, results: str) -> None:
+    """Have the workflow, when it is executed, look after what a killed run left and look at its folder.
+
+    Snakemake offers no hook before it takes its own lock, so its ``execute`` is wrapped. Nothing happens
+    in the processes of single jobs, and a dry run changes nothing.
+
+    Args:
+        workflow: Snakemake's object of this name, in a Snakefile.
+        results: Folder of the study's results.
+    """
+    if not workflow.is_main_process:
+        return
+    execute = workflow.execute
+
+    @functools.wraps(execute)
+    def guarded(*arguments: Any, executor_plugin: Any, **options: Any) -> Any:  # noqa: ANN401
+        # unfinished results are made again: each is written whole, but perhaps under other settings
+        workflow.dag_settings.force_incomplete = True
+        run = functools.partial(execute, *arguments, executor_plugin=executor_plugin, **options)
+        if executor_plugin.common_settings.dryrun_exec:
+            return run()
+        check_writable(Path(results))
+        with held_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks")):
+            return run()
+
+    workflow.execute = guarded
+
+
+def remove_stale_locks(folder: Path) -> None:
+    """Remove Snakemake's lock files; to be called only when no run is alive."""
+    if left := sorted(folder.glob("*.lock")):
+        LOGGER.warning("The last run was killed: its locks are removed, what it was making is made again.")
+    for path in left:
+        path.unlink(missing_ok=True)
+
+
+def check_writable(folder: Path) -> None:
+    """Write and remove a file in a folder, or in the nearest one above it that exists.
+
+    Raises:
+        WorkflowError: Nothing can be written there; the message says why.
+    """
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.is_dir())
+    try:
+        with tempfile.NamedTemporaryFile(dir=existing, prefix=".swesbi-") as file:
+            file.write(b"\0" * 4096)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        reason = write_fault(error) or str(error)
+        raise WorkflowError(f"{folder}: results cannot be written, {reason}") from None
+
+
+def current_run(workflow: Workflow) -> dict[str, int | str]:
+    """Return what a job has to know of the run that starts it, and that changes no result.
+
+    Returns:
+        ``process``: its number; ``options``: ``--configfile`` and ``--config`` as they were given, to be
+        typed again.
+    """
+    files = [os.path.relpath(path) for path in workflow.overwrite_configfiles]
+    parts = {"--configfile": files, "--config": list(workflow.config_settings.config_args or ())}
+    options = " ".join(shlex.join([name, *values]) for name, values in parts.items() if values)
+    return {"process": os.getpid(), "options": options}

@@ -1,0 +1,7 @@
+"""The stages of the study: each reads artefacts, calls the science, writes artefacts.
+
+``registry`` names them all. A stage is a function of the same name in one of the other modules; they are cut
+so that the stages of one module import the same heavy libraries, since a job imports the whole of it.
+"""
+
+from __future__ import annotations

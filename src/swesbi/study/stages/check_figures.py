@@ -1,0 +1,204 @@
+"""Figures of what the answers rest on: noise, misspecification tests, calibration, a population."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from swesbi.artefacts import ArtefactError, load
+from swesbi.base import Settings
+from swesbi.checks.calibration.dataset import KIND, diagnostics_of, ranked_of
+from swesbi.checks.calibration.settings import JudgementSettings
+from swesbi.checks.calibration.table import COLUMNS, LOCAL
+from swesbi.prior import JointPriorSettings
+from swesbi.recording.files import read_truth
+from swesbi.recording.noise import read_noise
+from swesbi.recording.settings import ContextRow
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.calibration import CalibrationCase, draw_calibration
+from swesbi.show.figures.cohort import Overview, draw_cohort
+from swesbi.show.figures.misspecification import draw_misspecification
+from swesbi.show.figures.population import draw_strata, read_strata
+from swesbi.show.figures.recording import draw_noise
+from swesbi.show.figures.style import save_figure
+from swesbi.study.stages.origin import Origin, by_place, pick
+from swesbi.verdict.answers import OUTCOMES, cohort_table, read_answer
+from swesbi.verdict.power import AlarmRow
+from swesbi.verdict.support import read_support
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class NoiseFigureSettings(Settings):
+    """What the figure calls the subjects."""
+
+    cohort_title: str
+
+
+def noise_figure(
+    *, noise: Path, figure_pdf: Path, figure_png: Path, settings: NoiseFigureSettings, origin: Origin
+) -> None:
+    """Draw both components."""
+    save_figure(draw_noise(read_noise(noise), settings.cohort_title), figure_pdf, figure_png)
+
+
+class MisspecificationFigureStageSettings(Settings):
+    """What the figure calls the subjects, and the level that the alarms are to keep."""
+
+    cohort_title: str
+    strained_level: float
+
+
+def misspecification_figure(
+    *,
+    table: Path,
+    supports: Sequence[Path],
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: MisspecificationFigureStageSettings,
+    origin: Origin,
+) -> None:
+    """Draw every subject's p-values and verdict, and below them which test catches what.
+
+    Raises:
+        ArtefactError: The table lacks a column or a verdict cannot be read.
+    """
+    verdicts = {place.subject: read_support(path) for place, path in by_place(supports).items()}
+    figure = draw_misspecification(
+        verdicts, _read_rows(table), settings.strained_level, settings.cohort_title
+    )
+    save_figure(figure, figure_pdf, figure_png)
+
+
+def _read_rows(path: Path) -> list[AlarmRow]:
+    try:
+        table = pd.read_csv(path, dtype={"subject": str, "recordings": str, "alarm": str})
+        return [
+            AlarmRow(**{str(name): value for name, value in row.items()}) for row in table.to_dict("records")
+        ]
+    except (OSError, ValueError, TypeError) as error:
+        raise ArtefactError(f"{path}: cannot be read as misspecification.csv ({error})") from error
+
+
+class CalibrationFigureSettings(Settings):
+    """What is asked of the posteriors, and what the figure calls the subjects and the experiment."""
+
+    judgement: JudgementSettings
+    max_k_hat: float
+    experiment: str
+    cohort_title: str
+
+
+def calibration_figure(
+    *,
+    calibration: Path,
+    table: Path,
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: CalibrationFigureSettings,
+    origin: Origin,
+) -> None:
+    """Draw ranks, coverage, weights and local calibration.
+
+    Raises:
+        ArtefactError: A file is no such result.
+    """
+    groups = {name: load(calibration, KIND, name)[0] for name in ("own", "acquired", LOCAL)}
+    checks = pd.read_csv(table)
+    if missing := [name for name in COLUMNS if name not in checks.columns]:
+        raise ArtefactError(f"{table}: lacks the columns {', '.join(missing)}; delete it and rerun")
+    case = CalibrationCase(
+        ranked={name: ranked_of(group) for name, group in groups.items()},
+        diagnostics=diagnostics_of(groups["own"]),
+        table=checks,
+        settings=settings.judgement,
+        max_k_hat=settings.max_k_hat,
+    )
+    save_figure(draw_calibration(case, settings.cohort_title, settings.experiment), figure_pdf, figure_png)
+
+
+class PopulationCohortStageSettings(Settings):
+    """Whom the cohort holds, who of them is refused and why, and what the figure says of them.
+
+    Attributes:
+        cohort_title: What the subjects are called.
+        experiment: Name of the experiment.
+        contexts: All subjects, in the cohort's order.
+        refused: Reasons, by subject.
+        prior: The joint prior, drawn for scale.
+        interval: Mass of the credible intervals.
+    """
+
+    cohort_title: str
+    experiment: str
+    contexts: tuple[ContextRow, ...]
+    refused: dict[str, str]
+    prior: JointPriorSettings
+    interval: float
+
+
+def population_cohort(
+    *,
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    truth: Sequence[Path],
+    cohort: Path,
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: PopulationCohortStageSettings,
+    origin: Origin,
+) -> None:
+    """Write the table and draw it; summaries are read one subject after the other.
+
+    Args:
+        posteriors: Of every subject that is answered.
+        supports: Likewise.
+        truth: True parameters of a generated cohort, or none.
+        cohort: Output, the table.
+        figure_pdf: Output.
+        figure_png: Output.
+        settings: The cohort, and what it is called.
+        origin: Whose work this is.
+
+    Raises:
+        ArtefactError: A file is missing or not what its name says.
+    """
+    judged = by_place(supports)
+    answers = {
+        place.subject: read_answer(path, pick(judged, place, "verdict"))
+        for place, path in by_place(posteriors).items()
+    }
+    contexts = [row.to_context() for row in settings.contexts]
+    table = cohort_table(contexts, answers, settings.refused)
+    write_csv(cohort, table)
+    overview = Overview(table, read_truth(truth), settings.prior, settings.interval)
+    save_figure(draw_cohort(overview, settings.cohort_title, settings.experiment), figure_pdf, figure_png)
+    counts = table["status"].value_counts()
+    LOGGER.info("%s", ", ".join(f"{counts[name]} {name}" for name in OUTCOMES if name in counts))
+
+
+class StrataFigureSettings(Settings):
+    """What the figure shows of the table, and whose it is.
+
+    Attributes:
+        experiment: Name of the experiment.
+        interval: Nominal level of the credible intervals shown.
+    """
+
+    experiment: str
+    interval: float
+
+
+def strata_figure(
+    *, strata: Path, figure_pdf: Path, figure_png: Path, settings: StrataFigureSettings, origin: Origin
+) -> None:
+    """Draw coverage and efficiency by stratum.
+
+    Raises:
+        ArtefactError: The table is not one of strata.
+    """
+    drawn = draw_strata(read_strata(strata), settings.interval, settings.experiment)
+    save_figure(drawn, figure_pdf, figure_png)

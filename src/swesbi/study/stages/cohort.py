@@ -1,0 +1,194 @@
+"""Raw recordings become observed curves; the noise of the cohort; the passive baseline of each subject."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from swesbi.artefacts import ArtefactError, save, to_dataset, to_groups
+from swesbi.base import Settings
+from swesbi.code_hash import stage_hash
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate
+from swesbi.measurement.operator import KIND as PASSIVE
+from swesbi.measurement.operator import calibrate_passive
+from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
+from swesbi.prior import PriorSettings, log_centre
+from swesbi.progress import Progress
+from swesbi.recording.components import RepeatLevels, repeat_levels
+from swesbi.recording.files import read_samples
+from swesbi.recording.ingest import ingest as ingest_recording
+from swesbi.recording.noise import KIND as NOISE
+from swesbi.recording.noise import CohortNoise, fit_noise
+from swesbi.recording.noise import to_dataset as noise_to_dataset
+from swesbi.recording.observation import CONTEXTS, Observation, contexts_dataset, read_observation
+from swesbi.recording.observation import KIND as OBSERVATION
+from swesbi.recording.samples import ACCEPTED, rejection
+from swesbi.recording.settings import ContextRow, NoiseSettings, RecordingSettings
+from swesbi.study.stages.origin import Origin
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class IngestStageSettings(Settings):
+    """What an observed curve depends on beside the recording; the context is the subject's own row."""
+
+    context: ContextRow
+    recording: RecordingSettings
+    measurement: MeasurementSettings
+
+
+def ingest(*, recording: Path, observation: Path, settings: IngestStageSettings, origin: Origin) -> None:
+    """Read ``swe/<subject>.csv`` or ``.mat`` and write the observed curve.
+
+    Raises:
+        RecordingError: The recording is malformed or too incomplete.
+    """
+    samples = read_samples(recording, settings.recording.phases, settings.recording.density_kg_m3)
+    observed = ingest_recording(
+        samples, settings.context.to_context(), settings.recording, settings.measurement.grid_points
+    )
+    save(observation, to_groups(observed), origin.provenance(OBSERVATION, settings))
+    LOGGER.info("%s", _account(observed))
+
+
+def _account(observed: Observation) -> str:
+    rejected = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count)
+    return (
+        f"subject {observed.subject}: {int(observed.measured.sum())} of {len(observed.phase)} phases, "
+        f"{int(observed.samples_accepted.sum())} samples accepted; rejected: {rejected or 'none'}; "
+        f"noise {observed.noise.repeat_fraction:.1%} between repeats, "
+        f"{observed.noise.sample_fraction:.1%} between samples"
+    )
+
+
+class IngestBatchStageSettings(Settings):
+    """What observed curves depend on beside the recordings; contexts in the order of the recordings."""
+
+    contexts: tuple[ContextRow, ...]
+    recording: RecordingSettings
+    measurement: MeasurementSettings
+
+
+def ingest_batch(
+    *,
+    recordings: Sequence[Path],
+    observations: Sequence[Path],
+    settings: IngestBatchStageSettings,
+    origin: Origin,
+) -> None:
+    """Write each observed curve exactly as the stage of one subject does, its provenance included.
+
+    Args:
+        recordings: Raw samples.
+        observations: Output, in the order of the recordings.
+        settings: Contexts, quality control and grid.
+        origin: Seed of the study.
+
+    Raises:
+        RecordingError: A recording is malformed or too incomplete.
+    """
+    progress = Progress("ingestion", len(settings.contexts), unit="subject")
+    code_hash = stage_hash(__name__, "ingest")
+    for row, recording, observation in zip(settings.contexts, recordings, observations, strict=True):
+        own = IngestStageSettings(context=row, recording=settings.recording, measurement=settings.measurement)
+        whose = replace(origin, subject=row.subject, code_hash=code_hash)
+        ingest(recording=recording, observation=observation, settings=own, origin=whose)
+        progress.step()
+
+
+class NoiseStageSettings(Settings):
+    """What the components depend on beside the recordings: which samples are accepted, and the interval."""
+
+    recording: RecordingSettings
+    noise: NoiseSettings
+
+
+def noise(
+    *,
+    recordings: Sequence[Path],
+    observations: Sequence[Path],
+    noise: Path,
+    contexts: Path,
+    settings: NoiseStageSettings,
+    origin: Origin,
+) -> None:
+    """Fit the mixed model to the accepted samples of all recordings.
+
+    It reads every observed curve, and so also puts the contexts of the cohort together.
+
+    Args:
+        recordings: Raw recordings, one a subject.
+        observations: Their observed curves, in the same order; they name the subjects.
+        noise: Output.
+        contexts: Output: the contexts of the subjects.
+        settings: Quality control, as at ingestion.
+        origin: Whose work this is.
+
+    Raises:
+        ArtefactError: An observed curve was not made of its recording under these settings.
+        ValueError: A component cannot be told from the recordings.
+    """
+    observed = [read_observation(path) for path in observations]
+    levels = {
+        observation.subject: _levels(recording, observation, settings.recording)
+        for recording, observation in zip(recordings, observed, strict=True)
+    }
+    found = fit_noise(levels, settings.noise.interval)
+    save(noise, noise_to_dataset(found), origin.provenance(NOISE, settings))
+    together = contexts_dataset([observation.context for observation in observed])
+    save(contexts, together, origin.provenance(CONTEXTS, settings))
+    LOGGER.info("%s", _account_of_noise(found))
+
+
+def _levels(recording: Path, observation: Observation, settings: RecordingSettings) -> RepeatLevels:
+    samples = read_samples(recording, settings.phases, settings.density_kg_m3)
+    accepted = rejection(samples, settings) == ACCEPTED
+    if int(accepted.sum()) != int(observation.samples_accepted.sum()):
+        raise ArtefactError(
+            f"{recording}: {int(accepted.sum())} samples are accepted, but the observed curve of subject "
+            f"{observation.subject} has {int(observation.samples_accepted.sum())}; delete the curve and rerun"
+        )
+    return repeat_levels(samples, accepted)
+
+
+def _account_of_noise(noise: CohortNoise) -> str:
+    parts = [
+        f"{part.fraction:.2%} between {name} ({part.low:.2%} to {part.high:.2%})"
+        for name, part in (("repeats", noise.pooled.repeat), ("samples", noise.pooled.sample))
+    ]
+    return (
+        f"noise of {len(noise.by_subject)} recordings: {', '.join(parts)}; the same in all: p = "
+        f"{noise.homogeneity_p:.2g}"
+    )
+
+
+class PassiveStageSettings(Settings):
+    """What the passive baseline depends on; the reference beat runs at the prior's log-centre."""
+
+    forward_model: ForwardModelSettings
+    prior: PriorSettings
+    passive: PassiveSettings
+    measurement: MeasurementSettings
+
+
+def passive(*, observation: Path, passive: Path, settings: PassiveStageSettings, origin: Origin) -> None:
+    """Calibrate and write the passive baseline of the subject whose observed curve is given.
+
+    Raises:
+        PassiveCalibrationError: It cannot be calibrated.
+    """
+    observed = read_observation(observation)
+    centre = log_centre(settings.prior)
+    reference = simulate(centre[None, :], observed.context, settings.forward_model)
+    baseline = calibrate_passive(observed, reference, settings.passive, settings.measurement)
+    save(passive, to_dataset(baseline), origin.provenance(PASSIVE, settings))
+    LOGGER.info(
+        "subject %s: passive scale %.2f kPa; late diastole %.2f kPa, %.2f of it active in the reference beat",
+        observed.subject,
+        baseline.scale_kpa,
+        baseline.late_diastolic_observed_kpa,
+        baseline.late_diastolic_active_kpa,
+    )

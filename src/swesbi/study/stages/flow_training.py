@@ -1,0 +1,112 @@
+"""Training the flow of an experiment on measured speeds, or of one over a population."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+from swesbi.base import Settings
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.measurement.settings import SummarySettings
+from swesbi.measurement.subjects import read_speed_models
+from swesbi.networks.settings import FlowSettings
+from swesbi.networks.spline.conditioning import ConditioningSettings, PhaseSettings, conditioning_of
+from swesbi.networks.spline.files import KIND, save_flow
+from swesbi.networks.spline.pool import SubjectSimulations, of_subject, read_pool
+from swesbi.networks.spline.training import train_flow as train_on_pool
+from swesbi.population.settings import ConditionSettings
+from swesbi.population.simulations import read_population
+from swesbi.population.training import RowMaker
+from swesbi.population.training import train_population as train_on_population
+from swesbi.recording.settings import RecordingSettings
+from swesbi.seeds import integer_seed
+from swesbi.show.training_tables import write_epochs
+from swesbi.study.stages.origin import Origin
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class TrainFlowStageSettings(Settings):
+    """What the trained flow depends on, beside its input files."""
+
+    model: SpeedModelSettings
+    summary: SummarySettings
+    estimator: FlowSettings
+
+    @property
+    def conditioning(self) -> ConditioningSettings:
+        """How measured speeds become the flow's input."""
+        return conditioning_of(self.summary, self.model)
+
+
+def train_flow(
+    *,
+    pool: Path,
+    observations: Sequence[Path],
+    noise: Path,
+    estimator: Path,
+    training: Path,
+    settings: TrainFlowStageSettings,
+    origin: Origin,
+) -> None:
+    """Train q(phi | z) on the pool of all subjects; write its weights and the losses of every epoch.
+
+    Runs on the CPU, on one thread, and repeats to the bit.
+
+    Raises:
+        ArtefactError: The pool lacks a subject.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    label, pooled = f"training {estimator.parent.name}", read_pool(pool)
+    models = read_speed_models(observations, noise, settings.model)
+    parts = [of_subject(pooled, model.recording.subject, pool) for model in models]
+    subjects = [
+        SubjectSimulations(model, part.theta, part.active) for model, part in zip(models, parts, strict=True)
+    ]
+    seed = integer_seed(origin.seed, "flow training")
+    result = train_on_pool(subjects, settings.conditioning, settings.estimator, seed, label)
+    save_flow(estimator, result.flow, origin.provenance(KIND, settings))
+    write_epochs(training, result.epochs)
+
+
+class TrainPopulationStageSettings(Settings):
+    """What the trained flow depends on, beside the simulations."""
+
+    model: SpeedModelSettings
+    conditions: ConditionSettings
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    estimator: FlowSettings
+
+
+def train_population(
+    *,
+    shards: Sequence[Path],
+    estimator: Path,
+    training: Path,
+    settings: TrainPopulationStageSettings,
+    origin: Origin,
+) -> None:
+    """Train q(phi | z) on recordings drawn over the population; write weights and losses of every epoch.
+
+    Runs on the CPU, on one thread, and repeats to the bit.
+
+    Raises:
+        ArtefactError: A shard is no such artefact.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    phases = PhaseSettings(phases=settings.acquisition.phases, relative_se=settings.conditions.relative_se)
+    maker = RowMaker(
+        model=settings.model,
+        conditions=settings.conditions,
+        protocol=settings.acquisition,
+        recording=settings.recording,
+        phases=phases,
+        seed=integer_seed(origin.seed, "population training"),
+    )
+    label = f"training {estimator.parent.name}"
+    result = train_on_population(read_population(shards), maker, settings.estimator, label)
+    save_flow(estimator, result.flow, origin.provenance(KIND, settings))
+    write_epochs(training, result.epochs)

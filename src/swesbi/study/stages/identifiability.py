@@ -1,0 +1,133 @@
+"""What the recordings can tell about the parameters, and what other recordings would; its figures."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from swesbi.artefacts import ArtefactError, load, save
+from swesbi.base import Settings
+from swesbi.checks.identifiability.designs import single_repeat_variance
+from swesbi.checks.identifiability.information import QUANTITY_NAMES
+from swesbi.checks.identifiability.settings import IdentifiabilitySettings
+from swesbi.checks.identifiability.subject import CohortIdentifiability, RecordedSubject, identify_cohort
+from swesbi.checks.identifiability.tables import (
+    KIND,
+    SCHEMA,
+    design_table,
+    information_table,
+    summary_table,
+    to_groups,
+)
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.measurement.subjects import read_speed_model
+from swesbi.posterior.exact import read_exact_posterior
+from swesbi.recording.noise import read_noise
+from swesbi.recording.observation import read_observation
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.identifiability import draw_design, draw_identifiability
+from swesbi.show.figures.style import save_figure
+from swesbi.study.stages.origin import Origin, place_of
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class IdentifiabilityStageSettings(Settings):
+    """What the study of identifiability depends on, beside its input files."""
+
+    model: SpeedModelSettings
+    identifiability: IdentifiabilitySettings
+
+
+def identifiability(
+    *,
+    posteriors: Sequence[Path],
+    observations: Sequence[Path],
+    noise: Path,
+    identifiability: Path,
+    summary: Path,
+    information: Path,
+    design: Path,
+    settings: IdentifiabilityStageSettings,
+    origin: Origin,
+) -> None:
+    """Study every subject of the cohort; write the artefact and its three tables.
+
+    Raises:
+        ArtefactError: A posterior is missing, empty or of another subject than its recording.
+        ValueError: A reference beat does not become periodic, or there is no subject.
+    """
+    pairs = zip(posteriors, observations, strict=True)
+    recorded = [read_recorded(posterior, one, noise, settings.model) for posterior, one in pairs]
+    found = identify_cohort(recorded, settings.identifiability, origin.seed)
+    groups = to_groups(found, settings.identifiability)
+    save(identifiability, groups, origin.provenance(KIND, settings))
+    write_csv(summary, summary_table(groups["/"], groups["profile"]))
+    write_csv(information, information_table(groups["phases"]))
+    mass = settings.identifiability.interval
+    write_csv(design, design_table(groups["design"], groups["placement"], mass))
+    _log(found)
+
+
+def read_recorded(
+    posterior: Path, observation: Path, noise: Path, settings: SpeedModelSettings
+) -> RecordedSubject:
+    """Read one recording with its posterior draws.
+
+    Raises:
+        ArtefactError: The posterior is empty, or of another subject.
+    """
+    observed, components = read_observation(observation), read_noise(noise).components
+    phi = read_exact_posterior(posterior).phi
+    if place_of(posterior).subject != observed.subject:
+        raise ArtefactError(
+            f"{posterior}: is not of subject {observed.subject}, whose recording comes with it"
+        )
+    if not len(phi):
+        raise ArtefactError(f"{posterior}: holds no posterior draw; delete it and rerun")
+    return RecordedSubject(
+        model=read_speed_model(observation, noise, settings),
+        phi=phi,
+        phase=observed.phase,
+        measured=observed.measured,
+        repeat_variance=single_repeat_variance(components, observed.samples_by_repeat[observed.measured]),
+    )
+
+
+def _log(found: CohortIdentifiability) -> None:
+    """Log the expected over the found posterior sd: how far the design figures can be trusted."""
+    for one in found.subjects:
+        ratio = one.spread.expected_sd_log / one.spread.sd_log
+        parts = ", ".join(
+            f"{name} {value:.2f}" for name, value in zip(QUANTITY_NAMES, np.round(ratio, 2), strict=True)
+        )
+        LOGGER.info("subject %s: expected / found posterior sd: %s", one.subject, parts)
+
+
+class IdentifiabilityFiguresSettings(Settings):
+    """What the figures call the subjects."""
+
+    cohort_title: str
+
+
+def identifiability_figures(
+    *,
+    identifiability: Path,
+    identifiability_pdf: Path,
+    identifiability_png: Path,
+    design_pdf: Path,
+    design_png: Path,
+    settings: IdentifiabilityFiguresSettings,
+    origin: Origin,
+) -> None:
+    """Draw what the recordings tell, and what others would.
+
+    Raises:
+        ArtefactError: The file is not such an artefact.
+    """
+    groups = {name: load(identifiability, KIND, name)[0] for name in SCHEMA}
+    save_figure(draw_identifiability(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
+    save_figure(draw_design(groups, settings.cohort_title), design_pdf, design_png)

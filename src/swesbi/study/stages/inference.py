@@ -1,0 +1,262 @@
+"""Posteriors by the density estimator, and its recovery of known parameters."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from swesbi.artefacts import ArtefactError, save, write_json
+from swesbi.base import Settings
+from swesbi.checks.recovery import fresh_simulations, recover, score_recovery, shares
+from swesbi.checks.settings import RecoverySettings
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate
+from swesbi.measurement.operator import PassiveCalibrationError
+from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings, summary_names
+from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects
+from swesbi.networks.paper.estimator import load_estimator
+from swesbi.networks.paper.maf import Sampler, draw_candidates
+from swesbi.networks.paper.pool import Pool, augment, noise_sd, read_pool, with_context
+from swesbi.networks.settings import ObservationModelSettings
+from swesbi.population.synthetic import Reacquisition
+from swesbi.posterior.settings import PosteriorSettings
+from swesbi.posterior.truncated import POSTERIOR, posterior_to_groups, summarise_posterior
+from swesbi.prior import PriorSettings, log_centre
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.settings import RecordingSettings
+from swesbi.seeds import generator, integer_seed
+from swesbi.show.csv import write_csv
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.settings import SupportSettings
+from swesbi.verdict.support import diagnose
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+
+LOGGER = logging.getLogger("swesbi")
+
+
+FloatArray = NDArray[np.float64]
+
+
+class PosteriorStageSettings(Settings):
+    """What support and posterior depend on, beside pool and estimator."""
+
+    prior: PriorSettings
+    support: SupportSettings
+    posterior: PosteriorSettings
+
+
+def posterior(
+    *,
+    pool: Path,
+    estimator: Path,
+    posterior: Path,
+    support: Path,
+    settings: PosteriorStageSettings,
+    origin: Origin,
+) -> None:
+    """Draw candidates for ``origin.subject``, judge its prior support, keep the draws within the prior.
+
+    A subject that is not supported keeps its draws, if it has any, and its verdict.
+
+    Raises:
+        ArtefactError: The estimator was trained on other components than the pool's.
+    """
+    subject = origin.subject
+    data, (trained, _) = read_pool(pool), load_estimator(estimator)
+    check_components(data, trained, estimator)
+    z_obs, names = data.observed_z(subject), data.components.names
+    seed = integer_seed(origin.seed, "posterior", subject)
+    candidates = draw_candidates(trained, z_obs[None], settings.support.candidate_draws, seed)[0]
+    verdict = diagnose(z_obs, names, candidates, settings.prior, settings.support)
+    summary = summarise_posterior(candidates, z_obs, names, settings.prior, settings.posterior)
+    save(posterior, posterior_to_groups(summary), origin.provenance(POSTERIOR, settings))
+    write_json(support, verdict.to_json())
+    LOGGER.info("subject %s: %s", subject, verdict.verdict)
+
+
+def check_components(pool: Pool, estimator: Sampler, path: Path) -> None:
+    """Refuse an estimator that was trained on other components than the pool's.
+
+    Raises:
+        ArtefactError: Names or order of the components differ.
+    """
+    if estimator.components != pool.components.names:
+        raise ArtefactError(
+            f"{path}: takes the components {', '.join(estimator.components)}; "
+            f"the pool holds {', '.join(pool.components.names)}. Train on this pool"
+        )
+
+
+class RecoveryStageSettings(Settings):
+    """What the recovery depends on, beside its input files."""
+
+    prior: PriorSettings
+    forward_model: ForwardModelSettings
+    measurement: MeasurementSettings
+    summary: SummarySettings
+    observation_model: ObservationModelSettings
+    recovery: RecoverySettings
+
+
+def recovery(
+    *,
+    pool: Path,
+    estimator: Path,
+    passives: Sequence[Path],
+    observations: Sequence[Path],
+    recovery: Path,
+    settings: RecoveryStageSettings,
+    origin: Origin,
+) -> None:
+    """Simulate fresh theta from the prior in the cohort's contexts, infer them, and score the posteriors.
+
+    Each recording has the context, the phases and the passive baseline of one subject, and the noise of
+    the experiment's observation model.
+
+    Raises:
+        ArtefactError: An input does not fit the others.
+    """
+    subjects = read_measured_subjects(observations, passives)
+    truth, raw = synthetic_recordings(subjects, settings, origin.seed)
+    posteriors = infer(pool, estimator, raw, settings.recovery.candidate_draws, origin.seed)
+    write_scores(recovery, truth, posteriors, settings.prior, settings.recovery)
+
+
+def synthetic_recordings(
+    subjects: Sequence[MeasuredSubject], settings: RecoveryStageSettings, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return theta (N, 3) and raw features with context (N, C) of recordings shared over the subjects."""
+    counts = shares(settings.recovery.recordings, len(subjects))
+    made = [_recordings(s, n, settings, seed) for s, n in zip(subjects, counts, strict=True) if n]
+    truth, raw = (np.concatenate(parts) for parts in zip(*made, strict=True))
+    return truth, raw
+
+
+def infer(pool: Path, estimator: Path, raw: FloatArray, draws: int, seed: int) -> FloatArray:
+    """Draw candidates (N, draws, 3) for recordings given as raw features and context, shape (N, C).
+
+    Raises:
+        ArtefactError: The estimator was trained on other components than the pool's.
+    """
+    data, (trained, _) = read_pool(pool), load_estimator(estimator)
+    check_components(data, trained, estimator)
+    z = data.standardisation.apply(raw)
+    return draw_candidates(trained, z, draws, posterior_seed(seed))
+
+
+def posterior_seed(seed: int) -> int:
+    """Return the seed of the draws that recordings are inferred with."""
+    return integer_seed(seed, "recovery", "posterior")
+
+
+def write_scores(
+    path: Path, truth: FloatArray, candidates: FloatArray, prior: PriorSettings, settings: RecoverySettings
+) -> None:
+    """Score the posteriors of N recordings against their truth (N, 3) and write one row a score."""
+    recovered = recover(truth, candidates, prior, settings)
+    rows = score_recovery(recovered, prior, settings)
+    write_csv(path, pd.DataFrame([asdict(row) for row in rows]), float_format=None)
+    LOGGER.info("%s: %d of %d recordings scored", path.stem, len(recovered.truth), len(truth))
+    for row in rows:
+        LOGGER.info("  %s, nominal %.2f: coverage %.3f", row.parameter, row.nominal, row.coverage)
+
+
+def _recordings(
+    subject: MeasuredSubject, count: int, settings: RecoveryStageSettings, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return theta (n, 3) and raw conditioning vectors (n, C) of synthetic recordings of one subject."""
+    context = subject.observation.context
+    simulations = fresh_simulations(count, context, settings.prior, settings.forward_model, seed)
+    clean = subject.simulated_features(
+        simulations.cycle_phase, simulations.active_stiffness_kpa, settings.measurement, settings.summary
+    )
+    sd = noise_sd(summary_names(settings.summary), settings.observation_model.feature_noise_sd)
+    noisy = augment(clean, sd, 1, generator(seed, "recovery", "feature noise", context.subject))[:, 0]
+    return simulations.theta, with_context(noisy, context)
+
+
+class RecoveryAcquisitionStageSettings(Settings):
+    """What this recovery depends on, beside its input files."""
+
+    prior: PriorSettings
+    passive_reference_prior: PriorSettings
+    forward_model: ForwardModelSettings
+    measurement: MeasurementSettings
+    passive: PassiveSettings
+    recording: RecordingSettings
+    acquisition: AcquisitionSettings
+    summary: SummarySettings
+    recovery: RecoverySettings
+
+
+def recovery_acquisition(
+    *,
+    pool: Path,
+    estimator: Path,
+    passives: Sequence[Path],
+    observations: Sequence[Path],
+    recovery_acquisition: Path,
+    settings: RecoveryAcquisitionStageSettings,
+    origin: Origin,
+) -> None:
+    """Record fresh theta with acquisition noise, ingest, calibrate and infer each recording, and score.
+
+    Theta are those of the recovery under the experiment's own observation model. A recording that
+    ingestion or calibration refuses is not scored; the log says how many were.
+
+    Raises:
+        ArtefactError: An input does not fit the others.
+        ValueError: Every recording was refused.
+    """
+    subjects = read_measured_subjects(observations, passives)
+    counts = shares(settings.recovery.recordings, len(subjects))
+    made = [
+        _acquired_recordings(s, n, settings, origin.seed) for s, n in zip(subjects, counts, strict=True) if n
+    ]
+    truth, raw = (np.concatenate(parts) for parts in zip(*made, strict=True))
+    LOGGER.info("%d of %d recordings passed ingestion and calibration", len(truth), sum(counts))
+    if not len(truth):
+        raise ValueError(f"all {sum(counts)} synthetic recordings were refused; see the log for the reasons")
+    posteriors = infer(pool, estimator, raw, settings.recovery.candidate_draws, origin.seed)
+    write_scores(recovery_acquisition, truth, posteriors, settings.prior, settings.recovery)
+
+
+def _acquired_recordings(
+    subject: MeasuredSubject, count: int, settings: RecoveryAcquisitionStageSettings, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return theta (n, 3) and raw conditioning vectors (n, C) of the recordings that passed; n <= count."""
+    context = subject.observation.context
+    simulations = fresh_simulations(count, context, settings.prior, settings.forward_model, seed)
+    maker = _reacquisition(subject, settings)
+    passed: list[int] = []
+    features: list[FloatArray] = []
+    for index, active in enumerate(simulations.active_stiffness_kpa):
+        rng = generator(seed, "recovery", "acquisition", context.subject, index)
+        try:
+            features.append(maker.features(simulations.cycle_phase, active, rng))
+        except (RecordingError, PassiveCalibrationError) as error:
+            LOGGER.info("subject %s, synthetic recording %d refused: %s", context.subject, index, error)
+        else:
+            passed.append(index)
+    stacked = np.array(features).reshape(len(passed), len(summary_names(settings.summary)))
+    return simulations.theta[passed], with_context(stacked, context)
+
+
+def _reacquisition(subject: MeasuredSubject, settings: RecoveryAcquisitionStageSettings) -> Reacquisition:
+    centre = log_centre(settings.passive_reference_prior)
+    reference = simulate(centre[None, :], subject.observation.context, settings.forward_model)
+    return Reacquisition(
+        subject=subject,
+        reference=reference,
+        acquisition=settings.acquisition,
+        recording=settings.recording,
+        passive=settings.passive,
+        measurement=settings.measurement,
+        summary=settings.summary,
+    )

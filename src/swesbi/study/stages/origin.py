@@ -1,0 +1,76 @@
+"""Where the results of a stage come from, and which experiment and subject each belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.base import Settings
+
+
+@dataclass(frozen=True)
+class Origin:
+    """The study's seed, the subject (empty for the whole cohort) and the hash of the stage's code."""
+
+    seed: int
+    subject: str = ""
+    code_hash: str = ""
+
+    def provenance(self, kind: str, settings: Settings) -> Provenance:
+        """Return the provenance of an artefact of this ``kind`` made under these ``settings``."""
+        return Provenance(kind, self.subject, self.seed, settings.to_plain(), self.code_hash)
+
+
+FOLDER = "subjects"
+
+
+class Place(NamedTuple):
+    """Where a per-subject result lies: ``<experiment>/subjects/<subject>/<file>``."""
+
+    experiment: str
+    subject: str
+
+
+def place_of(path: Path) -> Place:
+    """Return the experiment and the subject of a per-subject result.
+
+    Raises:
+        ArtefactError: The file does not lie in an experiment's folder of a subject.
+    """
+    folders = path.parts[-4:-1]
+    if len(folders) < 3 or folders[1] != FOLDER:
+        raise ArtefactError(f"{path}: expected <experiment>/{FOLDER}/<subject>/{path.name}")
+    return Place(folders[0], folders[2])
+
+
+def by_place(paths: Sequence[Path]) -> dict[Place, Path]:
+    """Return results by experiment and subject, in the order given.
+
+    Raises:
+        ArtefactError: Two files are of the same subject and experiment.
+    """
+    places = {place_of(path): path for path in paths}
+    if len(places) < len(paths):
+        raise ArtefactError(f"{paths[0]} and others: two files of the same subject and experiment")
+    return places
+
+
+def by_subject(paths: Sequence[Path]) -> dict[str, Path]:
+    """Return results that belong to no experiment (``cmaes/<subject>.h5``) by subject."""
+    return {path.stem: path for path in paths}
+
+
+def pick(paths: dict[Place, Path], place: Place, what: str) -> Path:
+    """Return one subject's file.
+
+    Raises:
+        ArtefactError: There is none.
+    """
+    if place not in paths:
+        raise ArtefactError(
+            f"no {what} of subject {place.subject} in experiment {place.experiment!r} is given"
+        )
+    return paths[place]

@@ -1,0 +1,296 @@
+"""The landing page of the results, readable without the workflow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+from pydantic import JsonValue
+
+from swesbi import __version__
+from swesbi.artefacts import ArtefactError, atomic_path
+from swesbi.base import Settings
+from swesbi.posterior.result import read_exact_result
+from swesbi.recording.noise import read_noise
+from swesbi.recording.observation import read_observation
+from swesbi.show.figures.population import read_strata
+from swesbi.show.figures.registry import PagePart
+from swesbi.show.figures.training import read_history
+from swesbi.show.names import protocol_entry
+from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
+from swesbi.show.page.page import Cohort, Provenance, as_yaml, make_page, render, study_figures
+from swesbi.show.page.sections import Section, make_population_section, make_section, section_figures
+from swesbi.show.results import Experiment, Recovery, Results
+from swesbi.show.tables.exact import Exact
+from swesbi.show.tables.experiments import read_comparison
+from swesbi.show.tables.population import OverPopulation
+from swesbi.study.stages.origin import Origin, Place, by_place
+from swesbi.verdict.answers import read_cohort
+from swesbi.verdict.support import read_support
+
+
+def read_exact(
+    experiments: Sequence[Experiment],
+    posteriors: Sequence[Path],
+    tables: Mapping[str, Sequence[Path]],
+    noise: Sequence[Path],
+    truth: Sequence[Path],
+) -> tuple[Exact, ...]:
+    """Read what only experiments on speeds have, in the order of the experiments.
+
+    Args:
+        experiments: All experiments.
+        posteriors: ``posterior.h5`` of every subject in every experiment on speeds.
+        tables: By kind, ``<kind>.csv`` of every experiment on speeds.
+        noise: The cohort's noise; none without an experiment on speeds.
+        truth: ``truth.csv``, or none.
+
+    Raises:
+        ArtefactError: A file of an experiment is missing.
+    """
+    chosen = [experiment for experiment in experiments if experiment.exact]
+    if chosen and not noise:
+        raise ArtefactError("the cohort's noise is not given")
+    truths = _truth(truth)
+    found = by_place(posteriors)
+    return tuple(
+        Exact(
+            experiment=experiment,
+            results={
+                place.subject: read_exact_result(path)
+                for place, path in found.items()
+                if place.experiment == experiment.name
+            },
+            noise=read_noise(noise[0]),
+            truth=truths[truths["experiment"] == experiment.name],
+            **{kind: _table(paths, kind, experiment.name) for kind, paths in tables.items()},
+        )
+        for experiment in chosen
+    )
+
+
+def _table(paths: Sequence[Path], kind: str, experiment: str) -> pd.DataFrame:
+    by_experiment = {path.parent.name: path for path in paths}
+    if experiment not in by_experiment:
+        raise ArtefactError(f"experiment {experiment!r}: no file of {kind} is given")
+    return pd.read_csv(by_experiment[experiment], converters={"subject": str})
+
+
+def _truth(paths: Sequence[Path]) -> pd.DataFrame:
+    if not paths:
+        return pd.DataFrame(columns=["experiment"])
+    return pd.read_csv(paths[0], converters={"experiment": str, "subject": str})
+
+
+def read_populations(
+    sections: Mapping[str, Mapping[str, JsonValue]], cohorts: Sequence[Path], strata: Sequence[Path]
+) -> tuple[OverPopulation, ...]:
+    """Read the experiments over a population, in the order of their sections.
+
+    Args:
+        sections: Of the configuration, by experiment, with the mass of the credible intervals.
+        cohorts: ``cohort.csv`` of every experiment, in its folder.
+        strata: ``strata.csv`` likewise.
+
+    Raises:
+        ArtefactError: A file of an experiment is missing, or not what its name says.
+    """
+    files = {"cohort": cohorts, "strata": strata}
+    by_kind = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
+    for name in sections:
+        if missing := [kind for kind, paths in by_kind.items() if name not in paths]:
+            raise ArtefactError(f"experiment {name!r}: no file of {', '.join(missing)} is given")
+    return tuple(
+        OverPopulation(
+            name=name,
+            settings=plain,
+            interval=float(str(plain["interval"])),
+            cohort=read_cohort(by_kind["cohort"][name]),
+            strata=read_strata(by_kind["strata"][name]),
+        )
+        for name, plain in sections.items()
+    )
+
+
+class ReportSettings(Settings):
+    """What the page says of the study's configuration.
+
+    Attributes:
+        cohort_title: What the subjects are called.
+        main_experiment: The experiment of figures 2 and 3 and of table 1.
+        experiments: Section of each experiment shown, its prior as the prior itself.
+        populations: Section of each experiment over a population, with the mass of its credible intervals.
+        configuration: The configuration as the page prints it.
+    """
+
+    cohort_title: str
+    main_experiment: str
+    experiments: dict[str, dict[str, JsonValue]]
+    populations: dict[str, dict[str, JsonValue]]
+    configuration: dict[str, JsonValue]
+
+
+def report(
+    *,
+    recording: Path,
+    observations: Sequence[Path],
+    supports: Sequence[Path],
+    trainings: Sequence[Path],
+    recoveries: Sequence[Path],
+    recovery_acquisitions: Sequence[Path],
+    ppc_csv: Path,
+    features_csv: Path,
+    posterior_csv: Path,
+    comparison_csv: Path,
+    workflow_png: Path,
+    workflow_pdf: Path,
+    ppc_png: Path,
+    ppc_pdf: Path,
+    posterior_png: Path,
+    posterior_pdf: Path,
+    experiments_png: Path,
+    experiments_pdf: Path,
+    epochs_png: Path,
+    epochs_pdf: Path,
+    training_pngs: Sequence[Path],
+    exact_posteriors: Sequence[Path],
+    calibrations: Sequence[Path],
+    misspecifications: Sequence[Path],
+    identifiabilities: Sequence[Path],
+    noise: Sequence[Path],
+    truth_csv: Sequence[Path],
+    exact_pngs: Sequence[Path],
+    population_cohorts: Sequence[Path],
+    population_strata: Sequence[Path],
+    population_pngs: Sequence[Path],
+    artefacts: Sequence[Path],
+    report: Path,
+    configuration: Path,
+    settings: ReportSettings,
+    origin: Origin,
+) -> None:
+    """Write the configuration and the page, which refers to every file by its path relative to itself.
+
+    What belongs to experiments on speeds or over a population is empty where none is run; ``noise`` and
+    ``truth_csv`` hold one file or none.
+
+    Raises:
+        ArtefactError: An input is missing for an experiment, or cannot be read.
+    """
+    title = settings.cohort_title
+    tables = {"scores": ppc_csv, "features": features_csv, "posterior": posterior_csv}
+    files = {"training": trainings, "own": recoveries, "acquisition": recovery_acquisitions}
+    results = _results(settings, observations, supports, tables, files, comparison_csv)
+    images = {
+        "workflow": (workflow_png, workflow_pdf),
+        "ppc": (ppc_png, ppc_pdf),
+        "posterior": (posterior_png, posterior_pdf),
+        "experiments": (experiments_png, experiments_pdf),
+        "epochs": (epochs_png, epochs_pdf),
+    }
+    figures = study_figures(images, training_pngs, report, results.main, title)
+    checks = {"calibration": calibrations, "misspecification": misspecifications}
+    checks["identifiability"] = identifiabilities
+    exact = read_exact(results.experiments, exact_posteriors, checks, noise, truth_csv)
+    sections = _sections(exact, exact_pngs, report, title)
+    populations = [
+        make_population_section(
+            each, section_figures(PagePart.POPULATION, population_pngs, each.name, report, title), title
+        )
+        for each in read_populations(settings.populations, population_cohorts, population_strata)
+    ]
+    origins = _provenance(settings, origin, artefacts, relative(configuration, report))
+    files_shown = file_groups(artefacts, report)
+    cohort = _cohort(recording, title)
+    page = make_page(results, cohort, figures, sections, populations, files_shown, origins)
+    _write(configuration, origins.configuration)
+    _write(report, render(page))
+
+
+def _sections(exact: Iterable[Exact], pngs: Sequence[Path], report: Path, title: str) -> list[Section]:
+    return [
+        make_section(each, section_figures(PagePart.SPEEDS, pngs, each.experiment.name, report, title), title)
+        for each in exact
+    ]
+
+
+def _provenance(
+    settings: ReportSettings, origin: Origin, artefacts: Sequence[Path], configuration: str
+) -> Provenance:
+    return Provenance(
+        seed=origin.seed,
+        code_hash=origin.code_hash,
+        version=__version__,
+        artefacts=provenance_table(artefacts),
+        software=software_table(),
+        configuration=as_yaml(settings.configuration),
+        configuration_file=configuration,
+    )
+
+
+def _write(path: Path, text: str) -> None:
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _results(
+    settings: ReportSettings,
+    observations: Sequence[Path],
+    supports: Sequence[Path],
+    tables: Mapping[str, Path],
+    files: Mapping[str, Sequence[Path]],
+    comparison: Path,
+) -> Results:
+    """Read everything that the page shows in numbers."""
+    texts = {"experiment": str, "subject": str}
+    shown = {name: pd.read_csv(path, converters=texts) for name, path in tables.items()}
+    verdicts = by_place(supports)
+    of_experiment = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
+    experiments = tuple(
+        _experiment(name, plain, shown, verdicts, of_experiment)
+        for name, plain in settings.experiments.items()
+    )
+    return Results(
+        observations=tuple(map(read_observation, observations)),
+        experiments=experiments,
+        main=next(each for each in experiments if each.name == settings.main_experiment),
+        comparison=read_comparison(comparison),
+    )
+
+
+def _experiment(
+    name: str,
+    plain: Mapping[str, Any],
+    tables: Mapping[str, pd.DataFrame],
+    verdicts: Mapping[Place, Path],
+    files: Mapping[str, Mapping[str, Path]],
+) -> Experiment:
+    if missing := [kind for kind, paths in files.items() if name not in paths]:
+        raise ArtefactError(f"experiment {name!r}: no file of {', '.join(missing)} is given")
+    own, acquisition = (pd.read_csv(files[kind][name]) for kind in ("own", "acquisition"))
+    return Experiment(
+        name=name,
+        settings=plain,
+        supports={
+            place.subject: read_support(path) for place, path in verdicts.items() if place.experiment == name
+        },
+        recovery=Recovery(own, acquisition),
+        training=read_history(files["training"][name]),
+        **{kind: table[table["experiment"] == name] for kind, table in tables.items()},
+    )
+
+
+def _cohort(recording: Path, title: str) -> Cohort:
+    """Read what the cohort says of its own recordings; only ``origin`` is required.
+
+    Raises:
+        ArtefactError: It does not say where the recordings come from.
+    """
+    plain = yaml.safe_load(recording.read_text(encoding="utf-8"))
+    if not isinstance(plain, dict) or not plain.get("origin"):
+        raise ArtefactError(f"{recording}: add `origin`: who or what was recorded, in a few words")
+    protocol = tuple(protocol_entry(key, value) for key, value in (plain.get("protocol") or {}).items())
+    return Cohort(title, recording.parent.as_posix(), str(plain["origin"]), protocol)

@@ -1,0 +1,194 @@
+"""Figures of the study: its workflow, its experiments, its trainings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from swesbi.base import Settings
+from swesbi.checks.predictive import read_predictive
+from swesbi.networks.paper.pool import Pool, read_pool
+from swesbi.parameters import K_ATP
+from swesbi.posterior.truncated import Posterior, read_posterior
+from swesbi.prior import PriorSettings
+from swesbi.recording.observation import read_observation
+from swesbi.show.figures.experiments import ExperimentScore, draw_experiments
+from swesbi.show.figures.style import save_figure
+from swesbi.show.figures.training import draw_epochs, draw_training, read_epochs, read_history
+from swesbi.show.figures.workflow import WorkflowPicture, draw_workflow
+from swesbi.study.stages.origin import Origin, Place, by_place, pick
+from swesbi.verdict.support import Support, read_support
+
+
+class WorkflowFigureSettings(Settings):
+    """What the figure calls the subjects and the estimator, and the prior it shows."""
+
+    cohort_title: str
+    prior: PriorSettings
+    estimator: str
+
+
+def workflow_figure(
+    *,
+    pool: Path,
+    training: Path,
+    observations: Sequence[Path],
+    predictives: Sequence[Path],
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: WorkflowFigureSettings,
+    origin: Origin,
+) -> None:
+    """Draw the workflow of one experiment with its first supported subject, in the order of ``supports``.
+
+    Where no subject is supported the first one is shown, marked as excluded.
+
+    Raises:
+        ArtefactError: A file of the subject is missing, or cannot be read.
+    """
+    verdicts = {place: read_support(path) for place, path in by_place(supports).items()}
+    place = shown_place(verdicts)
+    posterior = read_posterior(pick(by_place(posteriors), place, "posterior"))
+    data, support = read_pool(pool), verdicts[place]
+    rows = _rows_of(data, place.subject)
+    contexts = {path.parent.name: path for path in observations}
+    picture = WorkflowPicture(
+        subject=place.subject,
+        context=read_observation(contexts[place.subject]).context,
+        prior=settings.prior,
+        check=read_predictive(pick(by_place(predictives), place, "predictive check"))[0],
+        components=data.components.names,
+        pool_z=data.z[rows].astype(np.float64),
+        sample_z=data.z[rows & (data.draw_index == data.draw_index[rows].min())].astype(np.float64),
+        z_obs=data.observed_z(place.subject),
+        theta=_shown_draws(posterior, support),
+        support=support,
+        history=read_history(training),
+        estimator=settings.estimator.upper(),
+        subjects=len(data.subjects),
+        rows=len(data.z),
+    )
+    save_figure(draw_workflow(picture, settings.cohort_title), figure_pdf, figure_png)
+
+
+def shown_place(verdicts: Mapping[Place, Support]) -> Place:
+    """Return the first supported subject, or the first where none is.
+
+    Raises:
+        ValueError: There is no subject.
+    """
+    if not verdicts:
+        raise ValueError("no subject to draw: the cohort is empty")
+    return next((place for place, support in verdicts.items() if support.supported), next(iter(verdicts)))
+
+
+def _rows_of(pool: Pool, subject: str) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    return np.asarray(pool.subject_index == pool.subjects.index(subject))
+
+
+def _shown_draws(posterior: Posterior, support: Support) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Return the posterior draws, or the finite unfiltered candidates of an excluded subject."""
+    if support.supported:
+        return posterior.theta
+    return posterior.unfiltered[np.all(np.isfinite(posterior.unfiltered), axis=1)]
+
+
+class ExperimentsFigureSettings(Settings):
+    """What the figure calls the subjects, and the experiment with which the others are compared."""
+
+    cohort_title: str
+    main_experiment: str
+
+
+def experiments_figure(
+    *,
+    predictives: Sequence[Path],
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: ExperimentsFigureSettings,
+    origin: Origin,
+) -> None:
+    """Draw RMSE, coverage and k_ATP of every experiment and subject, in the order of ``predictives``.
+
+    Raises:
+        ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
+    """
+    posterior_of, support_of = by_place(posteriors), by_place(supports)
+    scores = [
+        _score(
+            place, path, pick(posterior_of, place, "posterior"), pick(support_of, place, "support verdict")
+        )
+        for place, path in by_place(predictives).items()
+    ]
+    masses = (read_predictive(predictives[0])[0].interval, read_posterior(posteriors[0]).interval_mass)
+    figure = draw_experiments(scores, settings.main_experiment, masses, settings.cohort_title)
+    save_figure(figure, figure_pdf, figure_png)
+
+
+def _score(place: Place, predictive: Path, posterior: Path, support: Path) -> ExperimentScore:
+    check, verdict, draws = read_predictive(predictive)[0], read_support(support), read_posterior(posterior)
+    low, high = map(float, draws.interval[K_ATP])
+    return ExperimentScore(
+        experiment=place.experiment,
+        subject=place.subject,
+        supported=verdict.supported,
+        rmse_kpa=check.posterior.scores.rmse_kpa,
+        prior_rmse_kpa=check.prior.scores.rmse_kpa,
+        coverage=check.posterior.scores.coverage,
+        coverage_phases=check.posterior.phase_scores.coverage,
+        k_atp_per_s=(low, float(draws.median[K_ATP]), high),
+        unfiltered_k_atp_per_s=verdict.unfiltered_median["k_atp_per_s"],
+    )
+
+
+class TrainingFigureSettings(Settings):
+    """What the figure calls the subjects."""
+
+    cohort_title: str
+
+
+def training_figure(
+    *,
+    training: Path,
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: TrainingFigureSettings,
+    origin: Origin,
+) -> None:
+    """Draw the loss curves."""
+    history = read_history(training)
+    save_figure(draw_training(history, settings.cohort_title), figure_pdf, figure_png)
+
+
+class EpochsFigureSettings(Settings):
+    """What the figure calls the subjects and the experiment, and the mass of its intervals."""
+
+    cohort_title: str
+    experiment: str
+    interval: float
+
+
+def epochs_figure(
+    *,
+    epochs: Path,
+    training: Path,
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: EpochsFigureSettings,
+    origin: Origin,
+) -> None:
+    """Draw the four panels."""
+    figure = draw_epochs(
+        read_epochs(epochs),
+        read_history(training),
+        settings.interval,
+        settings.cohort_title,
+        settings.experiment,
+    )
+    save_figure(figure, figure_pdf, figure_png)

@@ -1,0 +1,83 @@
+"""Check a cohort of recordings: every problem at once, or a summary of what it holds."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from swesbi.config.models import Config
+from swesbi.config.read import add_options, parse_config, read_merged
+from swesbi.recording.check import CohortReport, examine_cohort, summary
+from swesbi.recording.files import SUBJECTS
+from swesbi.recording.problems import Problem, listed
+
+EXIT_PROBLEMS = 2
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run `validate`; return 0, or 2 after listing what must be corrected.
+
+    Raises:
+        ConfigError: The configuration itself is wrong.
+    """
+    options = _parser().parse_args(arguments)
+    cohort: Path = options.cohort
+    config = parse_config(read_merged(options.config, options.overlay), str(options.config))
+    report = examine_cohort(cohort, config.recording, config.measurement.grid_points)
+    here = cohort.resolve() == Path(config.cohort).resolve()
+    problems = (*report.problems, *(_unknown_subjects(report, config, options.config) if here else ()))
+    if problems:
+        several = "" if len(problems) > 1 else "1 problem\n  - "
+        print(f"{cohort}: {several}{listed(problems)}\nNothing was written.", file=sys.stderr)
+        return EXIT_PROBLEMS
+    print(f"{cohort}: {len(report.subjects)} recordings can be used; origin: {report.origin}\n")
+    print(summary(report))
+    for note in (*report.notes, *(() if here else (_elsewhere(cohort, config, options.config),))):
+        print(f"note: {note}")
+    if options.plot:
+        _plot(report, options.plot)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m swesbi validate",
+        description="Check a cohort before anything runs on it. Either every problem is listed, with file, "
+        "row, column, value and remedy, and the exit code is 2; or a table says for each subject how many "
+        "phases were measured, how many samples were rejected and why, and how large standard errors are. "
+        "Number of phases, density and limits of quality control are those of `recording` in config.yaml.",
+    )
+    parser.add_argument("cohort", type=Path, help="folder with subjects.csv, recording.yaml and swe/")
+    parser.add_argument(
+        "--plot", type=Path, metavar="FOLDER", help="write a quality-control sheet per subject"
+    )
+    add_options(parser)
+    return parser
+
+
+def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> list[Problem]:
+    """Return the subjects that the configuration names and the cohort has not."""
+    known = [subject.observation.subject for subject in report.subjects]
+    if config.subjects == "all" or report.problems:
+        return []
+    reason = f"is no subject of {Path(config.cohort) / SUBJECTS}, which has {', '.join(known)}"
+    remedy = "correct `subjects`, or write `subjects: all`"
+    unknown = [name for name in config.subjects if name not in known]
+    return [Problem(str(source), reason, remedy, column="subjects", value=name) for name in unknown]
+
+
+def _elsewhere(cohort: Path, config: Config, source: Path) -> str:
+    return f"{source} has `cohort: {config.cohort}`; set it to {cohort} to run the study on these recordings"
+
+
+def _plot(report: CohortReport, folder: Path) -> None:
+    # matplotlib is slow to import, and most checks draw nothing
+    from swesbi.show.figures.recording import draw_recording_sheet
+    from swesbi.show.figures.style import save_figure
+
+    for subject in report.subjects:
+        path = folder / f"{subject.observation.subject}.png"
+        save_figure(draw_recording_sheet(subject, report.origin), path)
+        print(f"wrote {path}")

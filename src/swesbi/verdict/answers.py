@@ -1,0 +1,214 @@
+"""The answers to the subjects of a cohort, one row a subject, and verdicts in a few words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from swesbi.artefacts import ArtefactError, load
+from swesbi.context import Context
+from swesbi.parameters import PHI_NAMES
+from swesbi.posterior.truncated import POSTERIOR
+from swesbi.verdict.support import Support, SupportTest, read_support, support_numbers
+
+RECORDINGS: Final = {
+    "own": "the model's own noise",
+    "acquired": "acquired sample by sample",
+    "local": "at the subject's own data",
+    "volunteer": "the volunteer recorded anew",
+}
+
+
+ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
+
+
+POOLED: Final = "pooled"
+"""In place of a subject: the recordings of all."""
+
+
+ALARMS: Final = ("strained or unsupported", "unsupported")
+
+
+SUPPORTED: Final = "supported"
+
+
+STRAINED: Final = "strained"
+
+
+UNSUPPORTED: Final = "unsupported"
+
+
+STATUSES: Final = (SUPPORTED, STRAINED, UNSUPPORTED)
+
+
+SHOWN_TESTS: Final = 3
+
+
+TEST_LABELS: Final = {
+    "chi2": "χ²",
+    "mmd": "MMD",
+    "mahalanobis": "Mahalanobis",
+    "conditional_features": "conditional features",
+    "boundary_mass": "mass at a bound",
+    "context_leave_one_out": "context of the others",
+    "context_ranges": "context range",
+}
+
+
+def is_exact(support: Support) -> bool:
+    """Return whether the posterior is that of an exact likelihood, of an experiment on speeds."""
+    return support.status is not None
+
+
+def status(support: Support) -> str:
+    """Return supported, strained or unsupported; an experiment on features knows the first and the last."""
+    if support.status is not None:
+        return support.status
+    return SUPPORTED if support.supported else UNSUPPORTED
+
+
+def verdict_numbers(support: Support, shown: int = SHOWN_TESTS) -> tuple[str, ...]:
+    """Return what decided, in short lines: ``shown`` flagged tests, or the two criteria of prior support."""
+    if not is_exact(support):
+        return support_numbers(support)
+    flagged = sorted((test for test in support.tests if test.flagged), key=_evidence)
+    lines = tuple(map(_short, flagged))
+    more = len(lines) - shown
+    return lines if more < 2 else (*lines[:shown], f"and {more} more")
+
+
+def weights_in_words(support: Support) -> str:
+    """Return how the importance weights did: "k-hat 0.35, efficiency 81 %"."""
+    shape = "inf" if support.k_hat is None else f"{support.k_hat:.2f}"
+    share = "" if support.efficiency is None else f", efficiency {100.0 * support.efficiency:.0f} %"
+    return f"k-hat {shape}{share}"
+
+
+def sampler_in_words(support: Support) -> str:
+    """Return what gave the exact draws: "importance weights" or "MCMC"."""
+    return "MCMC" if support.sampler == "mcmc" else "importance weights"
+
+
+def label_of_test(name: str) -> str:
+    """Return a test's name in words: "time_to_peak" as "time to peak"."""
+    return TEST_LABELS.get(name, name.replace("_", " "))
+
+
+def _evidence(test: SupportTest) -> float:
+    """Order tests by how strongly they speak, those without a p-value first."""
+    return -1.0 if test.p_value is None else test.p_value
+
+
+def _short(test: SupportTest) -> str:
+    if test.p_value is None:
+        return label_of_test(test.name)
+    small = test.p_value < 0.001
+    return f"{label_of_test(test.name)}, p {'< 0.001' if small else f'= {test.p_value:.3f}'}"
+
+
+FloatArray = NDArray[np.float64]
+
+
+REFUSED: Final = "refused"
+
+
+OUTCOMES: Final = (*STATUSES, REFUSED)
+
+
+LIMITS: Final = ("median", "low", "high")
+
+
+SEPARATOR: Final = "; "
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer to one recording.
+
+    Attributes:
+        status: The verdict.
+        reason: The tests that speak against the model, in words; empty where none does.
+        phi: Median, lower and upper limit of the credible interval of the four parameters; shape (3, 4).
+        k_hat: Pareto shape of the importance weights.
+        efficiency: Their effective share.
+        sampler: What gave the draws: importance or mcmc.
+    """
+
+    status: str
+    reason: str
+    phi: FloatArray
+    k_hat: float
+    efficiency: float
+    sampler: str
+
+
+def read_answer(posterior: Path, support: Path) -> Answer:
+    """Read the summary of a posterior, and not its draws, with the verdict on it.
+
+    Raises:
+        ArtefactError: A file is not what its name says.
+    """
+    root, judged = load(posterior, POSTERIOR)[0], read_support(support)
+    if "passive_scale_median_kpa" not in root:
+        raise ArtefactError(f"{posterior}: is not the posterior of an experiment on speeds")
+    theta = np.vstack([root["median"].to_numpy(), root["interval"].transpose("bound", "parameter")])
+    scale = np.append(root["passive_scale_median_kpa"], root["passive_scale_interval_kpa"])
+    return Answer(
+        status=status(judged),
+        reason=SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged),
+        phi=np.column_stack([theta, scale]),
+        k_hat=float(root["k_hat"]),
+        efficiency=float(root["efficiency"]),
+        sampler=str(root["sampler"].item()),
+    )
+
+
+def cohort_table(
+    contexts: Sequence[Context], answers: Mapping[str, Answer], refused: Mapping[str, str]
+) -> pd.DataFrame:
+    """Return context, verdict and answer of every subject; a refused one has its reason and no answer.
+
+    Args:
+        contexts: All subjects.
+        answers: By subject.
+        refused: Reasons, by subject.
+
+    Raises:
+        ArtefactError: A subject has neither an answer nor a reason.
+    """
+    return pd.DataFrame([asdict(one) | _outcome(one.subject, answers, refused) for one in contexts])
+
+
+def _outcome(subject: str, answers: Mapping[str, Answer], refused: Mapping[str, str]) -> dict[str, object]:
+    if subject in refused:
+        return {"status": REFUSED, "reason": refused[subject]} | dict.fromkeys(answer_columns(), np.nan)
+    if subject not in answers:
+        raise ArtefactError(f"subject {subject}: neither a posterior nor a reason for refusal is given")
+    answer = answers[subject]
+    values = [*answer.phi.T.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
+    outcome: dict[str, object] = {"status": answer.status, "reason": answer.reason}
+    return outcome | dict(zip(answer_columns(), values, strict=True))
+
+
+def answer_columns() -> tuple[str, ...]:
+    """Return the columns of an answer: limits of each parameter, then how the draws were come by."""
+    limits = [f"{name}_{limit}" for name in PHI_NAMES for limit in LIMITS]
+    return (*limits, "k_hat", "efficiency", "sampler")
+
+
+def read_cohort(path: Path) -> pd.DataFrame:
+    """Read ``cohort.csv``.
+
+    Raises:
+        ArtefactError: A column is missing.
+    """
+    table = pd.read_csv(path, converters={"subject": str})
+    if missing := [name for name in ("subject", "status", "reason", *answer_columns()) if name not in table]:
+        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
+    return table.assign(reason=table["reason"].astype(object).fillna(""))

@@ -1,0 +1,171 @@
+"""Is a subject's context one that the cohort, the network or the declared ranges would lead us to expect?
+
+Standardised over the whole cohort, a value of one of n subjects never exceeds sqrt(n - 1) in size, 2.24
+for six. So each subject is compared with the mean and standard deviation of the others alone.
+
+Heart rate, end-diastolic volume and septal thickness set the simulator: with them the posterior itself
+changes, so a subject is refused where they lie beyond those trained on. The other values only steer the
+network, whose draws are weighted with the simulator anyway: it is shown the nearest value that it knows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from swesbi.context import CONTEXT_NAMES, CONTEXT_RANGES, Context
+from swesbi.population.settings import PopulationSettings, in_declared_range
+from swesbi.verdict.settings import ContextCheckSettings
+from swesbi.verdict.support import SupportTest
+
+FloatArray = NDArray[np.float64]
+
+
+CONTINUOUS: Final = tuple(name for name in CONTEXT_NAMES if name != "sex_male")
+
+
+LEAST_OTHERS: Final = 3
+"""Two others give a standard deviation, but a t distribution with one degree of freedom flags nothing."""
+
+
+def context_tests(
+    context: Context, others: Sequence[Context], settings: ContextCheckSettings
+) -> tuple[SupportTest, ...]:
+    """Return the leave-one-subject-out test, where there are enough others, and the declared ranges."""
+    ranges = _ranges_test(context, settings)
+    if len(others) < LEAST_OTHERS:
+        return (ranges,)
+    return (_leave_one_out_test(context, others, settings.level), ranges)
+
+
+def leave_one_out(context: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return t and two-sided p of each value (d,) as one more draw of the normal behind the others (n, d).
+
+    t = (x - mean) / (s sqrt(1 + 1/n)) with n - 1 degrees of freedom. A value in which the others do not
+    differ has t = 0 if it equals theirs, else an infinite one.
+    """
+    n = len(others)
+    spread = others.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / n)
+    distance = context - others.mean(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = np.where(distance == 0.0, 0.0, distance / spread)
+    return t, np.asarray(2.0 * student.sf(np.abs(t), n - 1))
+
+
+def _leave_one_out_test(context: Context, others: Sequence[Context], level: float) -> SupportTest:
+    columns = [CONTEXT_NAMES.index(name) for name in CONTINUOUS]
+    values = np.stack([other.as_array()[columns] for other in others])
+    t, p = leave_one_out(context.as_array()[columns], values)
+    worst = int(np.argmin(p))
+    # Bonferroni over the values, which all come from one subject
+    joint = min(1.0, float(p[worst]) * len(CONTINUOUS))
+    return SupportTest(
+        name="context_leave_one_out",
+        statistic=float(np.clip(abs(t[worst]), 0.0, np.finfo(np.float64).max)),
+        p_value=joint,
+        threshold=level,
+        flagged=joint <= level,
+        detail=f"{CONTINUOUS[worst]} = {_value(context, CONTINUOUS[worst]):g} is the value that lies "
+        f"farthest from the other {len(others)} subjects' (t = {t[worst]:.2f})",
+    )
+
+
+def _ranges_test(context: Context, settings: ContextCheckSettings) -> SupportTest:
+    outside = [
+        f"{name} = {_value(context, name):g} outside [{low:g}, {high:g}]"
+        for name, (low, high) in settings.ranges.items()
+        if not low <= _value(context, name) <= high
+    ]
+    return SupportTest(
+        name="context_ranges",
+        statistic=float(len(outside)),
+        p_value=None,
+        threshold=0.0,
+        flagged=bool(outside),
+        detail=", ".join(outside) if outside else "every value lies within its declared range",
+    )
+
+
+def _value(context: Context, name: str) -> float:
+    return float(context.as_array()[CONTEXT_NAMES.index(name)])
+
+
+SIMULATED: Final = tuple(CONTEXT_RANGES)
+
+
+class ContextRefusedError(ValueError):
+    """The network cannot answer for this context; the message says for which values, and what to do."""
+
+
+def outside(context: Context, trained: Sequence[Context], margin_fraction: float) -> tuple[str, ...]:
+    """Return a sentence for each simulated value beyond those trained on; none if the network may answer.
+
+    A value may lie up to ``margin_fraction`` of the smallest one below it, and of the largest one above it:
+    for one subject alone that is a range too.
+
+    Args:
+        context: The new subject's.
+        trained: Contexts of the n subjects that the network was trained on, at least one.
+        margin_fraction: What is accepted beyond them.
+    """
+    known = np.stack([one.as_array() for one in trained])
+    low, high = known.min(axis=0), known.max(axis=0)
+    value = context.as_array()
+    least, most = low * (1.0 - margin_fraction), high * (1.0 + margin_fraction)
+    return tuple(
+        f"{name} = {value[j]:g} lies outside {least[j]:.4g} to {most[j]:.4g} "
+        f"(they have {low[j]:g} to {high[j]:g})"
+        for j, name in enumerate(CONTEXT_NAMES)
+        if name in SIMULATED and not least[j] <= value[j] <= most[j]
+    )
+
+
+def check_context(context: Context, trained: Sequence[Context], margin_fraction: float) -> None:
+    """Refuse a context that the network was not trained for.
+
+    Raises:
+        ContextRefusedError: Lists every value that lies outside.
+    """
+    reasons = outside(context, trained, margin_fraction)
+    if not reasons:
+        return
+    names = ", ".join(one.subject for one in trained)
+    listed = "".join(f"\n  - {reason}" for reason in reasons)
+    raise ContextRefusedError(
+        f"subject {context.subject} is refused: the network was trained on the contexts of {names}, and "
+        f"cannot answer for this one:{listed}\nIf a value is wrong, correct subjects.csv. If not, put the "
+        "subject into the cohort of the study and rerun it, which trains a network that knows this context."
+    )
+
+
+def check_declared(context: Context, population: PopulationSettings) -> None:
+    """Refuse a context outside the range for which a population's network is declared.
+
+    Raises:
+        ContextRefusedError: Lists every value that lies outside.
+    """
+    if reasons := in_declared_range(context, population):
+        listed = "".join(f"\n  - {reason}" for reason in reasons)
+        raise ContextRefusedError(
+            f"subject {context.subject} is refused: the network is declared for a range of hearts, and this "
+            f"one lies outside:{listed}\nIf a value is wrong, correct subjects.csv. If not, widen "
+            "`declared_range` of the population in the configuration and rerun the study, which trains a "
+            "network for it."
+        )
+
+
+def nearest_known(context: Context, trained: Sequence[Context]) -> Context:
+    """Return the context with values that only steer the network moved into the range of those trained on.
+
+    Heart rate, LVEDV and IVSd stay: the simulator takes them, so moving them moves the network's answer away
+    from the one that the weights correct it to.
+    """
+    known = np.stack([one.as_array() for one in trained])
+    male, *values = np.clip(context.as_array(), known.min(axis=0), known.max(axis=0)).tolist()
+    nearest = Context(context.subject, "M" if male else "F", *values)
+    return replace(nearest, **{name: getattr(context, name) for name in SIMULATED})

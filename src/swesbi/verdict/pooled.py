@@ -1,0 +1,262 @@
+"""Null distributions for a subject who has none: those of other subjects, or of a population.
+
+What the posterior is asked (normal scores and ratios of masses) hardly depends on the subject in its null
+distribution. The whitened space and the distances in it do, and are made anew for the subject. How well that
+holds is measured by judging each subject with the nulls of the others (docs/calibration.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.stats import rankdata
+
+from swesbi.artefacts import (
+    Labels,
+    Part,
+    Variable,
+    build_dataset,
+    from_dataset,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    values_of,
+)
+from swesbi.context import Context
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.settings import summary_names
+from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
+from swesbi.networks.spline.net import TrainedFlow
+from swesbi.parameters import PHI_NAMES
+from swesbi.population.recordings import (
+    OWN,
+    FreshSettings,
+    FreshSubject,
+    fresh_subject,
+    record_fresh,
+    recorded,
+)
+from swesbi.population.settings import NullSettings
+from swesbi.population.synthetic import own_recordings
+from swesbi.progress import Progress
+from swesbi.recording.observation import context_values, contexts_of
+from swesbi.seeds import generator, integer_seed
+from swesbi.verdict.distances import BOUNDS, FeatureSpace, fit_feature_space, prior_strip_mass
+from swesbi.verdict.nulls import Reference, Statistics, fit_joint_null, score_scale, space_distances
+from swesbi.verdict.recordings import NULL, SubjectChecks, weighted_posterior
+from swesbi.verdict.settings import RuleSettings
+from swesbi.verdict.statistics import DISTANCES, MEMBERS, Checks, check_recording, stack_checks
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PriorPredictive:
+    """Features of prior predictive recordings of the new subject.
+
+    Attributes:
+        reference: Those that make the space; shape (m, F).
+        null: Others, for the null distributions of distances in it; shape (n, F).
+    """
+
+    reference: FloatArray
+    null: FloatArray
+
+
+def prior_predictive(
+    model: SpeedModel, conditioning: ConditioningSettings, count: int, seed: int, *name: str | int
+) -> PriorPredictive:
+    """Draw features of prior predictive recordings: those that make the space, and as many others."""
+
+    def features(part: str) -> FloatArray:
+        made = own_recordings(model, count, seed, *name, part)
+        speeds = np.stack([one.speed_m_s for one in made.recordings])
+        return raw_features(speeds, model.recording.phase, conditioning)
+
+    return PriorPredictive(features("reference"), features("null"))
+
+
+@dataclass(frozen=True)
+class PooledNull:
+    """Null recordings of others, n of them.
+
+    Spaces of other phases have other dimensions, so distances are compared by their rank among those of the
+    same subject, within (0, 1), in the order of ``DISTANCES``.
+    """
+
+    distance_level: Annotated[
+        FloatArray,
+        Variable("recording distance", "1", "share of the subject's own prior predictive that lies nearer"),
+    ]
+    checks: Annotated[Checks, Part(words={"features": "features S(.)", "bound": ""})]
+    feature_names: Annotated[tuple[str, ...], Labels("feature")]
+    prior_mass: Annotated[
+        FloatArray, Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass")
+    ]
+
+
+def pool_subjects(pool: Sequence[SubjectChecks], settings: RuleSettings) -> PooledNull:
+    """Put the null recordings of subjects together, at least one; each has its own space.
+
+    Raises:
+        ValueError: The features differ among subjects.
+    """
+    first = pool[0]
+    if any(one.feature_names != first.feature_names for one in pool):
+        raise ValueError("the subjects' misspecification tests are of different features; rerun the study")
+    return PooledNull(
+        np.concatenate([_distance_level(one, settings) for one in pool]),
+        stack_checks([one.recordings[NULL] for one in pool]),
+        first.feature_names,
+        first.prior_mass,
+    )
+
+
+def pooled_reference(null: PooledNull, predictive: PriorPredictive, settings: RuleSettings) -> Reference:
+    """Return the tests for a new subject, with the null recordings of others.
+
+    Args:
+        null: The null recordings.
+        predictive: The new subject's space, and the null distributions of distances in it.
+        settings: The tests' choices and the levels.
+    """
+    own = Statistics(
+        space=_space(predictive.reference, settings),
+        feature_names=null.feature_names,
+        score_scale=score_scale(null.checks.tails),
+        prior_mass=null.prior_mass,
+        strip_level=settings.strained_level,
+    )
+    made = own.distances(predictive.null)
+    distances = {
+        name: np.quantile(made[name], null.distance_level[:, column]) for column, name in enumerate(DISTANCES)
+    }
+    joint = fit_joint_null(own.table(null.checks, distances), MEMBERS, settings.tail_fraction)
+    return Reference(own, joint, settings.strained_level, settings.unsupported_level)
+
+
+def _space(features: FloatArray, settings: RuleSettings) -> FeatureSpace:
+    return fit_feature_space(features, settings.whitened_variance, settings.neighbours)
+
+
+def _distance_level(one: SubjectChecks, settings: RuleSettings) -> FloatArray:
+    found = space_distances(_space(one.reference_features, settings), one.recordings[NULL].features)
+    columns = [rankdata(found[name]) / (len(found[name]) + 1.0) for name in DISTANCES]
+    return np.stack(columns, axis=1)
+
+
+STREAM = "population null"
+
+
+@dataclass(frozen=True)
+class PopulationNull:
+    """Well-specified recordings of fresh contexts, n of them, and what the tests look at in each."""
+
+    contexts: tuple[Context, ...]
+    pooled: Annotated[PooledNull, Part()]
+
+
+def draw_null(
+    index: Sequence[int],
+    flow: TrainedFlow,
+    fresh: FreshSettings,
+    conditioning: ConditioningSettings,
+    settings: NullSettings,
+    rule: RuleSettings,
+    seed: int,
+) -> PopulationNull:
+    """Make and infer the numbered recordings of the null.
+
+    Args:
+        index: Numbers of the recordings.
+        flow: The trained network.
+        fresh: Where recordings come from.
+        conditioning: How speeds become features.
+        settings: Sizes.
+        rule: How distances are taken.
+        seed: The study's seed.
+    """
+    progress = Progress("null recordings", len(index), unit="recording")
+    contexts, checks, levels = [], [], []
+    for number in index:
+        subject = fresh_subject(number, fresh, seed, STREAM)
+        model = recorded(subject, record_fresh(subject, OWN, fresh, seed, STREAM))
+        found = _check(model, flow, conditioning, settings, integer_seed(seed, STREAM, number))
+        contexts.append(subject.context)
+        checks.append(found)
+        levels.append(_levels(subject, found, conditioning, settings, rule, seed))
+        progress.step()
+    mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
+    names = summary_names(conditioning.summary)
+    return PopulationNull(tuple(contexts), PooledNull(np.stack(levels), stack_checks(checks), names, mass))
+
+
+def _check(
+    model: SpeedModel,
+    flow: TrainedFlow,
+    conditioning: ConditioningSettings,
+    settings: NullSettings,
+    seed: int,
+) -> Checks:
+    posterior = weighted_posterior(model, flow, settings, seed)
+    rng = generator(seed, "replicated")
+    return check_recording(model, posterior, conditioning, settings.strip_fraction, rng)
+
+
+def _levels(
+    subject: FreshSubject,
+    checks: Checks,
+    conditioning: ConditioningSettings,
+    settings: NullSettings,
+    rule: RuleSettings,
+    seed: int,
+) -> FloatArray:
+    made = prior_predictive(subject.model, conditioning, settings.predictive_recordings, seed, STREAM)
+    space = fit_feature_space(made.reference, rule.whitened_variance, rule.neighbours)
+    null, own = space_distances(space, made.null), space_distances(space, checks.features)
+    return np.array([(np.sum(null[name] < own[name]) + 0.5) / (len(made.null) + 1.0) for name in DISTANCES])
+
+
+ALONG: Final = "recording"
+
+
+SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationNull)["/"]
+
+
+LABELS: Final[dict[str, Any]] = {
+    "distance": list(DISTANCES),
+    "parameter": list(PHI_NAMES),
+    "bound": list(BOUNDS),
+}
+
+
+KIND: Final = register(
+    "population_null", {"/": SCHEMA}, (*LABELS, *labels_of(PopulationNull), Labels(ALONG, "subject"))
+)
+
+
+def to_dataset(null: PopulationNull) -> xr.Dataset:
+    """Return the null recordings as a dataset with dimension recording."""
+    labels = {
+        "subject": (ALONG, [one.subject for one in null.contexts]),
+        "distance": LABELS["distance"],
+        "feature": list(null.pooled.feature_names),
+    }
+    return build_dataset(SCHEMA, values_of(null)["/"] | context_values(null.contexts), labels | LABELS)
+
+
+def read_null(path: Path) -> PopulationNull:
+    """Read the null recordings with their contexts.
+
+    Raises:
+        ArtefactError: The file is no such artefact.
+    """
+    dataset, _ = load(path, KIND)
+    return from_dataset(PopulationNull, dataset, contexts=contexts_of(dataset, ALONG))

@@ -1,0 +1,231 @@
+"""The recordings whose tests make nulls and power, and what the tests looked at, as an artefact."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, Final, Protocol
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from swesbi.artefacts import (
+    Labels,
+    Part,
+    Variable,
+    build_dataset,
+    from_dataset,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    values_of,
+)
+from swesbi.context import Context
+from swesbi.measurement.likelihood import RememberingModel, SpeedModel
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
+from swesbi.networks.spline.conditioning import ConditioningSettings
+from swesbi.networks.spline.net import TrainedFlow
+from swesbi.parameters import PHI_NAMES
+from swesbi.posterior.importance import WeightedDraws, flow_proposal, weigh
+from swesbi.progress import Progress
+from swesbi.recording.ingest import ingest
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.speed import NoiseComponents
+from swesbi.seeds import generator, integer_seed
+from swesbi.verdict.distances import BOUNDS
+from swesbi.verdict.nulls import Reference, fit_reference
+from swesbi.verdict.settings import RuleSettings, SyntheticSettings
+from swesbi.verdict.statistics import FEATURE_UNITS, Checks, PosteriorDraws, check_recording, stack_checks
+from swesbi.virtual_cohort.acquisition import record
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer, simulate_truth
+
+
+class WeighingSettings(Protocol):
+    """How many draws are weighted."""
+
+    @property
+    def draws(self) -> int:
+        """Weighted draws."""
+
+    @property
+    def prior_fraction(self) -> float:
+        """Share of them from the prior."""
+
+
+def weighted_posterior(
+    model: SpeedModel, flow: TrainedFlow, settings: WeighingSettings, seed: int
+) -> PosteriorDraws:
+    """Weight draws of the flow and the prior to the exact posterior of the model's recording."""
+    remembering = RememberingModel(model)
+    proposal = flow_proposal(flow, model.recording)
+    weighted = weigh(remembering, proposal, settings.draws, settings.prior_fraction, seed)
+    return _posterior(weighted, remembering.predict(weighted.phi))
+
+
+def check_recordings(
+    model: SpeedModel,
+    recordings: Sequence[SpeedRecording],
+    flow: TrainedFlow,
+    conditioning: ConditioningSettings,
+    settings: SyntheticSettings,
+    seed: int,
+    name: str,
+) -> Checks:
+    """Infer recordings of one subject and return what the tests look at in each; n rows.
+
+    Args:
+        model: The subject's model; its passive shape depends on the context alone.
+        recordings: The n recordings, at least one.
+        flow: The proposal.
+        conditioning: How speeds become the features that the tests look at.
+        settings: Weighted draws of each recording, and the width of the strip at a bound.
+        seed: Study seed; each recording has a stream of its own.
+        name: Names the streams and the progress lines.
+    """
+    progress = Progress(f"{model.recording.subject}, {name} recordings", len(recordings), unit="recording")
+    rows = []
+    for index, recording in enumerate(recordings):
+        stream = ("misspecification", name, model.recording.subject, index)
+        own = replace(model, recording=recording)
+        posterior = weighted_posterior(own, flow, settings, integer_seed(seed, *stream))
+        rng = generator(seed, *stream, "replicated")
+        rows.append(check_recording(own, posterior, conditioning, settings.strip_fraction, rng))
+        progress.step()
+    return stack_checks(rows)
+
+
+def _posterior(weighted: WeightedDraws, predicted: PredictedSpeeds) -> PosteriorDraws:
+    return PosteriorDraws(weighted.phi, weighted.weight, predicted, weighted.k_hat, weighted.efficiency)
+
+
+LOGGER = logging.getLogger("swesbi")
+
+
+def find_volunteer(context: Context) -> Volunteer | None:
+    """Return the virtual volunteer with exactly this context; None for a subject of another cohort."""
+    return next((volunteer for volunteer in VOLUNTEERS if volunteer.context == context), None)
+
+
+def volunteer_recordings(
+    volunteer: Volunteer,
+    count: int,
+    settings: RecordingSettings,
+    grid_points: int,
+    noise: NoiseComponents,
+    seed: int,
+) -> tuple[tuple[SpeedRecording, ...], int]:
+    """Record a volunteer ``count`` times with other acquisition noise, each time ingested anew.
+
+    Returns:
+        The recordings, and how many ingestion refused.
+    """
+    truth = simulate_truth(volunteer)
+    kept = []
+    for index in range(count):
+        samples = record(truth, integer_seed(seed, "misspecification", "volunteer", index))
+        try:
+            observed = ingest(samples, volunteer.context, settings, grid_points)
+        except RecordingError as error:
+            LOGGER.info("volunteer %s, recording %d refused: %s", volunteer.context.subject, index, error)
+        else:
+            kept.append(measured_speeds(observed, noise))
+    return tuple(kept), count - len(kept)
+
+
+FloatArray = NDArray[np.float64]
+
+
+NULL: Final = "null"
+
+
+OWN: Final = "own"
+
+
+ACQUIRED: Final = "acquired"
+
+
+VOLUNTEER: Final = "volunteer"
+
+
+KINDS: Final = (NULL, OWN, ACQUIRED, VOLUNTEER)
+"""Recordings of a subject: two well-specified sets under the model's own noise, of which the first makes
+the null; one recorded sample by sample; the virtual volunteer recorded anew."""
+
+
+@dataclass(frozen=True)
+class SubjectChecks:
+    """What the tests look at in all synthetic recordings of one subject.
+
+    Attributes:
+        subject: Its name.
+        recordings: The checks of each kind of recording; those of the volunteer may be none.
+        refused: Recordings of each kind that ingestion refused.
+    """
+
+    subject: str
+    reference_features: Annotated[
+        FloatArray, Variable("reference feature", FEATURE_UNITS, "prior predictive features")
+    ]
+    feature_names: Annotated[tuple[str, ...], Labels("feature")]
+    prior_mass: Annotated[
+        FloatArray, Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass")
+    ]
+    recordings: Mapping[str, Checks]
+    refused: Mapping[str, int]
+
+    def reference(self, settings: RuleSettings) -> Reference:
+        """Fit the null distributions."""
+        null = self.recordings[NULL]
+        return fit_reference(null, self.reference_features, self.feature_names, self.prior_mass, settings)
+
+
+LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), "bound": list(BOUNDS)}
+
+
+SEEN: Final = Part(words={"features": "features S(.) as the network sees them", "bound": " there"})
+
+
+RECORDED: Final = SEEN.place_all(schema_of(Checks)["/"])
+
+
+ROOT: Final = schema_of(SubjectChecks)["/"] | {
+    "refused": Variable("kind_of_recording", "1", "recordings that ingestion refused")
+}
+
+
+KIND: Final = register(
+    "misspecification",
+    {"/": ROOT, **dict.fromkeys(KINDS, RECORDED)},
+    (*LABELS, *labels_of(SubjectChecks), "kind_of_recording"),
+)
+
+
+def to_groups(checks: SubjectChecks) -> dict[str, xr.Dataset]:
+    """Return the groups of ``misspecification.h5``."""
+    values = values_of(checks)["/"] | {"refused": np.array([checks.refused[kind] for kind in KINDS])}
+    labels = {**LABELS, "feature": list(checks.feature_names), "kind_of_recording": list(KINDS)}
+    of_kind = {
+        kind: build_dataset(RECORDED, values_of(checks.recordings[kind])["/"], labels) for kind in KINDS
+    }
+    return {"/": build_dataset(ROOT, values, labels), **of_kind}
+
+
+def read_subject_checks(path: Path, kinds: Sequence[str] = KINDS) -> SubjectChecks:
+    """Read ``misspecification.h5``, or of its recordings those of some kinds alone.
+
+    Raises:
+        ArtefactError: The file is no such artefact.
+    """
+    root, provenance = load(path, KIND)
+    return from_dataset(
+        SubjectChecks,
+        root,
+        subject=provenance.subject,
+        recordings={kind: from_dataset(Checks, load(path, KIND, kind)[0]) for kind in kinds},
+        refused={kind: int(n) for kind, n in zip(KINDS, root["refused"].to_numpy(), strict=True)},
+    )

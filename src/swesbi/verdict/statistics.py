@@ -1,0 +1,218 @@
+"""What the tests look at in a recording, and the statistic of each test from it.
+
+Replicated recordings carry the noise and the discrepancy of the observation model and pass the operator
+S(.) as the recording does (Gelman, Meng and Stern, Statistica Sinica 6:733, 1996).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Annotated, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2, norm
+
+from swesbi.artefacts import Variable
+from swesbi.measurement.likelihood import SpeedModel, draw_speeds, residuals
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
+from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
+from swesbi.verdict.distances import strip_mass
+
+FloatArray = NDArray[np.float64]
+
+
+LEAST_TAIL: Final = 1e-3  # what some hundred weighted draws can resolve
+
+
+def chi2_p_value(
+    predicted: PredictedSpeeds,
+    weight: FloatArray,
+    recording: SpeedRecording,
+    discrepancy: DiscrepancySettings,
+) -> float:
+    """Return the posterior predictive p-value of chi2 = sum z^2 over the p measured phases.
+
+    At given phi the replicated chi2 has p degrees of freedom, so its tail probability is known and is
+    averaged over the posterior.
+    """
+    z = residuals(predicted, recording, discrepancy)
+    tail = chi2.sf((z**2).sum(axis=1), z.shape[1])
+    return float(weight @ np.where(weight > 0.0, tail, 0.0))
+
+
+def replicate_speeds(
+    predicted: PredictedSpeeds,
+    weight: FloatArray,
+    recording: SpeedRecording,
+    discrepancy: DiscrepancySettings,
+    rng: np.random.Generator,
+) -> tuple[FloatArray, FloatArray]:
+    """Draw one replicated recording for each draw that has weight.
+
+    Returns:
+        Speeds in m/s of shape (m, p), and the weights of shape (m,).
+    """
+    kept = weight > 0.0
+    part = PredictedSpeeds(predicted.log_speed[kept], predicted.slope[kept])
+    return draw_speeds(part, recording.relative_se, discrepancy, rng), weight[kept] / weight[kept].sum()
+
+
+def tail_probabilities(observed: FloatArray, replicated: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return the predictive probability of a smaller value than the observed one, ties by half; (F,).
+
+    Args:
+        observed: Features of the recording; shape (F,).
+        replicated: Features of replicated recordings; shape (m, F).
+        weight: Their weights, which sum to one; shape (m,).
+    """
+    below = (replicated < observed) + 0.5 * (replicated == observed)
+    return np.asarray(weight @ below)
+
+
+def tail_scores(tails: FloatArray) -> FloatArray:
+    """Return the size of each tail probability's normal score, of any shape; 0 in the middle."""
+    return np.asarray(np.abs(norm.ppf(np.clip(tails, LEAST_TAIL, 1.0 - LEAST_TAIL))))
+
+
+FEATURE_UNITS: Final = "log of kPa, or 1"
+
+
+class MisfitTest(NamedTuple):
+    """A test with a null distribution: its name, what it asks, and the group that it belongs to."""
+
+    name: str
+    group: str
+    meaning: str
+
+
+PREDICTED: Final = "prior predictive"
+
+
+FITTED: Final = "fit"
+
+
+BOUNDED: Final = "bounds"
+
+
+GROUPS: Final = (PREDICTED, FITTED, BOUNDED)
+"""Three questions: can the prior make such a recording, does the posterior, does it press on a bound?"""
+
+
+TESTS: Final = (
+    MisfitTest("mahalanobis", PREDICTED, "Mahalanobis distance of the features from the prior predictive"),
+    MisfitTest("nearest_neighbours", PREDICTED, "distance of the features to the nearest simulations"),
+    MisfitTest("mmd", PREDICTED, "kernel two-sample discrepancy of the features (MMD)"),
+    MisfitTest("chi2", FITTED, "sum of squared standardised residuals"),
+    MisfitTest("peak", FITTED, "peak stiffness"),
+    MisfitTest("time_to_peak", FITTED, "time to peak"),
+    MisfitTest("decay", FITTED, "post-peak decay slope"),
+    MisfitTest("conditional_features", FITTED, "most unlikely feature given the recording"),
+    MisfitTest("boundary_mass", BOUNDED, "posterior mass at a bound of the prior"),
+)
+
+
+TEST_NAMES: Final = tuple(test.name for test in TESTS)
+
+
+MEMBERS: Final = tuple(
+    tuple(index for index, test in enumerate(TESTS) if test.group == group) for group in GROUPS
+)
+
+
+DISTANCES: Final = tuple(test.name for test in TESTS if test.group == PREDICTED)
+"""The tests that ask only where the features lie among those of the prior predictive."""
+
+
+FEATURE_TESTS: Final = {
+    "peak": "maximum_kpa",
+    "time_to_peak": "time_to_peak_cycle",
+    "decay": "decay_slope_kpa_per_cycle",
+}
+
+
+@dataclass(frozen=True)
+class PosteriorDraws:
+    """Weighted draws of one recording's exact posterior, and what they predict.
+
+    Attributes:
+        phi: Draws; shape (n, 4).
+        weight: Their weights, which sum to one; shape (n,).
+        predicted: Noiseless log speeds and slopes; (n, p) each, NaN only where the weight is zero.
+        k_hat: Pareto shape of the weights; NaN where they are equal.
+        efficiency: Effective share of the draws.
+    """
+
+    phi: FloatArray
+    weight: FloatArray
+    predicted: PredictedSpeeds
+    k_hat: float
+    efficiency: float
+
+
+@dataclass(frozen=True)
+class Checks:
+    """What the tests look at in n recordings; the features are not standardised."""
+
+    features: Annotated[FloatArray, Variable("recording feature", FEATURE_UNITS, "{features}")]
+    tails: Annotated[
+        FloatArray, Variable("recording feature", "1", "predictive probability of a smaller value")
+    ]
+    chi2_p: Annotated[FloatArray, Variable("recording", "1", "posterior predictive p-value of chi2")]
+    bound_mass: Annotated[
+        FloatArray, Variable("recording parameter bound", "1", "posterior mass in the strip{bound}")
+    ]
+    k_hat: Annotated[FloatArray, Variable("recording", "1", "Pareto shape of the importance weights")]
+    efficiency: Annotated[FloatArray, Variable("recording", "1", "effective share of the weighted draws")]
+
+    def __len__(self) -> int:
+        return len(self.features)
+
+    def chi2_score(self) -> FloatArray:
+        """Return the normal score of chi2's p-value, large where the misfit is; shape (n,)."""
+        return np.asarray(-norm.ppf(np.clip(self.chi2_p, LEAST_TAIL**2, 1.0 - LEAST_TAIL)))
+
+
+def check_recording(
+    model: SpeedModel,
+    draws: PosteriorDraws,
+    conditioning: ConditioningSettings,
+    strip_fraction: float,
+    rng: np.random.Generator,
+) -> Checks:
+    """Return what the tests look at in the recording of ``model``, as one row.
+
+    Args:
+        model: The recording and its model.
+        draws: Its exact posterior.
+        conditioning: How speeds become features.
+        strip_fraction: Width of the strip at a bound, over the box's.
+        rng: Stream of the replicated recordings.
+    """
+    recording, discrepancy = model.recording, model.settings.discrepancy
+    speeds, weight = replicate_speeds(draws.predicted, draws.weight, recording, discrepancy, rng)
+    replicated = raw_features(speeds, recording.phase, conditioning)
+    observed = raw_features(recording.speed_m_s[None], recording.phase, conditioning)
+    return Checks(
+        features=observed,
+        tails=tail_probabilities(observed[0], replicated, weight)[None],
+        chi2_p=np.array([chi2_p_value(draws.predicted, draws.weight, recording, discrepancy)]),
+        bound_mass=strip_mass(draws.phi, draws.weight, model.settings.prior, strip_fraction)[None],
+        k_hat=np.array([draws.k_hat]),
+        efficiency=np.array([draws.efficiency]),
+    )
+
+
+def stack_checks(rows: Sequence[Checks]) -> Checks:
+    """Put the checks of several recordings below each other."""
+    columns = {field.name: [getattr(row, field.name) for row in rows] for field in fields(Checks)}
+    return Checks(**{name: np.concatenate(parts) for name, parts in columns.items()})
+
+
+def no_checks(features: int) -> Checks:
+    """Return the checks of no recording, with F features."""
+    empty = np.empty(0)
+    nothing = np.empty((0, features))
+    return Checks(nothing, nothing, empty, np.empty((0, 4, 2)), empty, empty)

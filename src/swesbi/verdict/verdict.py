@@ -1,0 +1,251 @@
+"""The verdict on one subject, from the tests with a null distribution, volumes, context and network.
+
+The prior says nothing of how far model and echocardiography may differ, so there is no null distribution:
+the distance is told in units of a stated tolerance.
+
+The tests with a null distribution decide together, at an overall false-alarm rate. Predicted volumes can
+strain a subject, and make it unsupported only where they lie extremely far; the context can strain it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.context import Context
+from swesbi.heart.periodic import Status
+from swesbi.heart.simulate import Beats
+from swesbi.parameters import PHI_NAMES, THETA_NAMES
+from swesbi.verdict.distances import BOUNDS, strip_ratios
+from swesbi.verdict.nulls import Judgement, Reference, Verdict
+from swesbi.verdict.settings import VolumeSettings
+from swesbi.verdict.statistics import FEATURE_TESTS, TESTS, Checks
+from swesbi.verdict.support import Support, SupportTest
+
+
+def network_test(efficiency: Sequence[float], min_efficiency: float) -> SupportTest:
+    """Say how well the network knew the recording; the weights make good for it, so it is never flagged.
+
+    Args:
+        efficiency: Of the network's own draws, and of each proposal that was fitted after it.
+        min_efficiency: Below it, a proposal is fitted.
+    """
+    rounds = len(efficiency) - 1
+    after = (
+        f"; {rounds} proposals fitted to the recording brought it to {efficiency[-1]:.0%}" if rounds else ""
+    )
+    return SupportTest(
+        name="network",
+        statistic=efficiency[0],
+        p_value=None,
+        threshold=min_efficiency,
+        flagged=False,
+        detail=f"{efficiency[0]:.1%} of the network's own draws are effective{after}",
+    )
+
+
+FloatArray = NDArray[np.float64]
+
+
+def volume_tests(beats: Beats, context: Context, settings: VolumeSettings) -> tuple[SupportTest, ...]:
+    """Compare predicted LVESV and EF, one of each posterior draw, with the measured ones."""
+    works = beats.status == Status.PERIODIC
+    fraction = (context.lvedv_ml - context.lvesv_ml) / context.lvedv_ml
+    return (
+        _volume_test(
+            "end_systolic_volume",
+            beats.end_systolic_volume_ml[works],
+            context.lvesv_ml,
+            settings.lvesv_tolerance_fraction * context.lvesv_ml,
+            settings.strained_abs_z,
+            "LVESV {0:.0f} mL predicted [{1:.0f}, {2:.0f}], {3:.0f} mL measured",
+        ),
+        _volume_test(
+            "ejection_fraction",
+            beats.ejection_fraction[works],
+            fraction,
+            settings.ejection_fraction_tolerance,
+            settings.strained_abs_z,
+            "EF {0:.2f} predicted [{1:.2f}, {2:.2f}], {3:.2f} measured",
+        ),
+    )
+
+
+def volume_z(predicted: FloatArray, measured: float, tolerance: float) -> float:
+    """Return (median - measured) / sqrt(posterior variance + tolerance^2)."""
+    return float((np.median(predicted) - measured) / np.hypot(predicted.std(), tolerance))
+
+
+def _volume_test(
+    name: str, predicted: FloatArray, measured: float, tolerance: float, limit: float, words: str
+) -> SupportTest:
+    z = volume_z(predicted, measured, tolerance)
+    low, middle, high = np.quantile(predicted, (0.05, 0.5, 0.95))
+    detail = f"{words.format(middle, low, high, measured)} (z = {z:.2f})"
+    return SupportTest(
+        name=name, statistic=z, p_value=None, threshold=limit, flagged=abs(z) > limit, detail=detail
+    )
+
+
+NAMED_FEATURES: Final = 3
+
+
+class ExactPosterior(Protocol):
+    """What the verdict says of the making of the posterior."""
+
+    @property
+    def npe_phi(self) -> FloatArray:
+        """Draws of the network; shape (m, 4)."""
+
+    @property
+    def sampler(self) -> str:
+        """What gave the exact draws: importance or mcmc."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether weights or sampler are reliable."""
+
+    @property
+    def reasons(self) -> str:
+        """Why the weights were not used, and what the sampler missed; may be empty."""
+
+    @property
+    def k_hat(self) -> float:
+        """Pareto shape of the weights."""
+
+    @property
+    def efficiency(self) -> float:
+        """Effective share of the weighted draws."""
+
+
+def null_tests(reference: Reference, checks: Checks, judgement: Judgement) -> tuple[SupportTest, ...]:
+    """Return the outcome of every test with a null distribution on one recording.
+
+    A test is flagged where its p-value alone brings the overall one to the level of "strained".
+    """
+    thresholds = reference.joint.thresholds(reference.strained_level)
+    details = _details(reference, checks)
+    return tuple(
+        SupportTest(
+            name=test.name,
+            statistic=float(judgement.statistics[0, index]),
+            p_value=float(judgement.test_p[0, index]),
+            threshold=float(thresholds[index]),
+            flagged=bool(judgement.test_p[0, index] <= thresholds[index]),
+            detail=details.get(test.name, test.meaning),
+        )
+        for index, test in enumerate(TESTS)
+    )
+
+
+def grade(
+    overall: Verdict, volumes: Sequence[SupportTest], contexts: Sequence[SupportTest], extreme_abs_z: float
+) -> Verdict:
+    """Return the worst of what the null tests, the volumes and the context amount to."""
+    if any(abs(test.statistic) > extreme_abs_z for test in volumes):
+        return Verdict.UNSUPPORTED
+    if any(test.flagged for test in (*volumes, *contexts)):
+        return max(overall, Verdict.STRAINED)
+    return overall
+
+
+def make_support(
+    status: Verdict,
+    overall_p: float,
+    tests: tuple[SupportTest, ...],
+    z_obs: FloatArray,
+    component_names: tuple[str, ...],
+    exact: ExactPosterior,
+) -> Support:
+    """Put the verdict together.
+
+    No draw of the network can leave the prior's box, so all candidates are in-prior draws.
+
+    Args:
+        status: The verdict.
+        overall_p: P-value of the tests with a null distribution, together.
+        tests: All tests.
+        z_obs: Conditioning vector of the recording; shape (C,).
+        component_names: Names of its components.
+        exact: How the exact posterior was made.
+    """
+    worst = int(np.argmax(np.abs(z_obs)))
+    flagged = sorted((test for test in tests if test.flagged), key=_strength)
+    reasons = tuple(map(_reason, flagged))
+    unsure = () if exact.converged else (exact.reasons,)
+    median = np.median(exact.npe_phi, axis=0)
+    return Support(
+        max_abs_z=float(np.abs(z_obs[worst])),
+        worst_component=component_names[worst],
+        in_prior_draws=len(exact.npe_phi),
+        candidate_draws=len(exact.npe_phi),
+        unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
+        supported=status != Verdict.UNSUPPORTED,
+        verdict=_verdict(status, overall_p, flagged),
+        reasons=(*reasons, *unsure),
+        status=status.word,
+        tests=tests,
+        k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
+        efficiency=exact.efficiency,
+        sampler=exact.sampler,
+    )
+
+
+def _details(reference: Reference, checks: Checks) -> Mapping[str, str]:
+    """Say which features and which bound the tests found."""
+    statistics = reference.statistics
+    worst = statistics.worst_features(checks.tails[0])[:NAMED_FEATURES]
+    features = ", ".join(f"{statistics.feature_names[j]} (P {checks.tails[0, j]:.3f})" for j in worst)
+    return {
+        "chi2": f"posterior predictive p-value of chi2 = {checks.chi2_p[0]:.3f}",
+        "conditional_features": f"least likely given the recording: {features}",
+        "boundary_mass": _boundary_detail(
+            checks.bound_mass[0], statistics.prior_mass, statistics.strip_level
+        ),
+        **{
+            name: f"{feature} is larger than in "
+            f"{checks.tails[0, statistics.feature_names.index(feature)]:.1%} of replicated recordings"
+            for name, feature in FEATURE_TESTS.items()
+        },
+    }
+
+
+def _boundary_detail(mass: FloatArray, prior_mass: FloatArray, level: float) -> str:
+    ratio = np.where(prior_mass <= level, strip_ratios(mass, prior_mass), -np.inf)
+    if not (mass[prior_mass <= level] > 0.0).any():
+        return "no posterior mass at any bound where the prior has little"
+    parameter, bound = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+    return (
+        f"{mass[parameter, bound]:.1%} of the posterior in the strip at the {BOUNDS[bound]} bound of "
+        f"{PHI_NAMES[parameter]}, where the prior has {prior_mass[parameter, bound]:.2%}"
+    )
+
+
+def _reason(test: SupportTest) -> str:
+    name = _words(test)
+    if test.p_value is None:
+        return f"{name}: {test.detail}"
+    return f"{name} (p = {test.p_value:.2g}, {test.threshold:.2g} allowed): {test.detail}"
+
+
+def _verdict(status: Verdict, overall_p: float, flagged: Sequence[SupportTest]) -> str:
+    """Say the verdict, the test that speaks loudest with what it found, and the names of the others."""
+    together = f"overall p = {overall_p:.2g}"
+    if not flagged:
+        return f"{status.word}: no test speaks against the model, {together}"
+    also = f"; also {', '.join(map(_words, flagged[1:]))}" if len(flagged) > 1 else ""
+    return f"{status.word}: {_words(flagged[0])}: {flagged[0].detail}{also}; {together}"
+
+
+def _strength(test: SupportTest) -> float:
+    """Order flagged tests: a p-value by how far it lies below its threshold, others by how far above."""
+    if test.p_value is not None:
+        return test.p_value / test.threshold
+    return test.threshold / abs(test.statistic)
+
+
+def _words(test: SupportTest) -> str:
+    return test.name.replace("_", " ")

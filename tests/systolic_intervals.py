@@ -1,0 +1,45 @@
+"""Systolic time intervals of simulated beats, read from the flows through the valves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.heart.simulate import Beats
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SystolicIntervals:
+    """Durations (n,) in seconds, to the resolution of the beats' samples."""
+
+    isovolumic_contraction_s: Array
+    ejection_s: Array
+    isovolumic_relaxation_s: Array
+
+
+def systolic_intervals(beats: Beats, period_s: float) -> SystolicIntervals:
+    """Measure isovolumic contraction, ejection and isovolumic relaxation of each beat.
+
+    Ejection is the time of aortic flow; the isovolumic times reach from it to the mitral flow on either side.
+    """
+    flows = zip(beats.aortic_flow_ml_s, beats.mitral_flow_ml_s, strict=True)
+    durations = [_durations(aortic, mitral) for aortic, mitral in flows]
+    contraction, ejection, relaxation = period_s / beats.cycle_phase.size * np.array(durations, dtype=float).T
+    return SystolicIntervals(contraction, ejection, relaxation)
+
+
+def _durations(aortic: Array, mitral: Array) -> tuple[float, float, float]:
+    """Return the three durations in samples; NaN where a valve never opens."""
+    if not (aortic > 0.0).any() or not (mitral > 0.0).any():
+        return np.nan, np.nan, np.nan
+    opening = int(np.argmax((aortic > 0.0) & (np.roll(aortic, 1) <= 0.0)))
+    filling = np.roll(mitral > 0.0, -opening)  # seen from the opening of the aortic valve
+    ejecting = np.roll(aortic > 0.0, -opening)
+    closing = int(np.argmin(ejecting)) if not ejecting.all() else ejecting.size
+    relaxation = int(np.argmax(filling[closing:]))
+    contraction = int(np.argmax(filling[::-1]))
+    return contraction, closing, relaxation
