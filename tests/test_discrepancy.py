@@ -13,13 +13,13 @@ from speed_case import PHI, ROOT, model, settings, shipped
 from swesbi.checks.discrepancy.bank import PriorProposal, fill_bank
 from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, GeneratedSubject, draw_volunteer, generate_cohort
 from swesbi.checks.discrepancy.evidence import (
-    DiscrepancyStudySettings,
     PairScore,
     best_pair,
     discrepancy_table,
     score_pairs,
     score_subject,
 )
+from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study

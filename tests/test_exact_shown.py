@@ -16,9 +16,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from swesbi.artefacts import ArtefactError
+from swesbi.checks.recovery import read_truth
 from swesbi.posterior.result import has_exact_posterior, read_exact_result
 from swesbi.posterior.truncated import Posterior, read_posterior
-from swesbi.recording.files import read_truth
 from swesbi.show.figures.posterior import draw_exact_posteriors
 from swesbi.show.figures.posterior_subject import draw_exact_subject
 from swesbi.show.figures.predictive import draw_cohort_checks, draw_subject_check

@@ -16,11 +16,11 @@ from scipy.io import savemat
 
 from swesbi.__main__ import main
 from swesbi.artefacts import load
-from swesbi.recording.files import read_samples
+from swesbi.recording.cohort import read_subjects
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
-from swesbi.recording.subjects import read_subjects
 
 FIELDS = ("phase_index", "trigger_delay_ms", "rr_ms", "repeat", "sample", "speed_m_s", "fit_r2", "status")
 Writer = Callable[[Path, pd.DataFrame], None]

@@ -18,11 +18,11 @@ from recordings import CONTEXT, DENSITY, RECORDING
 from scipy.io import savemat
 
 from swesbi.recording.check import read_protocol
-from swesbi.recording.files import read_samples
+from swesbi.recording.cohort import read_subjects
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, Samples
-from swesbi.recording.subjects import read_subjects
 
 PHASES = 8
 FAST, SLOW, EXHAUSTIVE = 300, 2_000, 10_000

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from recordings import DENSITY, PHASES, make_samples
 
-from swesbi.recording.files import read_samples
+from swesbi.recording.cohort import read_context_rows, read_subjects
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.subjects import read_context_rows, read_subjects
+from swesbi.recording.reader import read_samples
 
 HEADER = "subject,sex,age_years,bsa_m2,hr_bpm,lvedv_ml,lvesv_ml,ivsd_cm"
 ROW = "A,M,24,1.88,57,118,45,0.88"

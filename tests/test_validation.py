@@ -12,10 +12,10 @@ from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.recording.check import examine_cohort
-from swesbi.recording.files import read_samples
+from swesbi.recording.cohort import read_subjects
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import REASONS
-from swesbi.recording.subjects import read_subjects
 from swesbi.show.figures.recording import draw_recording_sheet
 
 

@@ -13,8 +13,8 @@ from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.recording import table as csv_table
-from swesbi.recording.files import read_samples
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
 
 
 @pytest.fixture(autouse=True)

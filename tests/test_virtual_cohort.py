@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING
 from study_copy import ROOT
 
-from swesbi.recording.files import read_samples
+from swesbi.recording.cohort import read_subjects
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import FAILED_STATUSES, Samples
-from swesbi.recording.subjects import read_subjects
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.acquisition import acquire, read_true_theta, record
 from swesbi.virtual_cohort.files import write_cohort

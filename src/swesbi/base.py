@@ -44,6 +44,4 @@ CycleWindow = Annotated[
     AfterValidator(_check_window),
     Field(description="Start and end of a part of the cardiac cycle, as fractions of it from the R peak."),
 ]
-
-
 Level = Annotated[float, Field(gt=0.0, lt=1.0)]

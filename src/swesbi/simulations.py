@@ -38,8 +38,6 @@ def shard_draws(shard: int, shards: int, draws: int) -> range:
 
 
 FloatArray = NDArray[np.float64]
-
-
 MAXIMUM_ATTEMPTS = 100
 
 
@@ -146,8 +144,6 @@ def _gather(
 
 
 LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
-
-
 KIND: Final = register("simulations", schema_of(PriorSimulations), LABELS)
 
 

@@ -26,11 +26,7 @@ from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, Scores, band, ch
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 
 FloatArray = NDArray[np.float64]
-
-
 FEATURE_UNITS: Final = "as named in feature"
-
-
 MEASURED: Final = "measured phases"
 
 
@@ -176,8 +172,6 @@ def _noisy_coverage(draws: Draws, target: Target, interval: float, rng: np.rando
 
 
 SCHEMA: Final = schema_of(PredictiveCheck)
-
-
 KIND: Final = register("predictive", SCHEMA, (*labels_of(PredictiveCheck), "parameter"))
 
 

@@ -24,8 +24,6 @@ from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.simulations import PriorSimulations
 
 FloatArray = NDArray[np.float64]
-
-
 NO_DISCREPANCY = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
 
 

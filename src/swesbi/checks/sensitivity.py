@@ -11,31 +11,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import Field, JsonValue
 
 from swesbi.artefacts import Variable, build_dataset, from_rows, load, register, schema_of, stacked_values
-from swesbi.base import Settings
+from swesbi.checks.settings import BASE
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_COLUMNS, PHI_NAMES, THETA_NAMES
-
-BASE: Final = "base"
-"""Name of the variant that changes nothing."""
-
-
-class Variant(Settings):
-    """One choice made otherwise; ``changes`` lie over the configuration as another file would."""
-
-    label: str = Field(min_length=1, description="what figures and tables call it")
-    changes: dict[str, JsonValue] = Field(description="keys of the configuration with their other values")
-    full_training: bool = Field(
-        default=False,
-        description="train as long as the experiment does; else short, since exact weights make good for it",
-    )
-    fix_passive_scale: bool = Field(
-        default=False,
-        description="take the passive scale calibrated beforehand, as the paper does, for granted",
-    )
-
 
 FloatArray = NDArray[np.float64]
 
@@ -58,8 +38,6 @@ class VariantPosterior:
 
 
 SCHEMA: Final = schema_of(VariantPosterior, along="subject")["/"]
-
-
 KIND: Final = register("sensitivity", {"/": SCHEMA}, ("subject", "parameter"))
 
 

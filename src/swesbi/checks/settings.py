@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Final, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, JsonValue, model_validator
 
 from swesbi.base import Level, Settings
+from swesbi.measurement.settings import DiscrepancySettings
 
+Fraction = Annotated[float, Field(ge=0, le=0.5)]
+Cycle = Annotated[float, Field(ge=0, le=0.1)]
 Weight = Annotated[float, Field(ge=0.0)]
 
 
@@ -61,13 +64,9 @@ class CmaesSettings(Settings):
 
 
 Epoch = Annotated[int, Field(ge=1)]
-
-
 CheckpointEpochs = Annotated[
     tuple[Epoch, ...], Field(description="epochs whose weights are kept; the best and the last always are")
 ]
-
-
 Seeds = Annotated[
     tuple[Annotated[int, Field(ge=0)], ...],
     Field(min_length=1, description="seeds of the acquisition noise; each volunteer is recorded under each"),
@@ -107,3 +106,43 @@ class EpochStudySettings(Settings):
 
     checkpoint_epochs: CheckpointEpochs
     candidate_draws: int = Field(ge=1, description="draws from each checkpoint for a subject, at most")
+
+
+BASE: Final = "base"
+"""Name of the variant that changes nothing."""
+
+
+class Variant(Settings):
+    """One choice made otherwise; ``changes`` lie over the configuration as another file would."""
+
+    label: str = Field(min_length=1, description="what figures and tables call it")
+    changes: dict[str, JsonValue] = Field(description="keys of the configuration with their other values")
+    full_training: bool = Field(
+        default=False,
+        description="train as long as the experiment does; else short, since exact weights make good for it",
+    )
+    fix_passive_scale: bool = Field(
+        default=False,
+        description="take the passive scale calibrated beforehand, as the paper does, for granted",
+    )
+
+
+class DiscrepancyStudySettings(Settings):
+    """The generated cohort, the grid of (delta, tau) and the effort put into each evidence."""
+
+    subjects: int = Field(ge=1, description="generated subjects")
+    speed_fractions: tuple[Fraction, ...] = Field(min_length=1, description="grid of delta")
+    timing_cycles: tuple[Cycle, ...] = Field(min_length=1, description="grid of tau")
+    simulations_per_round: int = Field(ge=100, description="simulations that each proposal adds")
+    max_rounds: int = Field(ge=1, description="proposals at most, the prior among them")
+    min_effective_draws: int = Field(ge=10, description="effective sample size at which a pair is done")
+    interval: float = Field(gt=0, lt=1, description="mass of the intervals whose coverage is counted")
+
+    @property
+    def pairs(self) -> tuple[DiscrepancySettings, ...]:
+        """Every pair of the grid, tau running fastest."""
+        return tuple(
+            DiscrepancySettings(speed_fraction=delta, timing_cycle=tau)
+            for delta in self.speed_fractions
+            for tau in self.timing_cycles
+        )

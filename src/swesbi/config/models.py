@@ -11,9 +11,13 @@ from typing import Final, Literal, Self
 from pydantic import Field, model_validator
 
 from swesbi.base import Settings
-from swesbi.checks.discrepancy.evidence import DiscrepancyStudySettings
-from swesbi.checks.sensitivity import BASE, Variant
-from swesbi.checks.settings import AcquisitionSeedsSettings, CmaesSettings
+from swesbi.checks.settings import (
+    BASE,
+    AcquisitionSeedsSettings,
+    CmaesSettings,
+    DiscrepancyStudySettings,
+    Variant,
+)
 from swesbi.config.experiments import (
     AnyExperiment,
     ExperimentSettings,

@@ -12,11 +12,7 @@ from swesbi.config.study import Study
 from swesbi.simulations import shard_draws
 
 Wildcards = Mapping[str, str]
-
-
 EXPERIMENT: Final = "experiment."
-
-
 POPULATION: Final = "population."
 
 

@@ -11,15 +11,12 @@ from typing import Any, Final
 from swesbi.config.models import Config
 from swesbi.config.read import ConfigError, overlay, parse_config
 from swesbi.population.settings import in_declared_range
-from swesbi.recording.files import PROTOCOL, SUBJECTS, check_file, find_recording
+from swesbi.recording.cohort import PROTOCOL, SUBJECTS, check_file, find_recording, read_context_rows
 from swesbi.recording.problems import Problem, RecordingError, listed
 from swesbi.recording.settings import ContextRow
-from swesbi.recording.subjects import read_context_rows
 
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
-
-
 LEAST_SHARED: Final = 8
 """Subjects of a job that serves several: starting up costs as much as two or three of them."""
 

@@ -10,11 +10,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numba
 
 P = ParamSpec("P")
-
-
 R = TypeVar("R")
-
-
 # "contract" allows fused multiply-adds, "nsz" ignores the sign of zero, "arcp" turns division by a
 # common denominator into a product. NaN and infinity keep their meaning: the status relies on them.
 _FAST: set[str] = {"contract", "nsz", "arcp"}

@@ -13,25 +13,13 @@ from swesbi.heart.compiled import equation, kernel, source_key
 from swesbi.heart.equations import Drive, Flow, Options, Parameters, State, Theta, cavity, right_hand_side
 
 Array = NDArray[np.float64]
-
-
 LANES: Final = 16
-
-
 STATES: Final = 8
-
-
 # Recorded: displacement, active stiffness, arterial and ventricular pressure, mitral and aortic flow,
 # active stress.
 RECORDS: Final = 7
-
-
 DISPLACEMENT: Final = 0
-
-
 ACTIVE_STIFFNESS: Final = 1
-
-
 VENTRICULAR_PRESSURE: Final = 3
 
 

@@ -14,18 +14,10 @@ from swesbi.heart.kernel import LANES, RECORDS, STATES, beat_kernel
 from swesbi.heart.model import Model, total_volume
 
 Array = NDArray[np.float64]
-
-
 Index = NDArray[np.intp]
-
-
 # A simulation that is not periodic after as many extrapolated beats runs again, beat after beat.
 EXTRAPOLATED_BEATS: Final = 15
-
-
 ALL_RECORDS: Final = tuple(range(RECORDS))
-
-
 # Positions in ``State`` of stiffness, stress and the two flows.
 NEVER_NEGATIVE: Final = [1, 2, 5, 6]
 

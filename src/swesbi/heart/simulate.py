@@ -18,26 +18,14 @@ from swesbi.heart.settings import ForwardModelSettings
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
 
 Array = NDArray[np.float64]
-
-
 PA_PER_MMHG: Final = 133.322387415
-
-
 ML_PER_M3: Final = 1e6
-
-
 # Outside these a periodic beat means nothing: the wall stretched or compressed beyond twofold, no cavity
 # left, a ventricular pressure that no heart survives.
 STRETCH_RANGE: Final = (0.5, 2.0)
-
-
 PRESSURE_RANGE_PA: Final = (-1.0e4, 1.0e5)
-
-
 # Records behind ``ActiveBeats``, in the order that ``active_beats_of`` takes.
 ACTIVE_RECORDS: Final = (DISPLACEMENT, ACTIVE_STIFFNESS, VENTRICULAR_PRESSURE)
-
-
 _NOT_CURVES: Final = ("cycle_phase", "status", "beats")
 
 
@@ -157,8 +145,6 @@ def _within(curves: Array, limits: tuple[float, float]) -> NDArray[np.bool_]:
 
 # How many times more steps a simulation gets that fails at the shipped step.
 REFINEMENT: Final = 4
-
-
 # Simulations advanced together; their records stay in the processor's cache. No effect on the result.
 CHUNK: Final = 128
 

@@ -25,13 +25,8 @@ if TYPE_CHECKING:
     from swesbi.heart.simulate import Beats
     from swesbi.recording.observation import Observation
 
-
 FloatArray = NDArray[np.float64]
-
-
 StiffnessMap = Callable[[FloatArray], FloatArray]
-
-
 SERIES_MODULUS_KPA: Final = (
     300.0  # chosen: several times the peaks of the study, so that the map bends them only
 )

@@ -26,17 +26,9 @@ SCALARS: Final = (
     ("relaxation_time_to_10_cycle", "1"),
     ("full_width_half_maximum_cycle", "1"),
 )
-
-
 SCALAR_NAMES: Final = tuple(name for name, _ in SCALARS)
-
-
 SCALAR_UNITS: Final = tuple(unit for _, unit in SCALARS)
-
-
 SUMMARY_NAMES: Final = SCALAR_NAMES + tuple(f"trajectory_{index:02d}_kpa" for index in range(30))
-
-
 SUMMARY_UNITS: Final = SCALAR_UNITS + ("kPa",) * 30
 
 

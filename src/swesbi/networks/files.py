@@ -20,8 +20,6 @@ from swesbi.networks.settings import EstimatorSettings
 from swesbi.parameters import THETA_NAMES
 
 METADATA: Final = "metadata"
-
-
 DTYPES: Final = (torch.float32, torch.float64, torch.int64, torch.int32, torch.uint8, torch.bool)
 
 
@@ -69,12 +67,8 @@ def _check_tensors(name: str, value: object) -> None:
 
 
 Content = TypeVar("Content")
-
-
 COMMENT_LENGTH: Final = slice(-2, None)
 """The last two bytes of a zip archive without a comment: the length of the comment."""
-
-
 NOT_PLAIN: Final = (*UNREADABLE, EOFError, pickle.UnpicklingError, zipfile.BadZipFile)
 
 
@@ -156,8 +150,6 @@ def _guarded(path: Path, kind: str, read: Callable[[], Content]) -> Content:
 
 
 Epoch = Annotated[int, Field(ge=1)]
-
-
 Loss = Annotated[float, Field(allow_inf_nan=True)]
 
 

@@ -11,11 +11,7 @@ from numpy.typing import NDArray
 from swesbi.artefacts import Variable
 
 FloatArray = NDArray[np.float64]
-
-
 MIXED: Final = "as listed in component_unit"
-
-
 RELATIVE_CONSTANT = 1e-10
 
 

@@ -30,11 +30,7 @@ from swesbi.recording.settings import ContextRow
 from swesbi.seeds import generator
 
 LOGGER = logging.getLogger("swesbi")
-
-
 FloatArray = NDArray[np.float64]
-
-
 MAX_ATTEMPTS: Final = 1000
 """A body that needs more draws has a distribution almost wholly outside the limits."""
 

@@ -24,11 +24,7 @@ from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 FloatArray = NDArray[np.float64]
-
-
 BoolArray = NDArray[np.bool_]
-
-
 ROUNDING: Final = 1e-9
 
 
@@ -103,8 +99,6 @@ def _longest_run(missing: BoolArray) -> NDArray[np.int64]:
 
 
 OWN: Final = "own"
-
-
 ACQUIRED: Final = "acquired"
 
 

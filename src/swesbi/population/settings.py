@@ -17,16 +17,10 @@ from swesbi.context import CONTEXT_RANGES, Context
 
 QUANTITIES: Final = ("bsa_m2", "hr_bpm", "lvedv_ml", "ivsd_cm", "ejection_fraction")
 """What is drawn for one person of known age, in the order of the correlation matrices."""
-
-
 DECLARED_NAMES: Final = ("hr_bpm", "lvedv_ml", "ivsd_cm")
 """What of the context enters the simulator (paper, Eq. 2)."""
-
-
 MOST_SHOWN: Final = 32
 """Subjects of a cohort that still have figures and a row on the page each; larger ones are counted."""
-
-
 Positive = Annotated[float, Field(gt=0.0)]
 
 

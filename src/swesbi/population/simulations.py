@@ -120,14 +120,8 @@ def _passive(shape: PassiveShape, phase: FloatArray) -> tuple[FloatArray, FloatA
 
 
 ALONG: Final = "context"
-
-
 SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationSimulations)["/"]
-
-
 LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
-
-
 KIND: Final = register("population_simulations", {"/": SCHEMA}, (*LABELS, Labels(ALONG, "subject")))
 
 

@@ -36,8 +36,6 @@ from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import TruthCurve
 
 LOGGER = logging.getLogger("swesbi")
-
-
 FloatArray = NDArray[np.float64]
 
 

@@ -33,11 +33,7 @@ from swesbi.prior import JointPriorSettings
 from swesbi.seeds import generator, integer_seed
 
 FloatArray = NDArray[np.float64]
-
-
 Sampler = Literal["importance", "mcmc"]
-
-
 PARAMETERS: Final = 4
 
 
@@ -180,11 +176,7 @@ def mcmc_failures(sampled: McmcDraws, settings: McmcSettings) -> tuple[str, ...]
 
 
 OWN: Final = schema_of(ExactPosterior)
-
-
 SCALE_NAME: Final = PHI_NAMES[-1:]
-
-
 SCHEMA: Final = {
     "/": arranged(
         OWN["/"]
@@ -201,8 +193,6 @@ SCHEMA: Final = {
     "weighted": columns_along("draw", PHI_NAMES) | OWN["weighted"],
 }
 """What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior."""
-
-
 SEPARATOR: Final = "; "
 
 

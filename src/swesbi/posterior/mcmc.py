@@ -16,14 +16,8 @@ from swesbi.posterior.settings import McmcSettings, warm_up_steps
 from swesbi.prior import from_logit, log_density, log_jacobian, to_logit
 
 FloatArray = NDArray[np.float64]
-
-
 INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their spread
-
-
 LEAST_SD: Final = 0.1  # in eta; a few dominating weights have no spread of their own
-
-
 ATTEMPTS: Final = 100
 
 
@@ -135,14 +129,8 @@ class SideBySide:
 
 
 GAMMA_SD: Final = 0.1  # relative spread of the step's factor: keeps proposals off a lattice
-
-
 JUMP_SHARE: Final = 0.1  # of the steps, with factor one: from mode to mode (ter Braak 2006)
-
-
 STRETCH_SHARE: Final = 0.3  # of the steps: they bring walkers back that started or strayed far off
-
-
 STRAY_PROBABILITY: Final = 1e-4
 
 

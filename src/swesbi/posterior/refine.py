@@ -23,17 +23,9 @@ from swesbi.prior import JointPriorSettings, bounds, from_logit, log_jacobian, t
 from swesbi.seeds import integer_seed
 
 FloatArray = NDArray[np.float64]
-
-
 DEGREES_OF_FREEDOM: Final = 4  # heavy tails, so that weights stay bounded
-
-
 WIDENING: Final = 1.5  # of the covariance
-
-
 RIDGE: Final = 1e-4  # least variance of a proposal, in eta
-
-
 TEMPERED_DRAWS: Final = 40.0  # effective draws behind a proposal, of a flattened posterior where it has fewer
 
 

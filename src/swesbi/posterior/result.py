@@ -18,8 +18,6 @@ from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.truncated import POSTERIOR
 
 FloatArray = NDArray[np.float64]
-
-
 MCMC: Final = "mcmc"
 
 

@@ -123,18 +123,12 @@ def columns_along(along: str, names: Sequence[str], of: str = "") -> dict[str, V
 
 
 CHAINS: Final = columns_along("chain draw", THETA_NAMES)
-
-
 SUMMARY: Final = schema_of(Posterior)
-
-
 SCHEMA: Final = {
     "/": SUMMARY["/"],
     "posterior": CHAINS,
     "unfiltered": columns_along("draw", THETA_NAMES, ", not filtered") | SUMMARY["unfiltered"],
 }
-
-
 POSTERIOR: Final = register("posterior", SCHEMA, ("parameter", *labels_of(Posterior)))
 
 

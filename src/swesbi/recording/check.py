@@ -12,21 +12,22 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from swesbi.recording.files import (
+from swesbi.recording.cohort import (
     PROTOCOL,
     RECORDINGS,
     SUBJECTS,
     SUFFIXES,
+    SubjectTable,
     check_file,
+    examine_subjects,
     find_recording,
-    read_samples,
 )
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples, rejection
 from swesbi.recording.settings import ContextRow, RecordingSettings, is_subject
-from swesbi.recording.subjects import SubjectTable, examine_subjects
 from swesbi.recording.table import read_bytes
 
 SEE_TEMPLATE: Final = "`python -m swesbi template FOLDER` writes one to start from"
@@ -203,8 +204,6 @@ HEADER: Final = (
     "E (kPa)",
     "rejected, by reason",
 )
-
-
 LEGEND: Final = (
     "phases: measured of gated. SE of c_s: standard error of a phase's mean shear-wave speed, median and\n"
     "largest. repeats, samples: relative standard deviation between repeats, and between samples of one.\n"

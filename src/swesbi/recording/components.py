@@ -26,8 +26,6 @@ from swesbi.recording.samples import Samples
 from swesbi.recording.speed import phase_trend, repeat_means
 
 FloatArray = NDArray[np.float64]
-
-
 IntArray = NDArray[np.int64]
 
 
@@ -100,14 +98,8 @@ def joined(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
 
 
 LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement
-
-
 SMALLEST_SD: Final = 1e-4
-
-
 TOLERANCE: Final = 1e-6
-
-
 STEP: Final = 0.02  # relative, of the second difference behind the standard error
 
 

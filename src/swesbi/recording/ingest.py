@@ -25,11 +25,7 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import average_speeds, youngs_modulus_kpa
 
 FloatArray = NDArray[np.float64]
-
-
 ROUNDING: Final = 1e-9
-
-
 # Beats differ in length, so neighbouring phases lie a little nearer or farther than the protocol puts them.
 BEAT_VARIATION: Final = 0.01
 
@@ -93,8 +89,6 @@ def _late_diastole(measured_phase: FloatArray, settings: RecordingSettings) -> s
 # Half the time the myocardium is near its diastolic 0.9-1.5 m/s in health, and up to several times that in
 # the stiffest disease (Song et al. 2016, Santos et al. 2019); a wrong unit is off by ten at least.
 MEDIAN_SPEED_RANGE_M_S: Final = (0.5, 10.0)
-
-
 # Late diastole must have been measured, so the last push comes late in its beat.
 LEAST_REACH: Final = 0.5
 

@@ -19,11 +19,7 @@ from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.table import Table, check_names, read_bytes
 
 MAX_VALUES: Final = 5_000_000
-
-
 OBJECTS: Final = "#subsystem#"
-
-
 NUMERIC: Final = frozenset(
     {"double", "single", "logical", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))}
 )
@@ -119,11 +115,7 @@ def _members(group: h5py.Group) -> dict[str, Item]:
 
 
 HDF5_SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
-
-
 V73_USER_BLOCK: Final = 512
-
-
 LAYOUT: Final = "save vectors of these names, or one struct with these fields: save('ID.mat', '-struct', 's')"
 
 

@@ -22,29 +22,13 @@ from swesbi.recording.mat_values import Vector, damaged, read_vectors
 from swesbi.recording.table import MAX_BYTES
 
 HEADER_BYTES: Final = 128
-
-
 BYTE_ORDERS: Final = {b"\x00\x01IM": "<", b"\x01\x00MI": ">"}
-
-
 INT32, MATRIX, COMPRESSED = 5, 14, 15
-
-
 NUMBERS: Final = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
-
-
 CHARACTERS: Final = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
-
-
 OPAQUE: Final = 17
-
-
 KINDS: Final = {1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 16: "object", OPAQUE: "object"}
-
-
 COMPLEX: Final = 0x0800
-
-
 Element = tuple[int, bytes]
 
 

@@ -10,23 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64] | NDArray[np.str_]
-
-
 NUMBERS: Final = "save it as a real vector of numbers"
-
-
 TEXTS: Final = "save texts as a cell array, numbers as a vector"
-
-
 VECTOR: Final = "save one value per attempted sample, as a vector"
-
-
 NO_TABLE: Final = "convert a table by s = table2struct(T, 'ToScalar', true) and strings by cellstr(...)"
-
-
 SAVE_AGAIN: Final = "save it again, by save('ID.mat', '-struct', 's'), or give a CSV file"
-
-
 REFUSED: Final = {
     "struct": ("is a struct", NUMBERS),
     "sparse": ("is a sparse matrix", NUMBERS),

@@ -186,25 +186,15 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
 
 
 COMPONENTS: Final = ("repeat", "sample")
-
-
 VALUES: Final = schema_of(ComponentEstimate)["/"]
-
-
 POOLED: Final = Part(
     along="component",
     words={"whose": "common to the cohort", "none": ", NaN at zero", "kind": "profile-likelihood "},
 )
-
-
 OWN: Final = Part(
     "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
 )
-
-
 COUNTS: Final = schema_of(NoiseEstimate)["/"]
-
-
 SCHEMA: Final = {
     "component": Variable("component", "1", "between repeats, between samples of a repeat"),
     "subject": Variable("subject", "1", "subjects of the cohort"),
@@ -214,8 +204,6 @@ SCHEMA: Final = {
     **Part("subject_{}", "subject").place_all(COUNTS),
     **schema_of(CohortNoise)["/"],
 }
-
-
 KIND: Final = register("noise", {"/": SCHEMA})
 
 

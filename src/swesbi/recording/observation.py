@@ -92,14 +92,8 @@ class Observation:
 
 
 KIND: Final = register("observation", schema_of(Observation))
-
-
 SUBJECTS: Final = {"subject": Variable("subject", "1", "subjects of the cohort")}
-
-
 COHORT: Final = SUBJECTS | schema_of(Context, along="subject")["/"]
-
-
 CONTEXTS: Final = register("contexts", {"/": COHORT})
 
 

@@ -12,11 +12,7 @@ from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import Samples
 
 FloatArray = NDArray[np.float64]
-
-
 LATEST_BEAT_PHASE = 1.1
-
-
 # Between one step from phase to phase, where nothing is missing, and the two that one missing phase leaves.
 STEPS_OF_A_GAP = 1.5
 
@@ -105,8 +101,6 @@ def _check_distinct(phase: FloatArray, source: str) -> None:
 
 
 WRAP = 2  # neighbours on either side that the slope of a PCHIP node depends on, through the seam
-
-
 CHUNK = 2048  # rows; keeps the interpolant's coefficients within the processor's cache
 
 

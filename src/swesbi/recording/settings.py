@@ -11,15 +11,9 @@ from swesbi.base import CycleWindow, Settings
 from swesbi.context import CONTEXT_RANGES, Context, check_ranges
 
 SUBJECT_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_-]*$"
-
-
 SUBJECT_LENGTH = 64
-
-
 # In health 0.5 to 0.75, in the most dilated heart 0.1 (Lang et al. 2015); beyond, a volume has another unit.
 EJECTION_FRACTION_RANGE = (0.03, 0.9)
-
-
 # In health 29 to 75 mL/m2; from small restrictive to the most dilated ventricles (Lang et al. 2015).
 LVEDV_INDEX_RANGE_ML_M2 = (15.0, 300.0)
 

@@ -13,8 +13,6 @@ from swesbi.artefacts import Variable
 from swesbi.recording.samples import Samples
 
 FloatArray = NDArray[np.float64]
-
-
 PA_PER_KPA: Final = 1e3
 
 

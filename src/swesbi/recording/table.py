@@ -20,10 +20,7 @@ from swesbi.recording.problems import Problem, RecordingError, raise_any
 if TYPE_CHECKING:
     import pandas as pd
 
-
 SHOWN_ROWS: Final = 5
-
-
 MISSING: Final = ("", "NaN", "nan", "NAN")  # MATLAB writes an empty number as NaN
 
 
@@ -129,26 +126,12 @@ def _outside(low: float, high: float) -> str:
 
 
 DELIMITERS: Final = (",", ";", "\t")
-
-
 COMMENT: Final = "#"
-
-
 MAX_BYTES: Final = 256 * 1024**2
-
-
 EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
-
-
 DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
-
-
 DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-
-
 SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
-
-
 HEADER: Final = "name them in the first row, separated by commas (or semicolons)"
 
 

@@ -9,11 +9,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
-from swesbi.recording.files import PROTOCOL, RECORDINGS, SUBJECTS
+from swesbi.recording.cohort import PROTOCOL, RECORDINGS, SUBJECTS
 
 EXIT_REFUSED: Final = 2
-
-
 TEMPLATES: Final = {
     SUBJECTS: "subjects.csv",
     PROTOCOL: "recording.yaml",

@@ -19,15 +19,9 @@ from swesbi.study.running import RUN, end_with
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
-
-
 EXIT_FAILURE = 1
-
-
 START_UP = "start-up: "
 """Begins the line of a log that says what came before the stage, in seconds of processor time."""
-
-
 PROCESSOR_TIME = "processor time: "
 """Begins the line that says what the whole job took; Snakemake's own files miss up to half a minute of it."""
 

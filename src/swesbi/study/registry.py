@@ -117,15 +117,11 @@ _MODULES: Final[Mapping[str, Mapping[str, str]]] = {
         "report": "the landing page of the results, readable without the workflow.",
     },
 }
-"""Stages of each module of ``swesbi.study.stages``, with a line on each. The function has the name of its stage."""
-
-
+"""Stages of each module of ``swesbi.study.stages``, with a line on each; a function has its stage's name."""
 STAGES: Final[Mapping[str, str]] = MappingProxyType(
     {name: line for lines in _MODULES.values() for name, line in lines.items()}
 )
 """What each stage is for."""
-
-
 _MODULE_OF: Final = {
     name: f"swesbi.study.stages.{module}" for module, lines in _MODULES.items() for name in lines
 }

@@ -58,11 +58,7 @@ def _lock(handle: int, mode: int) -> bool:
 
 
 POLL_S: Final = 0.2
-
-
 EXIT_ORPHAN: Final = 3
-
-
 RUN: Final = "current_run"
 """Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
 
@@ -84,11 +80,7 @@ def _watch(run: int) -> None:
 
 
 LOGGER = logging.getLogger("swesbi")
-
-
 STATE: Final = Path(".snakemake")
-
-
 LOCK: Final = "swesbi-run.lock"
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from swesbi.config.models import Config
 from swesbi.config.read import add_options, parse_config, read_merged
 from swesbi.recording.check import CohortReport, examine_cohort, summary
-from swesbi.recording.files import SUBJECTS
+from swesbi.recording.cohort import SUBJECTS
 from swesbi.recording.problems import Problem, listed
 
 EXIT_PROBLEMS = 2

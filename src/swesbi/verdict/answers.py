@@ -23,33 +23,15 @@ RECORDINGS: Final = {
     "local": "at the subject's own data",
     "volunteer": "the volunteer recorded anew",
 }
-
-
 ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
-
-
 POOLED: Final = "pooled"
 """In place of a subject: the recordings of all."""
-
-
 ALARMS: Final = ("strained or unsupported", "unsupported")
-
-
 SUPPORTED: Final = "supported"
-
-
 STRAINED: Final = "strained"
-
-
 UNSUPPORTED: Final = "unsupported"
-
-
 STATUSES: Final = (SUPPORTED, STRAINED, UNSUPPORTED)
-
-
 SHOWN_TESTS: Final = 3
-
-
 TEST_LABELS: Final = {
     "chi2": "χ²",
     "mmd": "MMD",
@@ -113,17 +95,9 @@ def _short(test: SupportTest) -> str:
 
 
 FloatArray = NDArray[np.float64]
-
-
 REFUSED: Final = "refused"
-
-
 OUTCOMES: Final = (*STATUSES, REFUSED)
-
-
 LIMITS: Final = ("median", "low", "high")
-
-
 SEPARATOR: Final = "; "
 
 

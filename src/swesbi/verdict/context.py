@@ -24,11 +24,7 @@ from swesbi.verdict.settings import ContextCheckSettings
 from swesbi.verdict.support import SupportTest
 
 FloatArray = NDArray[np.float64]
-
-
 CONTINUOUS: Final = tuple(name for name in CONTEXT_NAMES if name != "sex_male")
-
-
 LEAST_OTHERS: Final = 3
 """Two others give a standard deviation, but a t distribution with one degree of freedom flags nothing."""
 

@@ -23,14 +23,8 @@ from sklearn.preprocessing import StandardScaler
 from swesbi.prior import BoxPrior, ParameterPrior, bounds
 
 FloatArray = NDArray[np.float64]
-
-
 BOUNDS: Final = ("lower", "upper")
-
-
 LEAST_RATIO: Final = 1e-3  # no draw in any strip: as far from the bounds as can be told
-
-
 LEAST_PRIOR_MASS: Final = 1e-12
 
 

@@ -22,8 +22,6 @@ from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import FEATURE_TESTS, MEMBERS, TEST_NAMES, Checks, tail_scores
 
 FloatArray = NDArray[np.float64]
-
-
 SMALLEST_P: Final = 1e-6
 """A fitted tail of some hundred recordings says nothing about what is rarer."""
 

@@ -225,18 +225,12 @@ def _levels(
 
 
 ALONG: Final = "recording"
-
-
 SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationNull)["/"]
-
-
 LABELS: Final[dict[str, Any]] = {
     "distance": list(DISTANCES),
     "parameter": list(PHI_NAMES),
     "bound": list(BOUNDS),
 }
-
-
 KIND: Final = register(
     "population_null", {"/": SCHEMA}, (*LABELS, *labels_of(PopulationNull), Labels(ALONG, "subject"))
 )

@@ -16,14 +16,8 @@ from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import GROUPS, TESTS, Checks, stack_checks
 
 COHORT: Final = "all"
-
-
 STRAINED_OR_WORSE: Final = "strained or unsupported"
-
-
 UNSUPPORTED: Final = "unsupported"
-
-
 CONFIDENCE: Final = 0.95
 
 

@@ -138,20 +138,10 @@ def volunteer_recordings(
 
 
 FloatArray = NDArray[np.float64]
-
-
 NULL: Final = "null"
-
-
 OWN: Final = "own"
-
-
 ACQUIRED: Final = "acquired"
-
-
 VOLUNTEER: Final = "volunteer"
-
-
 KINDS: Final = (NULL, OWN, ACQUIRED, VOLUNTEER)
 """Recordings of a subject: two well-specified sets under the model's own noise, of which the first makes
 the null; one recorded sample by sample; the virtual volunteer recorded anew."""
@@ -185,19 +175,11 @@ class SubjectChecks:
 
 
 LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), "bound": list(BOUNDS)}
-
-
 SEEN: Final = Part(words={"features": "features S(.) as the network sees them", "bound": " there"})
-
-
 RECORDED: Final = SEEN.place_all(schema_of(Checks)["/"])
-
-
 ROOT: Final = schema_of(SubjectChecks)["/"] | {
     "refused": Variable("kind_of_recording", "1", "recordings that ingestion refused")
 }
-
-
 KIND: Final = register(
     "misspecification",
     {"/": ROOT, **dict.fromkeys(KINDS, RECORDED)},

@@ -10,11 +10,7 @@ from swesbi.base import Settings
 from swesbi.context import CONTEXT_NAMES
 
 Positive = Annotated[float, Field(gt=0)]
-
-
 Level = Annotated[float, Field(gt=0, lt=0.5)]
-
-
 LEAST_TAIL_RECORDINGS: Final = 10
 
 

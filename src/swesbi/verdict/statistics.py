@@ -22,8 +22,6 @@ from swesbi.networks.spline.conditioning import ConditioningSettings, raw_featur
 from swesbi.verdict.distances import strip_mass
 
 FloatArray = NDArray[np.float64]
-
-
 LEAST_TAIL: Final = 1e-3  # what some hundred weighted draws can resolve
 
 
@@ -89,18 +87,10 @@ class MisfitTest(NamedTuple):
 
 
 PREDICTED: Final = "prior predictive"
-
-
 FITTED: Final = "fit"
-
-
 BOUNDED: Final = "bounds"
-
-
 GROUPS: Final = (PREDICTED, FITTED, BOUNDED)
 """Three questions: can the prior make such a recording, does the posterior, does it press on a bound?"""
-
-
 TESTS: Final = (
     MisfitTest("mahalanobis", PREDICTED, "Mahalanobis distance of the features from the prior predictive"),
     MisfitTest("nearest_neighbours", PREDICTED, "distance of the features to the nearest simulations"),
@@ -112,20 +102,12 @@ TESTS: Final = (
     MisfitTest("conditional_features", FITTED, "most unlikely feature given the recording"),
     MisfitTest("boundary_mass", BOUNDED, "posterior mass at a bound of the prior"),
 )
-
-
 TEST_NAMES: Final = tuple(test.name for test in TESTS)
-
-
 MEMBERS: Final = tuple(
     tuple(index for index, test in enumerate(TESTS) if test.group == group) for group in GROUPS
 )
-
-
 DISTANCES: Final = tuple(test.name for test in TESTS if test.group == PREDICTED)
 """The tests that ask only where the features lie among those of the prior predictive."""
-
-
 FEATURE_TESTS: Final = {
     "peak": "maximum_kpa",
     "time_to_peak": "time_to_peak_cycle",

@@ -16,8 +16,6 @@ from swesbi.prior import PriorSettings, bounds, in_bounds
 from swesbi.verdict.settings import SupportSettings
 
 FloatArray = NDArray[np.float64]
-
-
 NAMED_COMPONENTS = 3
 
 

@@ -24,29 +24,13 @@ from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import Truth, TruthCurve
 
 FloatArray = NDArray[np.float64]
-
-
 SLOWEST_M_S: Final = 0.1
-
-
 FASTEST_M_S: Final = 12.0
-
-
 FAILURE_SHARES: Final = (0.35, 0.25, 0.30, 0.10)  # in the order of FAILED_STATUSES
-
-
 SLOW_OUTLIER: Final = (0.35, 0.60)  # a trailing wave, or a part of the wall at rest
-
-
 FAST_OUTLIER: Final = (1.60, 2.40)  # a reflected or compressional wave
-
-
 GOOD_FIT: Final = (18.0, 2.0)  # beta distribution of R2, mean 0.9
-
-
 POOR_FIT: Final = (0.10, 0.58)
-
-
 DECIMALS: Final = 3
 
 

@@ -26,17 +26,9 @@ from swesbi.virtual_cohort.tables import (
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, VOLUNTEERS, Volunteer, simulate_truth
 
 SAMPLE_COLOUR = "#9aa7b5"
-
-
 MEDIAN_COLOUR = "#0b3c6f"
-
-
 FAILED_COLOUR = "#d55e00"
-
-
 PUBLISHED_COLOUR = "#009e73"
-
-
 TOP_M_S = 7.2
 
 

@@ -98,8 +98,6 @@ valve ends.
 - Mechanics: Chapelle et al., Int J Multiscale Comput Eng 10:189 (2012); Caruel et al., Biomech Model
   Mechanobiol 13:897 (2014).
 """
-
-
 SEEDS: Final = """
 ## Other acquisition seeds
 

@@ -9,8 +9,6 @@ from pydantic import Field
 from swesbi.base import Settings
 
 Fraction = Annotated[float, Field(ge=0, lt=1)]
-
-
 ACQUISITION_SEED: Final = 1
 """Seed of the shipped recordings, fixed before any inference was run on them."""
 

@@ -16,26 +16,12 @@ from swesbi.recording.samples import Samples
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, Truth
 
 FloatArray = NDArray[np.float64]
-
-
 FINE_GRID: Final = 2001
-
-
 LATE_DIASTOLIC_SPEED_M_S: Final = (0.87, 1.51)
-
-
 PEAK_SPEED_M_S: Final = (2.1, 5.5)
-
-
 CLOSURE_SPEED_M_S: Final = (2.5, 4.5)
-
-
 STIFFNESS_RATIO: Final = (5.0, 25.0)
-
-
 EJECTION_MS: Final = (292.0, 23.0)
-
-
 OWN_PARAMETERS: Final = (
     "passive_exponent_b",
     "late_diastolic_kpa",

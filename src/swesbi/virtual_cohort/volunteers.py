@@ -21,14 +21,8 @@ from swesbi.measurement.operator import passive_shape
 from swesbi.virtual_cohort.settings import ACQUISITION, AcquisitionSettings, EctopicBeat
 
 LATE_DIASTOLE: Final = (0.80, 0.97)
-
-
 PASSIVE_C0_PA: Final = 444.0  # C_0 and C_2 of the PhysioBlocks 2.0.1 human heart, of which a volunteer
-
-
 PASSIVE_C2_PA: Final = 69.0  # has a multiple
-
-
 COMMON: Final[Mapping[str, str | bool | float]] = {
     "geometry": "midwall",
     "passive_law": "exponential",
@@ -131,8 +125,6 @@ def _acquisition(
 
 
 _PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
-
-
 VOLUNTEERS: Final = (
     Volunteer(
         Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88),
@@ -225,8 +217,6 @@ VOLUNTEERS: Final = (
         design="k_ATP far above the prior's bound",
     ),
 )
-
-
 FloatArray = NDArray[np.float64]
 
 

@@ -32,35 +32,17 @@ LABELS: Final[dict[str, Any]] = {
     "parameter": list(PHI_NAMES),
     "bound": ["lower", "upper"],
 }
-
-
 TWO_SAMPLES: Final = {
     "accuracy": Variable("subject pair", "1", "accuracy of a classifier between two samplers"),
     "draws": Variable("subject", "1", "draws of each sampler"),
 }
-
-
 INFERRED: Final = schema_of(Inferred)["/"]
-
-
 RECORDINGS: Final = {"own": INFERRED, "acquired": INFERRED}
-
-
 LOCAL: Final = {"local": schema_of(Ranked)["/"], "two_samples": TWO_SAMPLES}
-
-
 REQUIRED: Final[tuple[str | Labels, ...]] = (*LABELS, *labels_of(Inferred))
-
-
 RECORDINGS_KIND: Final = register("calibration_recordings", RECORDINGS, REQUIRED)
-
-
 LOCAL_KIND: Final = register("calibration_local", LOCAL, REQUIRED)
-
-
 KIND: Final = register("calibration", RECORDINGS | LOCAL, REQUIRED)
-
-
 JOINED: Final = {"own": "recording", "acquired": "recording", "local": "recording", "two_samples": "subject"}
 
 
@@ -102,17 +84,9 @@ def diagnostics_of(dataset: xr.Dataset) -> Diagnostics:
 
 
 ALONG: Final = "recording"
-
-
 OF_FRESH: Final = schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
-
-
 SCHEMA: Final = schema_of(Inferred)["/"] | OF_FRESH
-
-
 FRESH: Final = register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
-
-
 REFUSED: Final = "refused"
 
 

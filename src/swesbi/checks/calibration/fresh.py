@@ -34,8 +34,6 @@ from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 
 FloatArray = NDArray[np.float64]
-
-
 STREAM = "population calibration"
 
 

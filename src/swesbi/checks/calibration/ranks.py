@@ -67,8 +67,6 @@ def moments(draws: FloatArray, weight: FloatArray) -> Moments:
 
 
 LOG_LIKELIHOOD: Final = "log_likelihood"
-
-
 QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED, LOG_LIKELIHOOD)
 
 
@@ -195,11 +193,7 @@ def stack_scores(scores: Sequence[Score]) -> Scores:
 
 
 NETWORK: Final = "npe"
-
-
 WEIGHTED: Final = "weighted"
-
-
 SAMPLERS: Final = (NETWORK, WEIGHTED)
 
 

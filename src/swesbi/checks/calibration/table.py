@@ -24,18 +24,10 @@ from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]
-
-
 IntArray = NDArray[np.int64]
-
-
 POINTS: Final = 100
 """Intervals between the points of evaluation; ranks among L draws fit them where L + 1 is a multiple."""
-
-
 NULL_SAMPLES: Final = 10_000
-
-
 NULL_SEED: Final = 2022
 
 
@@ -117,11 +109,7 @@ def _null_tails(n: int) -> FloatArray:
 
 
 JOINT = "joint"
-
-
 SBC, COVERAGE, TARP, CONTRACTION, C2ST = "sbc", "coverage", "tarp", "contraction", "c2st"
-
-
 REPORTED_LEVEL = 0.9
 
 
@@ -224,14 +212,8 @@ def _contracted(names: Sequence[str], held: FloatArray, n: int, least: float) ->
 
 
 POOLED: Final = "pooled"
-
-
 LOCAL: Final = "local"
-
-
 NONE_LOST: Final = 0.0  # a second recording must not widen the posterior that the first one gave
-
-
 COLUMNS: Final = (
     "subject",
     "recordings",

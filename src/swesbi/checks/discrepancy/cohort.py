@@ -29,29 +29,15 @@ from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import Volunteer, simulate_truth
 
 LOGGER = logging.getLogger("swesbi")
-
-
 FloatArray = NDArray[np.float64]
-
-
 Range = tuple[float, float]
-
-
 AGE_YEARS: Final[Range] = (19.0, 30.0)
-
-
 HR_BPM: Final[Range] = (55.0, 85.0)
-
-
 VOLUME_RATIO: Final[Range] = (0.35, 0.40)  # LVESV over LVEDV
-
-
 BY_SEX: Final[dict[str, dict[str, Range]]] = {
     "F": {"bsa_m2": (1.50, 1.75), "lvedv_ml": (68.0, 100.0), "ivsd_cm": (0.62, 0.78)},
     "M": {"bsa_m2": (1.75, 2.00), "lvedv_ml": (95.0, 125.0), "ivsd_cm": (0.76, 0.94)},
 }
-
-
 PHYSIOLOGY: Final[dict[str, Range]] = {
     "late_diastolic_kpa": (3.6, 5.0),
     "passive_exponent_b": (2.0, 4.0),
@@ -63,8 +49,6 @@ PHYSIOLOGY: Final[dict[str, Range]] = {
     "activation_onset_s": (0.037, 0.045),
     "activation_duration_s": (0.315, 0.330),
 }
-
-
 MAX_ATTEMPTS: Final = 20
 
 

@@ -4,49 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from pydantic import Field
 from scipy.special import logsumexp
 
-from swesbi.base import Settings
 from swesbi.checks.discrepancy.bank import Bank, fill_bank
 from swesbi.checks.discrepancy.cohort import GeneratedSubject
+from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import log_density
-
-Fraction = Annotated[float, Field(ge=0, le=0.5)]
-
-
-Cycle = Annotated[float, Field(ge=0, le=0.1)]
-
-
-class DiscrepancyStudySettings(Settings):
-    """The generated cohort, the grid of (delta, tau) and the effort put into each evidence."""
-
-    subjects: int = Field(ge=1, description="generated subjects")
-    speed_fractions: tuple[Fraction, ...] = Field(min_length=1, description="grid of delta")
-    timing_cycles: tuple[Cycle, ...] = Field(min_length=1, description="grid of tau")
-    simulations_per_round: int = Field(ge=100, description="simulations that each proposal adds")
-    max_rounds: int = Field(ge=1, description="proposals at most, the prior among them")
-    min_effective_draws: int = Field(ge=10, description="effective sample size at which a pair is done")
-    interval: float = Field(gt=0, lt=1, description="mass of the intervals whose coverage is counted")
-
-    @property
-    def pairs(self) -> tuple[DiscrepancySettings, ...]:
-        """Every pair of the grid, tau running fastest."""
-        return tuple(
-            DiscrepancySettings(speed_fraction=delta, timing_cycle=tau)
-            for delta in self.speed_fractions
-            for tau in self.timing_cycles
-        )
-
 
 FloatArray = NDArray[np.float64]
 

@@ -31,8 +31,6 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.recording.speed import NoiseComponents
 
 FloatArray = NDArray[np.float64]
-
-
 IntArray = NDArray[np.int64]
 
 

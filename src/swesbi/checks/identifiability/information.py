@@ -35,11 +35,7 @@ from swesbi.prior import BoxPrior, from_logit, quantile, sample, to_logit
 from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]
-
-
 QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED)
-
-
 QUANTITY_UNITS: Final = "kPa, s-1, s-1, kPa, kPa"
 
 

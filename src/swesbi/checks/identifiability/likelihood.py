@@ -104,23 +104,11 @@ def information_by_datum(at: Differentiated) -> FloatArray:
 
 
 BoolArray = NDArray[np.bool_]
-
-
 MAXIMUM_ROUNDS: Final = 60
-
-
 TOLERANCE: Final = 1e-4  # of the log likelihood; likelihood-ratio levels differ by more than 0.2
-
-
 FIRST_DAMPING: Final = 1e-2
-
-
 GREATEST_DAMPING: Final = 1e8
-
-
 EASE: Final = 0.2
-
-
 HARDEN: Final = 5.0
 
 

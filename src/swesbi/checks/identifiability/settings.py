@@ -9,11 +9,7 @@ from pydantic import Field, model_validator
 from swesbi.base import Settings
 
 Level = Annotated[float, Field(gt=0.0, lt=1.0)]
-
-
 Count = Annotated[int, Field(ge=1, le=1000)]
-
-
 Steps = Annotated[tuple[Count, ...], Field(min_length=1)]
 
 

@@ -37,8 +37,6 @@ from swesbi.progress import Progress
 from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]
-
-
 QUANTITY_COLUMNS: Final = f"{PHI_COLUMNS}, kPa"
 
 

@@ -21,14 +21,8 @@ from swesbi.checks.identifiability.subject import (
 from swesbi.parameters import PHI_COLUMNS, PHI_NAMES
 
 FloatArray = NDArray[np.float64]
-
-
 BY_PHASE: Final = "subject quantity phase"
-
-
 OF_SUBJECTS: Final = schema_of(SubjectIdentifiability, along="subject")
-
-
 ADDED: Final = {
     "/": {
         "interval_mass": Variable("", "1", "mass of credible, level of likelihood-ratio intervals"),
@@ -56,13 +50,9 @@ ADDED: Final = {
     },
 }
 """What has to be put together from subjects, recordings and settings."""
-
-
 SCHEMA: Final = {group: arranged(OF_SUBJECTS.get(group, {}) | ADDED[group]) for group in ADDED} | schema_of(
     Placement
 )
-
-
 KIND: Final = register("identifiability", SCHEMA, ("subject", "quantity", "parameter", "bound"))
 
 

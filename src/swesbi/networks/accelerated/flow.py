@@ -22,14 +22,8 @@ from swesbi.networks.accelerated.weights import Blocks
 
 SCALE_FLOOR: Final = 1e-3
 """Smallest scale of a transform: nflows adds it to the softplus."""
-
-
 _MINUS_ONE: Final = torch.tensor(-1.0)
-
-
 _softplus = torch.ops.aten.softplus.out
-
-
 _tanh_backward = torch.ops.aten.tanh_backward.grad_input
 
 

@@ -191,8 +191,6 @@ def _is_plain(transform: MaskedAffineAutoregressiveTransform) -> bool:
 
 
 FloatArray = NDArray[np.float64]
-
-
 ROWS_PER_BATCH = 10_000
 """Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 

@@ -26,8 +26,6 @@ from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 
 TRAINERS: Final = {"sbi": SbiTrainer, "fast": FastTrainer}
-
-
 LOGGER = logging.getLogger("swesbi")
 
 

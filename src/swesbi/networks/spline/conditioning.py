@@ -25,11 +25,7 @@ from swesbi.recording.phases import nominal_phases, to_grid
 from swesbi.recording.speed import youngs_modulus_kpa
 
 FloatArray = NDArray[np.float64]
-
-
 LEAST_KPA: Final = 1e-3  # a flat curve has no amplitude and no slope, hence no logarithm of them
-
-
 LARGEST_Z: Final = 8.0  # what lies farther out is judged by the misspecification tests, not by the network
 
 
@@ -127,12 +123,8 @@ def fit_conditioner(
 
 
 BoolArray = NDArray[np.bool_]
-
-
 CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
 """What the simulator takes of a context; nothing else can change a posterior."""
-
-
 LARGEST_PHASE_Z: Final = (
     8.0  # a recording farther out is judged by the misspecification tests, not by the network
 )

@@ -25,11 +25,7 @@ from swesbi.parameters import PHI_NAMES
 from swesbi.prior import JointPriorSettings
 
 KIND: Final = "flow"
-
-
 FEATURES: Final = "features"
-
-
 PHASES: Final = "phases"
 
 

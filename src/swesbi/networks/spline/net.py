@@ -118,8 +118,6 @@ def _new_units(layers: Sequence[MaskedLinear], outputs: Tensor, done: Sequence[T
 
 
 FloatArray = NDArray[np.float64]
-
-
 DRAWS_PER_BATCH = 50_000
 """Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 

@@ -103,8 +103,6 @@ class StoredSubject:
 
 
 SCHEMA: Final = schema_of(StoredSubject, along="subject")["/"]
-
-
 KIND: Final = register("speed_pool", {"/": SCHEMA}, ("subject", "parameter"))
 
 

@@ -107,15 +107,9 @@ def _raw(
 
 
 LOGGER = logging.getLogger("swesbi")
-
-
 Part = TypeVar("Part")
 """Simulations on one side of a split."""
-
-
 VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs
-
-
 MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
 
 

@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, PercentFormatter, ScalarFormatter
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from swesbi.checks.sensitivity import BASE
+from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
 from swesbi.show.numbers import as_percent

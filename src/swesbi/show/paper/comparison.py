@@ -134,8 +134,6 @@ READINGS: Final[Mapping[str, Reading]] = {
     "binomial": _binomial,
     "words": _words,
 }
-
-
 COLUMNS: Final = ("quantity", "paper", "this_study", "note")
 MEASURES: Final[Mapping[str, Measure]] = {
     **DESIGN_MEASURES,

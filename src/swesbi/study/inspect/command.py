@@ -16,20 +16,10 @@ from swesbi.study.inspect.diff import ArrayDifference, FileDifference, RunDiffer
 from swesbi.study.inspect.read import FACTS, ORIGIN, READERS, SETTINGS, Array, Content, read
 
 HEADER: Final = ("array", "dimensions", "units", "missing", "min", "median", "mean", "max", "meaning")
-
-
 LEFT: Final = frozenset({"file", "array", "dimensions", "units", "meaning"})
-
-
 DIFFERENCES: Final = ("file", "array", "units", "max abs", "max rel", "meaning")
-
-
 VERDICTS: Final = "support.json"
-
-
 SHOWN_TEXTS: Final = 4
-
-
 SHOWN_FILES: Final = 3
 
 
@@ -143,14 +133,8 @@ def _changed_array(array: ArrayDifference) -> tuple[str, str, str, str, str]:
 
 
 ARTEFACTS: Final = (".h5", ".pt")
-
-
 EXIT_EQUAL: Final = 0
-
-
 EXIT_DIFFERENT: Final = 1
-
-
 EXIT_ERROR: Final = 2
 
 

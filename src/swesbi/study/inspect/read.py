@@ -25,14 +25,8 @@ from swesbi.artefacts.files import (
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 
 ORIGIN: Final = "made by"
-
-
 SETTINGS: Final = "settings"
-
-
 FACTS: Final = "says"
-
-
 KINDS: Final = {
     "observation": "observed stiffness curve of one subject, from its recording",
     "contexts": "contexts of the subjects of a cohort",
@@ -58,8 +52,6 @@ KINDS: Final = {
     "flow": "trained flow of an experiment on measured speeds",
     "checkpoints": "weights of one training after selected epochs",
 }
-
-
 FILES: Final = {
     "support.json": "verdict on the prior support of one subject",
     "training.csv": "losses of a training by epoch",
@@ -136,8 +128,6 @@ def _leaves(plain: object, key: str) -> Iterator[tuple[str, str]]:
 
 
 OF_PROVENANCE: Final = tuple(Provenance("").attributes())
-
-
 UNITS: Final = {
     "_kpa": "kPa",
     "_per_s": "s-1",

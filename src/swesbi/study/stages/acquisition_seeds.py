@@ -42,8 +42,6 @@ from swesbi.virtual_cohort.settings import ACQUISITION_SEED
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, simulate_truth
 
 LOGGER = logging.getLogger("swesbi")
-
-
 FloatArray = NDArray[np.float64]
 
 

@@ -13,8 +13,8 @@ from swesbi.base import Settings
 from swesbi.checks.calibration.dataset import KIND, diagnostics_of, ranked_of
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import COLUMNS, LOCAL
+from swesbi.checks.recovery import read_truth
 from swesbi.prior import JointPriorSettings
-from swesbi.recording.files import read_truth
 from swesbi.recording.noise import read_noise
 from swesbi.recording.settings import ContextRow
 from swesbi.show.csv import write_csv

@@ -21,8 +21,6 @@ from swesbi.recording.observation import read_observation
 from swesbi.study.stages.origin import Origin
 
 FloatArray = NDArray[np.float64]
-
-
 LOGGER = logging.getLogger("swesbi")
 
 

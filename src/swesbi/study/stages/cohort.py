@@ -18,13 +18,13 @@ from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings, log_centre
 from swesbi.progress import Progress
 from swesbi.recording.components import RepeatLevels, repeat_levels
-from swesbi.recording.files import read_samples
 from swesbi.recording.ingest import ingest as ingest_recording
 from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.noise import CohortNoise, fit_noise
 from swesbi.recording.noise import to_dataset as noise_to_dataset
 from swesbi.recording.observation import CONTEXTS, Observation, contexts_dataset, read_observation
 from swesbi.recording.observation import KIND as OBSERVATION
+from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, rejection
 from swesbi.recording.settings import ContextRow, NoiseSettings, RecordingSettings
 from swesbi.study.stages.origin import Origin

@@ -47,8 +47,6 @@ from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import read_support
 
 LOGGER = logging.getLogger("swesbi")
-
-
 FloatArray = NDArray[np.float64]
 
 

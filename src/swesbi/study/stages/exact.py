@@ -46,14 +46,8 @@ from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
-
-
 FIXED_LOG_SD: Final = 1e-3  # a passive scale taken for granted: a prior of no width to speak of
-
-
 FIXED_BOUNDS: Final = (0.99, 1.01)
-
-
 STREAM = "calibration"
 
 

@@ -38,8 +38,6 @@ from swesbi.verdict.support import diagnose
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
-
-
 FloatArray = NDArray[np.float64]
 
 

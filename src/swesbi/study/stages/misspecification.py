@@ -44,8 +44,6 @@ from swesbi.verdict.statistics import no_checks
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
-
-
 STREAM = "misspecification"
 
 

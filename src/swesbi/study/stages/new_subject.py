@@ -26,9 +26,9 @@ from swesbi.posterior.importance import FlowProposal, flow_proposal
 from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.settings import RefinementSettings
 from swesbi.recording.components import repeat_levels
-from swesbi.recording.files import read_samples
 from swesbi.recording.noise import compare_noise, read_noise
 from swesbi.recording.observation import read_observation
+from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, rejection
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
@@ -54,8 +54,6 @@ from swesbi.verdict.support import SupportTest
 from swesbi.verdict.verdict import network_test
 
 LOGGER = logging.getLogger("swesbi")
-
-
 STREAM = "new subject"
 
 

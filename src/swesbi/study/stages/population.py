@@ -42,8 +42,6 @@ from swesbi.verdict.pooled import PopulationNull, pooled_reference, prior_predic
 from swesbi.verdict.verdict import network_test
 
 LOGGER = logging.getLogger("swesbi")
-
-
 STREAM = "population answer"
 
 

@@ -8,13 +8,9 @@ from pathlib import Path
 
 from swesbi.base import Settings
 from swesbi.checks.discrepancy.cohort import generate_cohort
-from swesbi.checks.discrepancy.evidence import (
-    DiscrepancyStudySettings,
-    best_pair,
-    discrepancy_table,
-    score_subject,
-)
+from swesbi.checks.discrepancy.evidence import best_pair, discrepancy_table, score_subject
 from swesbi.checks.sensitivity import read_posteriors, sensitivity_table
+from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.progress import Progress
 from swesbi.recording.settings import RecordingSettings

@@ -32,8 +32,6 @@ from swesbi.simulations import to_dataset as simulations_to_dataset
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
-
-
 SHARED = "cycle_phase"  # the one array of simulations that has no row for each
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from swesbi.base import Settings
 from swesbi.checks.cmaes import read_cmaes
 from swesbi.checks.predictive import read_predictive
+from swesbi.checks.recovery import read_truth
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.truncated import read_posterior
 from swesbi.prior import JointPriorSettings, PriorSettings
-from swesbi.recording.files import read_truth
 from swesbi.show.figures.posterior import draw_cohort_posteriors, draw_exact_posteriors
 from swesbi.show.figures.posterior_subject import draw_exact_subject, draw_subject_posterior
 from swesbi.show.figures.predictive import (

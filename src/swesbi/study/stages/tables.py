@@ -10,8 +10,8 @@ from swesbi.artefacts import atomic_path
 from swesbi.base import Settings
 from swesbi.checks.cmaes import read_cmaes
 from swesbi.checks.predictive import read_predictive
+from swesbi.checks.recovery import read_truth
 from swesbi.posterior.truncated import read_posterior
-from swesbi.recording.files import read_truth
 from swesbi.show.csv import write_csv
 from swesbi.show.latex import posterior_latex, ppc_latex
 from swesbi.show.study_tables import Answer, Case, features_table, posterior_table, ppc_table, truth_table

@@ -30,11 +30,7 @@ from swesbi.show.csv import write_csv
 from swesbi.study.stages.origin import Origin, by_place, place_of
 
 LOGGER = logging.getLogger("swesbi")
-
-
 FloatArray = NDArray[np.float64]
-
-
 LONG_CHAINS = "mcmc"
 
 
