@@ -6,6 +6,7 @@ from forward_model_cases import COHORT, SETTINGS
 
 from swesbi import simulations as draw
 from swesbi.artefacts import ArtefactError, Provenance, load, save
+from swesbi.config.parts import shard_draws
 from swesbi.heart.periodic import Status
 from swesbi.prior import ParameterPrior, PriorSettings, in_bounds
 from swesbi.simulations import (
@@ -15,7 +16,6 @@ from swesbi.simulations import (
     draw_simulations,
     group_by_subject,
     read_simulations,
-    shard_draws,
     to_dataset,
 )
 

@@ -25,18 +25,6 @@ from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
 from swesbi.prior import PriorSettings, quantile
 from swesbi.seeds import generator
 
-
-def shard_draws(shard: int, shards: int, draws: int) -> range:
-    """Return the draw numbers of one shard: contiguous, the shards as equal in size as can be.
-
-    Raises:
-        ValueError: The shard does not exist.
-    """
-    if not 0 <= shard < shards:
-        raise ValueError(f"shard {shard} does not exist: there are {shards}, numbered from 0")
-    return range(shard * draws // shards, (shard + 1) * draws // shards)
-
-
 FloatArray = NDArray[np.float64]
 MAXIMUM_ATTEMPTS = 100
 

@@ -9,7 +9,18 @@ from swesbi.base import Settings
 from swesbi.config.experiments import PopulationExperimentSettings
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
-from swesbi.simulations import shard_draws
+
+
+def shard_draws(shard: int, shards: int, draws: int) -> range:
+    """Return the draw numbers of one shard: contiguous, the shards as equal in size as can be.
+
+    Raises:
+        ValueError: The shard does not exist.
+    """
+    if not 0 <= shard < shards:
+        raise ValueError(f"shard {shard} does not exist: there are {shards}, numbered from 0")
+    return range(shard * draws // shards, (shard + 1) * draws // shards)
+
 
 Wildcards = Mapping[str, str]
 EXPERIMENT: Final = "experiment."
