@@ -1,71 +1,205 @@
-"""What the layout of the code costs whoever works on it.
+"""What the layout of the code costs: its size, what an edit reruns, how long it takes to start.
 
-    python benchmarks/house.py --part reruns
+    python benchmarks/house.py                     # every part, as a table
+    python benchmarks/house.py --part reruns --part size
+    python benchmarks/house.py --configfile tests/smoke.yaml --csv house.csv
 
-``reruns``: how many stages an edit makes run again, as the mean over the lines of science: every line of a
-definition of the package outside ``stages`` and ``config``.
+Lines of ``src`` belong to one of three concerns. Presentation is the package ``show``. Plumbing is what the
+study is run with: ``artefacts``, ``config``, ``study``, ``code_hash``, ``definitions``, ``base``, ``seeds``,
+``progress``, and ``__init__`` and ``__main__`` of the package itself. All else is science.
+
+- ``size``: lines, files, imports, concerns, whole-line comments, long functions and files. A function is
+  counted from its ``def`` to its last line, docstring included.
+- ``reruns``: how many stages an edit makes run again, as the mean over the lines of definitions of science.
+- ``start``: ``import swesbi.config`` in a process of its own, the median of five after one not counted.
+- ``plan``: ``snakemake -n`` with nothing to do, the median of three after one. Needs a finished study in the
+  working folder, that of ``config.yaml`` or with ``--configfile`` merged over it; says so where there is none.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
+import csv
+import io
+import resource
+import statistics
+import subprocess
+import sys
+import time
+import tokenize
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Final
 
 import swesbi
 from swesbi.code_hash import Package, Place
-from swesbi.study.registry import STAGES
+from swesbi.study.registry import STAGES, stage_place
 
-SOURCE = Path(swesbi.__file__).parent
-NO_SCIENCE = ("stages", "config")
+SOURCE: Final = Path(swesbi.__file__).parent
+PLUMBING: Final = (
+    *("artefacts", "config", "study", "code_hash", "definitions", "base", "seeds", "progress"),
+    *("__init__", "__main__"),
+)
+PRESENTATION: Final = ("show",)
+SCIENCE: Final = "science"
+HEAVY: Final = (
+    *("torch", "sbi", "nflows", "zuko", "sklearn", "arviz", "emcee", "numba", "cma"),
+    *("scipy", "pandas", "xarray", "matplotlib", "snakemake"),
+)
+LONG_FUNCTION: Final = 60
+LONG_FILE: Final = 350
+STARTS, PLANS = 5, 3
+NOTHING: Final = "Nothing to be done"
 
 Line = tuple[str, int]
+Row = tuple[str, str]
+Functions = ast.FunctionDef | ast.AsyncFunctionDef
 
 
-def stages_an_edited_line_reruns(folder: Path, entries: Iterable[Place]) -> float:
-    """Return the mean over lines of science of the number of stages whose hash an edit of the line changes.
+def concern(path: Path, folder: Path = SOURCE) -> str:
+    """Return what a file of the package is for: science, presentation or plumbing."""
+    top = path.relative_to(folder).with_suffix("").parts[0]
+    if top in PLUMBING:
+        return "plumbing"
+    return "presentation" if top in PRESENTATION else SCIENCE
+
+
+def import_lines(text: str) -> int:
+    """Return how many lines of a file are statements that import."""
+    nodes = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Import | ast.ImportFrom)]
+    return len({line for node in nodes for line in range(node.lineno, _last(node) + 1)})
+
+
+def comment_lines(text: str) -> int:
+    """Return how many lines of a file hold a comment and nothing else."""
+    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+    return sum(token.type == tokenize.COMMENT and token.line.lstrip().startswith("#") for token in tokens)
+
+
+def function_lengths(text: str) -> list[int]:
+    """Return the lines of every function of a file, methods and inner functions included."""
+    nodes = [node for node in ast.walk(ast.parse(text)) if isinstance(node, Functions)]
+    return [_last(node) - node.lineno + 1 for node in nodes]
+
+
+def _last(node: ast.stmt) -> int:
+    return node.end_lineno or node.lineno
+
+
+def stages_an_edited_line_reruns(
+    folder: Path, entries: Iterable[Place], counts: Callable[[Path], bool]
+) -> float:
+    """Return the mean over lines of definitions of the number of stages whose hash an edit changes.
 
     Args:
         folder: The package.
         entries: The function of each stage.
+        counts: Whether the lines of a file count.
     """
     package = Package(folder)
     followed = Counter(
         line for entry in entries for line in set(_lines(package, package.followed(entry.module, entry.name)))
     )
-    science = {line for module in _science(folder) for line in _lines(package, package.places(module))}
-    return sum(followed[line] for line in science) / len(science)
+    files = [path for path in sorted(folder.rglob("*.py")) if counts(path)]
+    lines = {line for path in files for line in _lines(package, package.places(_module(path, folder)))}
+    return sum(followed[line] for line in lines) / len(lines)
 
 
-def _lines(package: Package, places: Iterable[Place]) -> Iterable[Line]:
+def _lines(package: Package, places: Iterable[Place]) -> Iterator[Line]:
     for place in places:
         for first, last in package.definition(place).lines:
             yield from ((place.module, number) for number in range(first, last + 1))
 
 
-def _science(folder: Path) -> Iterable[str]:
-    for path in sorted(folder.rglob("*.py")):
-        parts = path.relative_to(folder.parent).with_suffix("").parts
-        if parts[1] not in NO_SCIENCE:
-            yield ".".join(parts).removesuffix(".__init__")
+def _module(path: Path, folder: Path) -> str:
+    return ".".join(path.relative_to(folder.parent).with_suffix("").parts).removesuffix(".__init__")
 
 
-def _reruns() -> str:
-    entries = [Place(f"swesbi.study.stages.{stage}", "run") for stage in STAGES]
-    mean = stages_an_edited_line_reruns(SOURCE, entries)
-    return f"stages that an edited line of science reruns: {mean:.1f} of {len(entries)}"
+def timed(command: Sequence[str]) -> tuple[float, float, str]:
+    """Run a command and return its processor time and wall time in seconds, and what it said.
+
+    Raises:
+        CalledProcessError: It failed.
+    """
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    run = subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return processor, wall, run.stdout
 
 
-PARTS: Mapping[str, Callable[[], str]] = {"reruns": _reruns}
+def _seconds(runs: Sequence[tuple[float, float, str]]) -> str:
+    processor, wall = (statistics.median(run[i] for run in runs) for i in (0, 1))
+    return f"{processor:.2f} / {wall:.2f}"
+
+
+def _size(_: argparse.Namespace) -> Iterator[Row]:
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(SOURCE.rglob("*.py"))}
+    lengths = {path: len(text.splitlines()) for path, text in texts.items()}
+    lines = sum(lengths.values())
+    yield "lines of src / files / mean", f"{lines:,} / {len(texts)} / {lines / len(texts):.0f}"
+    yield "imports, % of lines", f"{100.0 * sum(map(import_lines, texts.values())) / lines:.1f}"
+    concerns: Counter[str] = Counter()
+    for path, length in lengths.items():
+        concerns[concern(path)] += length
+    shown = (SCIENCE, "presentation", "plumbing")
+    yield "lines of " + " / ".join(shown), " / ".join(f"{concerns[name]:,}" for name in shown)
+    yield "whole-line comments, %", f"{100.0 * sum(map(comment_lines, texts.values())) / lines:.1f}"
+    functions = [length for text in texts.values() for length in function_lengths(text)]
+    long = sum(length > LONG_FUNCTION for length in functions)
+    yield f"functions over {LONG_FUNCTION} lines / longest", f"{long} / {max(functions)}"
+    yield (
+        f"files over {LONG_FILE} lines / longest",
+        f"{sum(length > LONG_FILE for length in lengths.values())} / {max(lengths.values())}",
+    )
+
+
+def _reruns(_: argparse.Namespace) -> Iterator[Row]:
+    entries = [Place(*stage_place(stage)) for stage in STAGES]
+    mean = stages_an_edited_line_reruns(SOURCE, entries, lambda path: concern(path) == SCIENCE)
+    yield f"stages of {len(entries)} that an edited line of science reruns", f"{mean:.1f}"
+
+
+def _start(_: argparse.Namespace) -> Iterator[Row]:
+    listed = f"import sys, swesbi.config; print(*[name for name in {HEAVY} if name in sys.modules])"
+    runs = [timed([sys.executable, "-c", listed]) for _ in range(STARTS + 1)][1:]
+    yield "import swesbi.config, s of processor / wall", _seconds(runs)
+    yield "heavy libraries that it brings", runs[0][2].strip() or "none"
+
+
+def _plan(options: argparse.Namespace) -> Iterator[Row]:
+    merged = ["--configfile", options.configfile] if options.configfile else []
+    command = [sys.executable, "-m", "snakemake", "-n", "--cores", "1", *merged]
+    label = "snakemake -n with nothing to do, s of processor / wall"
+    if NOTHING not in timed(command)[2]:
+        yield label, "skipped: no finished study here"
+        return
+    yield label, _seconds([timed(command) for _ in range(PLANS)])
+
+
+PARTS: Final[Mapping[str, Callable[[argparse.Namespace], Iterator[Row]]]] = {
+    "size": _size,
+    "reruns": _reruns,
+    "start": _start,
+    "plan": _plan,
+}
 
 
 def main() -> None:
     """Print the parts that are asked for, all by default."""
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("--part", choices=PARTS, action="append")
-    for part in parser.parse_args().part or PARTS:
-        print(PARTS[part]())
+    parser.add_argument("--part", choices=PARTS, action="append", help="all by default")
+    parser.add_argument("--configfile", help="what is merged over config.yaml in the finished study")
+    parser.add_argument("--csv", type=Path, help="where to write the table as well")
+    options = parser.parse_args()
+    rows = [row for part in options.part or PARTS for row in PARTS[part](options)]
+    width = max(len(name) for name, _ in rows)
+    print("\n".join(f"{name:<{width}}  {value}" for name, value in rows))
+    if options.csv:
+        with options.csv.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows([("measure", "value"), *rows])
 
 
 if __name__ == "__main__":
