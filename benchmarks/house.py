@@ -10,10 +10,11 @@ study is run with: ``artefacts``, ``config``, ``study``, ``code_hash``, ``defini
 
 - ``size``: lines, files, imports, concerns, whole-line comments, long functions and files. A function is
   counted from its ``def`` to its last line, docstring included.
-- ``reruns``: how many stages an edit makes run again, as the mean over the lines of definitions of science.
+- ``reruns``: how many stages an edit makes run again, as the mean over the lines of definitions: of science
+  alone, and of all but stages and configuration.
 - ``start``: ``import swesbi.config`` in a process of its own, the median of five after one not counted.
 - ``plan``: ``snakemake -n`` with nothing to do, the median of three after one. Needs a finished study in the
-  working folder, that of ``config.yaml`` or with ``--configfile`` merged over it; says so where there is none.
+  working folder, of ``config.yaml`` or with ``--configfile`` merged over it; says so where there is none.
 """
 
 from __future__ import annotations
@@ -158,8 +159,17 @@ def _size(_: argparse.Namespace) -> Iterator[Row]:
 
 def _reruns(_: argparse.Namespace) -> Iterator[Row]:
     entries = [Place(*stage_place(stage)) for stage in STAGES]
-    mean = stages_an_edited_line_reruns(SOURCE, entries, lambda path: concern(path) == SCIENCE)
-    yield f"stages of {len(entries)} that an edited line of science reruns", f"{mean:.1f}"
+    label = f"stages of {len(entries)} that an edited line reruns"
+    for of, counts in (("of science", _is_science), ("outside stages and config", _is_no_stage)):
+        yield f"{label}, {of}", f"{stages_an_edited_line_reruns(SOURCE, entries, counts):.1f}"
+
+
+def _is_science(path: Path) -> bool:
+    return concern(path) == SCIENCE
+
+
+def _is_no_stage(path: Path) -> bool:
+    return not {"stages", "config"} & set(path.relative_to(SOURCE).parts)
 
 
 def _start(_: argparse.Namespace) -> Iterator[Row]:
