@@ -132,8 +132,8 @@ def timed(command: Sequence[str]) -> tuple[float, float, str]:
 
 
 def _seconds(runs: Sequence[tuple[float, float, str]]) -> str:
-    processor, wall = (statistics.median(run[i] for run in runs) for i in (0, 1))
-    return f"{processor:.2f} / {wall:.2f}"
+    processor, wall, _ = zip(*runs, strict=True)
+    return f"{statistics.median(processor):.2f} / {statistics.median(wall):.2f}"
 
 
 def _size(_: argparse.Namespace) -> Iterator[Row]:
