@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow test-exhaustive lint types check-workflow reference format clean
+.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -70,6 +70,9 @@ types: $(INSTALLED) ## mypy in strict mode
 check-workflow: $(INSTALLED) ## Snakemake's lint and a dry run of the full study
 	$(BIN)/python -m pytest tests/test_workflow_lint.py
 	$(BIN)/snakemake --dry-run --quiet --cores $(CORES)
+
+house: $(INSTALLED) ## what the layout of the code costs: its size, what an edit reruns, how long it takes to start
+	$(BIN)/python benchmarks/house.py
 
 reference: smoke ## renew the stored tables: of the small study, and of the full one where it has finished
 	$(BIN)/python tests/reference_tables.py results-smoke tests/reference/small_study

@@ -1,6 +1,6 @@
 """What the layout of the code costs: its size, what an edit reruns, how long it takes to start.
 
-    python benchmarks/house.py                     # every part, as a table
+    python benchmarks/house.py                     # every part, as a table; `make house`
     python benchmarks/house.py --part reruns --part size
     python benchmarks/house.py --configfile tests/smoke.yaml --csv house.csv
 
@@ -180,7 +180,7 @@ def _start(_: argparse.Namespace) -> Iterator[Row]:
 
 
 def _plan(options: argparse.Namespace) -> Iterator[Row]:
-    merged = ["--configfile", options.configfile] if options.configfile else []
+    merged = ["--configfile", *options.configfile] if options.configfile else []
     command = [sys.executable, "-m", "snakemake", "-n", "--cores", "1", *merged]
     label = "snakemake -n with nothing to do, s of processor / wall"
     if NOTHING not in timed(command)[2]:
@@ -201,7 +201,7 @@ def main() -> None:
     """Print the parts that are asked for, all by default."""
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--part", choices=PARTS, action="append", help="all by default")
-    parser.add_argument("--configfile", help="what is merged over config.yaml in the finished study")
+    parser.add_argument("--configfile", nargs="+", help="what is merged over config.yaml in the finished study")
     parser.add_argument("--csv", type=Path, help="where to write the table as well")
     options = parser.parse_args()
     rows = [row for part in options.part or PARTS for row in PARTS[part](options)]
