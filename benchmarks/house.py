@@ -201,7 +201,7 @@ def main() -> None:
     """Print the parts that are asked for, all by default."""
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--part", choices=PARTS, action="append", help="all by default")
-    parser.add_argument("--configfile", nargs="+", help="what is merged over config.yaml in the finished study")
+    parser.add_argument("--configfile", nargs="+", help="merged over config.yaml in that study")
     parser.add_argument("--csv", type=Path, help="where to write the table as well")
     options = parser.parse_args()
     rows = [row for part in options.part or PARTS for row in PARTS[part](options)]
