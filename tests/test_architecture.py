@@ -12,6 +12,7 @@ SOURCE = Path(swesbi.__file__).parent
 LAYERS = (
     "__init__",
     "base",
+    "arrays",
     "seeds",
     "progress",
     "definitions",

@@ -31,6 +31,7 @@ from typing import (
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray
 from swesbi.parameters import THETA_NAMES
 
 if TYPE_CHECKING:
@@ -408,7 +409,7 @@ def _found(
 
 def _read(values: NDArray[Any], hint: Any) -> Any:  # noqa: ANN401
     """Return values as the type of their field says."""
-    if hint == NDArray[np.bool_]:
+    if hint == BoolArray:
         return values.astype(np.bool_)
     if hint == NDArray[np.str_]:
         return values.astype(str)

@@ -10,6 +10,10 @@ from swesbi.config.experiments import PopulationExperimentSettings
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 
+Wildcards = Mapping[str, str]
+EXPERIMENT: Final = "experiment."
+POPULATION: Final = "population."
+
 
 def shard_draws(shard: int, shards: int, draws: int) -> range:
     """Return the draw numbers of one shard: contiguous, the shards as equal in size as can be.
@@ -20,11 +24,6 @@ def shard_draws(shard: int, shards: int, draws: int) -> range:
     if not 0 <= shard < shards:
         raise ValueError(f"shard {shard} does not exist: there are {shards}, numbered from 0")
     return range(shard * draws // shards, (shard + 1) * draws // shards)
-
-
-Wildcards = Mapping[str, str]
-EXPERIMENT: Final = "experiment."
-POPULATION: Final = "population."
 
 
 def value_of(study: Study, wildcards: Wildcards, source: str) -> Any:  # noqa: ANN401

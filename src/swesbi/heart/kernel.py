@@ -6,13 +6,10 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
+from swesbi.arrays import FloatArray
 from swesbi.heart.compiled import equation, kernel, source_key
 from swesbi.heart.equations import Drive, Flow, Options, Parameters, State, Theta, cavity, right_hand_side
 
-Array = NDArray[np.float64]
 LANES: Final = 16
 STATES: Final = 8
 # Recorded: displacement, active stiffness, arterial and ventricular pressure, mitral and aortic flow,
@@ -112,20 +109,28 @@ def runge_kutta_step(
 
 
 @equation
-def drive_at(drives: Array, row: int) -> Drive:
+def drive_at(drives: FloatArray, row: int) -> Drive:
     """Return what is prescribed at one half step."""
     return Drive(drives[row, 0], drives[row, 1], drives[row, 2], drives[row, 3], drives[row, 4])
 
 
 @lru_cache(maxsize=64)
-def beat_kernel(options: Options) -> Callable[[Array, Array, Parameters, Array, float, int, Array], None]:
+def beat_kernel(
+    options: Options,
+) -> Callable[[FloatArray, FloatArray, Parameters, FloatArray, float, int, FloatArray], None]:
     """Return the compiled loop that advances blocks of ``LANES`` simulations by one beat."""
     o = options
     key = source_key()
 
     @kernel
     def advance_beat(
-        x: Array, theta: Array, p: Parameters, drives: Array, h: float, stride: int, record: Array
+        x: FloatArray,
+        theta: FloatArray,
+        p: Parameters,
+        drives: FloatArray,
+        h: float,
+        stride: int,
+        record: FloatArray,
     ) -> None:
         """Advance ``x`` (blocks, STATES * LANES) in place by a beat of steps ``h`` under ``theta``.
 

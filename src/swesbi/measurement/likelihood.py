@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.base import Settings
 from swesbi.heart.model import activation_duration_s
 from swesbi.heart.periodic import Status
@@ -23,8 +23,6 @@ from swesbi.measurement.speeds import (
 )
 from swesbi.parameters import OF_THETA, SCALE
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
-
-FloatArray = NDArray[np.float64]
 
 
 def log_speed_sd(

@@ -8,6 +8,8 @@ from pydantic import Field
 
 from swesbi.base import Level, Settings
 
+Deviation = Annotated[float, Field(ge=0.0)]
+
 
 class FlowSettings(Settings):
     """Architecture in the terms of zuko, and how the flow is trained."""
@@ -23,9 +25,6 @@ class FlowSettings(Settings):
     epochs: int = Field(ge=1, description="passes over the training theta, each with fresh noise")
     validation_fraction: float = Field(gt=0.0, lt=1.0, description="share of the theta held out")
     clip_max_norm: float = Field(gt=0.0, description="gradients are clipped to this norm")
-
-
-Deviation = Annotated[float, Field(ge=0.0)]
 
 
 class ObservationModelSettings(Settings):

@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 from scipy.special import expit, logit
 
@@ -30,7 +29,6 @@ from swesbi.recording.settings import ContextRow
 from swesbi.seeds import generator
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 MAX_ATTEMPTS: Final = 1000
 """A body that needs more draws has a distribution almost wholly outside the limits."""
 

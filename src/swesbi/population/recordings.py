@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.base import Settings
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
@@ -23,9 +23,9 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 ROUNDING: Final = 1e-9
+OWN: Final = "own"
+ACQUIRED: Final = "acquired"
 
 
 @dataclass(frozen=True)
@@ -90,16 +90,12 @@ def _draw_measured(
     return measured
 
 
-def _longest_run(missing: BoolArray) -> NDArray[np.int64]:
+def _longest_run(missing: BoolArray) -> IntArray:
     """Return the longest run of missing phases around the cycle; shape (n,)."""
     twice = np.concatenate([missing, missing], axis=1)
     position = np.arange(twice.shape[1])
     latest = np.maximum.accumulate(np.where(twice, -1, position), axis=1)
     return np.asarray((position - latest)[:, missing.shape[1] :].max(axis=1))
-
-
-OWN: Final = "own"
-ACQUIRED: Final = "acquired"
 
 
 class FreshSettings(Settings):

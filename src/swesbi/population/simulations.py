@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray, IntArray
 from swesbi.artefacts import (
     Labels,
     Variable,
@@ -34,7 +35,8 @@ from swesbi.recording.observation import context_values, contexts_of
 from swesbi.recording.phases import nominal_phases, sample_cycle, slope_cycle
 from swesbi.simulations import PriorSimulations, draw_simulations
 
-FloatArray = NDArray[np.float64]
+ALONG: Final = "context"
+LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class PopulationSimulations:
     ]
     passive_slope: Annotated[FloatArray, Variable("context phase", "1", "its slope, per (unitless) cycle")]
     failures: Annotated[
-        NDArray[np.int64],
+        IntArray,
         Variable("context status", "1", "failed simulations by status, drawn again"),
     ]
 
@@ -119,9 +121,7 @@ def _passive(shape: PassiveShape, phase: FloatArray) -> tuple[FloatArray, FloatA
     return sample_cycle(shape.cycle_phase, values, phase)[0], slope_cycle(shape.cycle_phase, values, phase)[0]
 
 
-ALONG: Final = "context"
 SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationSimulations)["/"]
-LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
 KIND: Final = register("population_simulations", {"/": SCHEMA}, (*LABELS, Labels(ALONG, "subject")))
 
 

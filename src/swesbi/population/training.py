@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModelSettings, draw_speeds
 from swesbi.measurement.speeds import ActivePhases, combine
 from swesbi.networks.settings import FlowSettings
@@ -26,8 +26,6 @@ from swesbi.prior import draw_passive_scale, to_logit
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

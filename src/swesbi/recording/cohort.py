@@ -27,6 +27,11 @@ REMEDIES: Final = {
     "lvesv_ml": "correct the cell (units? the column is in mL)",
     "ivsd_cm": "correct the cell (units? the column is in cm)",
 }
+SUFFIXES: Final = (".csv", ".mat")
+WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
+SUBJECTS: Final = "subjects.csv"
+PROTOCOL: Final = "recording.yaml"
+RECORDINGS: Final = "swe"
 
 
 @dataclass(frozen=True)
@@ -119,13 +124,6 @@ def _blamed(message: str) -> str:
     """Return the column that a complaint about several columns names first."""
     named = {message.find(name): name for name in CONTEXT_COLUMNS if name in message}
     return named[min(named)]
-
-
-SUFFIXES: Final = (".csv", ".mat")
-WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
-SUBJECTS: Final = "subjects.csv"
-PROTOCOL: Final = "recording.yaml"
-RECORDINGS: Final = "swe"
 
 
 def find_recording(cohort: Path, subject: str) -> Path:

@@ -17,16 +17,18 @@ from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import Variable
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import phase_trend, repeat_means
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement
+SMALLEST_SD: Final = 1e-4
+TOLERANCE: Final = 1e-6
+STEP: Final = 0.02  # relative, of the second difference behind the standard error
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ class RepeatLevels:
         return int(self.cell.max(initial=-1)) + 1
 
 
-def repeat_levels(samples: Samples, accepted: NDArray[np.bool_]) -> RepeatLevels:
+def repeat_levels(samples: Samples, accepted: BoolArray) -> RepeatLevels:
     """Reduce the accepted samples of one recording to its repeats.
 
     Repeats at one delay fall into beats of different RR, so at slightly different phases. What they
@@ -95,12 +97,6 @@ def joined(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
         mean=np.concatenate([levels.mean for levels in recordings]),
         scatter=np.concatenate([levels.scatter for levels in recordings]),
     )
-
-
-LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement
-SMALLEST_SD: Final = 1e-4
-TOLERANCE: Final = 1e-6
-STEP: Final = 0.02  # relative, of the second difference behind the standard error
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.recording.mat_v5 import read_mat_v5
 from swesbi.recording.mat_values import SAVE_AGAIN, TEXTS, MatValueError, Vector, damaged, read_vectors
 from swesbi.recording.problems import Problem, RecordingError, raise_any
@@ -23,6 +24,9 @@ OBJECTS: Final = "#subsystem#"
 NUMERIC: Final = frozenset(
     {"double", "single", "logical", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))}
 )
+HDF5_SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
+V73_USER_BLOCK: Final = 512
+LAYOUT: Final = "save vectors of these names, or one struct with these fields: save('ID.mat', '-struct', 's')"
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Item:
         """Its dimensions; an empty one holds them as its values."""
         return (0,) if self._is_empty else tuple(getattr(self.item, "shape", None) or ())
 
-    def numbers(self) -> NDArray[np.float64]:
+    def numbers(self) -> FloatArray:
         """Return its numbers, one after the other."""
         values = self._values()
         return np.empty(0) if self._is_empty else values.ravel().astype(np.float64)
@@ -112,11 +116,6 @@ def _members(group: h5py.Group) -> dict[str, Item]:
         if name == OBJECTS or not name.startswith("#"):
             found[name] = Item(name, group[name])
     return found
-
-
-HDF5_SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
-V73_USER_BLOCK: Final = 512
-LAYOUT: Final = "save vectors of these names, or one struct with these fields: save('ID.mat', '-struct', 's')"
 
 
 def read_mat_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> Table:

@@ -9,7 +9,9 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64] | NDArray[np.str_]
+from swesbi.arrays import FloatArray
+
+Vector = FloatArray | NDArray[np.str_]
 NUMBERS: Final = "save it as a real vector of numbers"
 TEXTS: Final = "save texts as a cell array, numbers as a vector"
 VECTOR: Final = "save one value per attempted sample, as a vector"
@@ -57,7 +59,7 @@ class Variable(Protocol):
     def shape(self) -> tuple[int, ...]:
         """Its dimensions."""
 
-    def numbers(self) -> NDArray[np.float64]:
+    def numbers(self) -> FloatArray:
         """Return its numbers, one after the other."""
 
     def rows(self) -> list[str]:

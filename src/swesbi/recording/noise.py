@@ -9,9 +9,9 @@ from typing import Annotated, Any, Final, Protocol
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from swesbi.arrays import FloatArray, IntArray
 from swesbi.artefacts import (
     Part,
     Variable,
@@ -31,6 +31,16 @@ from swesbi.recording.components import (
     log_restricted_likelihood,
 )
 from swesbi.recording.speed import NoiseComponents
+
+COMPONENTS: Final = ("repeat", "sample")
+VALUES: Final = schema_of(ComponentEstimate)["/"]
+POOLED: Final = Part(
+    along="component",
+    words={"whose": "common to the cohort", "none": ", NaN at zero", "kind": "profile-likelihood "},
+)
+OWN: Final = Part(
+    "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
+)
 
 
 @dataclass(frozen=True)
@@ -115,9 +125,6 @@ def _fit_one(name: str, levels: RepeatLevels, interval: float) -> tuple[NoiseEst
     return NoiseEstimate(repeat, sample, levels.repeats, levels.samples), top
 
 
-FloatArray = NDArray[np.float64]
-
-
 class Components(Protocol):
     """Anything with two relative standard deviations: of a cohort or of one recording."""
 
@@ -130,7 +137,7 @@ class Components(Protocol):
         """Relative standard deviation between samples of a repeat."""
 
 
-def relative_se(samples_by_repeat: NDArray[np.int64], noise: Components) -> FloatArray:
+def relative_se(samples_by_repeat: IntArray, noise: Components) -> FloatArray:
     """Return the standard error of each phase's mean speed as a fraction of it; shape (p,).
 
     The mean is over repeat means, so with R repeats of n_r accepted samples it is
@@ -185,15 +192,6 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
     return NoiseComparison(own, ratio, float(chi2.sf(ratio, 2)))
 
 
-COMPONENTS: Final = ("repeat", "sample")
-VALUES: Final = schema_of(ComponentEstimate)["/"]
-POOLED: Final = Part(
-    along="component",
-    words={"whose": "common to the cohort", "none": ", NaN at zero", "kind": "profile-likelihood "},
-)
-OWN: Final = Part(
-    "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
-)
 COUNTS: Final = schema_of(NoiseEstimate)["/"]
 SCHEMA: Final = {
     "component": Variable("component", "1", "between repeats, between samples of a repeat"),

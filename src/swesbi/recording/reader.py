@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray, IntArray
 from swesbi.recording.cohort import SUFFIXES, WORKBOOKS
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
@@ -68,7 +68,7 @@ def _table(path: Path) -> Table:
     return table
 
 
-def _phase_index(table: Table, phases: int) -> NDArray[np.int64]:
+def _phase_index(table: Table, phases: int) -> IntArray:
     agree = f"this study expects {phases} phases, numbered 0 to {phases - 1}"
     index = table.cells["phase_index"]
     if (index == str(phases)).any() and not index.isin(["0", "0.0"]).any():
@@ -78,7 +78,7 @@ def _phase_index(table: Table, phases: int) -> NDArray[np.int64]:
     return table.integer("phase_index", 0, phases - 1, remedy)
 
 
-def _speed(table: Table, density_kg_m3: float) -> NDArray[np.float64]:
+def _speed(table: Table, density_kg_m3: float) -> FloatArray:
     if SPEED in table.cells:
         remedy = "give it in m/s, or leave it empty if it failed"
         return table.number(SPEED, *SPEED_RANGE_M_S, remedy, may_be_empty=True)
@@ -86,6 +86,3 @@ def _speed(table: Table, density_kg_m3: float) -> NDArray[np.float64]:
     remedy = "give it in kPa, or leave it empty if it failed"
     modulus = table.number(MODULUS, float(low), float(high), remedy, may_be_empty=True)
     return shear_wave_speed_m_s(np.maximum(modulus, 0.0), density_kg_m3)
-
-
-FloatArray = NDArray[np.float64]

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 
 if TYPE_CHECKING:
@@ -22,6 +23,14 @@ if TYPE_CHECKING:
 
 SHOWN_ROWS: Final = 5
 MISSING: Final = ("", "NaN", "nan", "NAN")  # MATLAB writes an empty number as NaN
+DELIMITERS: Final = (",", ";", "\t")
+COMMENT: Final = "#"
+MAX_BYTES: Final = 256 * 1024**2
+EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
+DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
+HEADER: Final = "name them in the first row, separated by commas (or semicolons)"
 
 
 @dataclass(frozen=True)
@@ -38,13 +47,13 @@ class Table:
 
     source: str
     cells: pd.DataFrame
-    rows: NDArray[np.int64]
+    rows: IntArray
     unit: str = "row"
     problems: list[Problem] = field(default_factory=list)
 
     def number(
         self, column: str, low: float, high: float, remedy: str, *, may_be_empty: bool = False
-    ) -> NDArray[np.float64]:
+    ) -> FloatArray:
         """Return a column of numbers within [low, high]; NaN where empty, which may be allowed, or wrong."""
         import pandas as pd  # a third of a second, which whoever only reads the configuration need not wait
 
@@ -56,7 +65,7 @@ class Table:
         self.flag(column, known & ~((values >= low) & (values <= high)), _outside(low, high), remedy)
         return np.where(known, values, np.nan)
 
-    def integer(self, column: str, low: int, high: int, remedy: str) -> NDArray[np.int64]:
+    def integer(self, column: str, low: int, high: int, remedy: str) -> IntArray:
         """Return a column of whole numbers within [low, high]; what is wrong becomes ``low``."""
         values = self.number(column, low, high, remedy)
         fraction = np.isfinite(values) & (values != np.round(values))
@@ -76,7 +85,7 @@ class Table:
         repeated = self.cells.duplicated(list(columns)).to_numpy()
         self.flag(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row", "keep one")
 
-    def flag(self, column: str, wrong: NDArray[np.bool_], reason: str, remedy: str) -> None:
+    def flag(self, column: str, wrong: BoolArray, reason: str, remedy: str) -> None:
         """Note a problem for each wrong row: the first few one by one, the rest as a number."""
         found = np.flatnonzero(wrong)
         for index in found[:SHOWN_ROWS]:
@@ -123,16 +132,6 @@ def _close(missing: Sequence[str], names: Sequence[str]) -> str:
 
 def _outside(low: float, high: float) -> str:
     return f"is outside [{low:g}, {high:g}]"
-
-
-DELIMITERS: Final = (",", ";", "\t")
-COMMENT: Final = "#"
-MAX_BYTES: Final = 256 * 1024**2
-EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
-DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
-DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
-HEADER: Final = "name them in the first row, separated by commas (or semicolons)"
 
 
 def read_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> Table:

@@ -30,6 +30,26 @@ MEDIAN_COLOUR = "#0b3c6f"
 FAILED_COLOUR = "#d55e00"
 PUBLISHED_COLOUR = "#009e73"
 TOP_M_S = 7.2
+RECORDING: Final = """\
+# How the recordings of this cohort were made
+origin: virtual volunteers, simulated by swesbi.virtual_cohort; not measured on people
+acquisition_seed: {seed}
+protocol:               # as in the paper, Sec. 2.1, which the simulation stands for
+  system: Verasonics Vantage
+  probe: GE 6S-D
+  push_frequency_mhz: 4.0
+  push_duration_us: 300.0
+  push_f_number: 1.0
+  view: parasternal long axis
+  region: basal anteroseptal interventricular septum, mid-myocardium
+  phases: 20
+  repeats: 3
+  samples_per_repeat: 12
+density_kg_m3: 1000.0
+sources:
+  protocol: paper, Sec. 2.1
+  speeds: see README.md
+"""
 
 
 def draw_recordings(volunteers: Sequence[Volunteer], recordings: Sequence[Samples]) -> Figure:
@@ -66,28 +86,6 @@ def _draw_recording(axis: Axes, samples: Samples) -> None:
     axis.bar(centre, failed, width=0.025, color=FAILED_COLOUR, label="failed samples (bar of height 1: all)")
     axis.set(xlim=(0.0, 1.0), ylim=(0.0, TOP_M_S))
     axis.tick_params(labelsize=9)
-
-
-RECORDING: Final = """\
-# How the recordings of this cohort were made
-origin: virtual volunteers, simulated by swesbi.virtual_cohort; not measured on people
-acquisition_seed: {seed}
-protocol:               # as in the paper, Sec. 2.1, which the simulation stands for
-  system: Verasonics Vantage
-  probe: GE 6S-D
-  push_frequency_mhz: 4.0
-  push_duration_us: 300.0
-  push_f_number: 1.0
-  view: parasternal long axis
-  region: basal anteroseptal interventricular septum, mid-myocardium
-  phases: 20
-  repeats: 3
-  samples_per_repeat: 12
-density_kg_m3: 1000.0
-sources:
-  protocol: paper, Sec. 2.1
-  speeds: see README.md
-"""
 
 
 def write_cohort(folder: Path, seed: int) -> None:

@@ -8,14 +8,13 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.parameters import THETA_NAMES
 from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import Samples
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, Truth
 
-FloatArray = NDArray[np.float64]
 FINE_GRID: Final = 2001
 LATE_DIASTOLIC_SPEED_M_S: Final = (0.87, 1.51)
 PEAK_SPEED_M_S: Final = (2.1, 5.5)

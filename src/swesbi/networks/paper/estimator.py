@@ -27,6 +27,7 @@ from swesbi.networks.settings import EstimatorSettings
 from swesbi.parameters import THETA_NAMES
 
 ESTIMATOR: Final = "estimator"
+CHECKPOINTS: Final = "checkpoints"
 
 
 @dataclass(frozen=True)
@@ -102,9 +103,6 @@ def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
         epochs_run=metadata.epochs_run,
         best_validation_loss=metadata.best_validation_loss,
     )
-
-
-CHECKPOINTS: Final = "checkpoints"
 
 
 @dataclass(frozen=True)

@@ -29,12 +29,15 @@ from nflows.transforms import (
     Transform,
 )
 from nflows.transforms.made import MADE, MaskedLinear
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from swesbi.arrays import FloatArray
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.prior import PriorSettings, in_bounds
+
+ROWS_PER_BATCH = 10_000
+"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 
 
 class MaskedFlow(nn.Module):
@@ -188,11 +191,6 @@ def _is_plain(transform: MaskedAffineAutoregressiveTransform) -> bool:
         for layer in layers
         for number, units in enumerate(_units_by_pass(transform), start=1)
     )
-
-
-FloatArray = NDArray[np.float64]
-ROWS_PER_BATCH = 10_000
-"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 
 
 class Sampler(Protocol):

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.base import Settings
 from swesbi.context import CONTEXT_NAMES, CONTEXT_RANGES, Context
 from swesbi.measurement.likelihood import SpeedModelSettings
@@ -24,9 +24,13 @@ from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.recording.phases import nominal_phases, to_grid
 from swesbi.recording.speed import youngs_modulus_kpa
 
-FloatArray = NDArray[np.float64]
 LEAST_KPA: Final = 1e-3  # a flat curve has no amplitude and no slope, hence no logarithm of them
 LARGEST_Z: Final = 8.0  # what lies farther out is judged by the misspecification tests, not by the network
+CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
+"""What the simulator takes of a context; nothing else can change a posterior."""
+LARGEST_PHASE_Z: Final = (
+    8.0  # a recording farther out is judged by the misspecification tests, not by the network
+)
 
 
 class RecordingConditioner(Protocol):
@@ -120,14 +124,6 @@ def fit_conditioner(
     """Take the statistics of raw training features (n, F) and of the subjects' contexts."""
     values = np.stack([context.as_array() for context in contexts])
     return Conditioner(settings, fit_standardisation(raw), fit_standardisation(values))
-
-
-BoolArray = NDArray[np.bool_]
-CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
-"""What the simulator takes of a context; nothing else can change a posterior."""
-LARGEST_PHASE_Z: Final = (
-    8.0  # a recording farther out is judged by the misspecification tests, not by the network
-)
 
 
 class PhaseSettings(Settings):
@@ -233,7 +229,7 @@ def recording_inputs(recording: SpeedRecording, settings: PhaseSettings) -> Floa
     )
 
 
-def _neighbours(measured: BoolArray, direction: int) -> NDArray[np.int64]:
+def _neighbours(measured: BoolArray, direction: int) -> IntArray:
     """Return the index of the next measured phase in a direction around the cycle, its own if measured."""
     phases = measured.shape[1]
     turned = measured[:, ::-direction]

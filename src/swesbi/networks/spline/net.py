@@ -17,18 +17,21 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 import zuko
-from numpy.typing import NDArray
 from torch import Tensor
 from zuko.flows.autoregressive import MaskedAutoregressiveTransform
 from zuko.nn import MaskedLinear
 from zuko.utils import unpack
 
+from swesbi.arrays import FloatArray
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.settings import FlowSettings
 from swesbi.networks.spline.conditioning import RecordingConditioner
 from swesbi.networks.standardisation import Standardisation
 from swesbi.parameters import PHI_NAMES
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
+
+DRAWS_PER_BATCH = 50_000
+"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 
 
 @dataclass(frozen=True)
@@ -115,11 +118,6 @@ def _new_units(layers: Sequence[MaskedLinear], outputs: Tensor, done: Sequence[T
         found.append(_Units(rows, weight[rows], layer.bias.detach()[rows]))
         needed = layer.mask[needed].any(dim=0)
     return tuple(reversed(found))
-
-
-FloatArray = NDArray[np.float64]
-DRAWS_PER_BATCH = 50_000
-"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 
 
 @dataclass(frozen=True)

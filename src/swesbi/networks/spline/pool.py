@@ -9,8 +9,8 @@ from typing import Annotated, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.artefacts import (
     ArtefactError,
     Variable,
@@ -28,8 +28,6 @@ from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 from swesbi.prior import draw_passive_scale
 from swesbi.recording.observation import Observation
 from swesbi.simulations import PriorSimulations
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ class StoredSubject:
     """The same as the pool stores it: n simulations at all P phases, NaN at those that were not measured."""
 
     phase: Annotated[FloatArray, Variable("phase", "1", "phases of the recording, fraction of the cycle")]
-    measured: Annotated[NDArray[np.bool_], Variable("phase", "1", "1 measured, 0 missing")]
+    measured: Annotated[BoolArray, Variable("phase", "1", "1 measured, 0 missing")]
     theta: Annotated[FloatArray, Variable("simulation parameter", THETA_COLUMNS, "prior draws")]
     active_stiffness_kpa: Annotated[
         FloatArray, Variable("simulation phase", "kPa", "active stiffness at the measured phases")

@@ -12,9 +12,9 @@ from typing import Final, TypeVar
 import numpy as np
 import torch
 import zuko
-from numpy.typing import NDArray
 from torch import Tensor
 
+from swesbi.arrays import FloatArray
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.settings import FlowSettings
 from swesbi.networks.spline.conditioning import (
@@ -31,7 +31,11 @@ from swesbi.prior import JointPriorSettings, to_logit
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 
-FloatArray = NDArray[np.float64]
+LOGGER = logging.getLogger("swesbi")
+Part = TypeVar("Part")
+"""Simulations on one side of a split."""
+VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs
+MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
 
 
 @dataclass(frozen=True)
@@ -104,13 +108,6 @@ def _raw(
     phi, speeds = noisy_speeds(simulations, rng)
     prior = simulations.model.settings.prior
     return _Raw(to_logit(phi, prior), raw_features(speeds, recording.phase, settings))
-
-
-LOGGER = logging.getLogger("swesbi")
-Part = TypeVar("Part")
-"""Simulations on one side of a split."""
-VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs
-MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
 
 
 class TrainingDivergedError(RuntimeError):
@@ -301,5 +298,5 @@ class _Course:
         return float(loss)
 
 
-def _tensor(values: np.typing.NDArray[np.float64]) -> Tensor:
+def _tensor(values: FloatArray) -> Tensor:
     return torch.from_numpy(values.astype(np.float32))
