@@ -89,9 +89,8 @@ def _check_attempts(failures: IntArray, subject: str, theta: FloatArray) -> None
     worst = int(np.argmax(failures.sum(axis=1)))
     if failures[worst].sum() < MAXIMUM_ATTEMPTS:
         return
-    reasons = {
-        status.name.lower(): int(failures[worst, status]) for status in Status if failures[worst, status]
-    }
+    count = failures[worst]
+    reasons = {status.name.lower(): int(count[status]) for status in Status if count[status]}
     raise SimulationFailure(
         f"subject {subject}: {MAXIMUM_ATTEMPTS} draws in a row gave no periodic beat ({reasons}); "
         f"the last theta was {theta[worst].tolist()}. "
@@ -106,12 +105,11 @@ def _gather(
     rounds: list[_Round],
 ) -> PriorSimulations:
     """Put the successful beats of all rounds back into the order of the draws."""
-    order = np.argsort(np.concatenate([part.rows for part in rounds]))
+    order = np.argsort(np.concatenate([attempt.rows for attempt in rounds]))
 
     def in_order(name: str) -> FloatArray:
-        gathered: FloatArray = np.concatenate([getattr(part.beats, name)[part.good] for part in rounds])[
-            order
-        ]
+        successful = [getattr(attempt.beats, name)[attempt.good] for attempt in rounds]
+        gathered: FloatArray = np.concatenate(successful)[order]
         return gathered
 
     return PriorSimulations(

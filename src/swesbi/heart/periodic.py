@@ -63,16 +63,16 @@ def _advance(x: FloatArray, theta: FloatArray, model: Model, buffer: FloatArray)
     rows = np.minimum(np.arange(blocks * LANES), n - 1)
     state = lane_blocks(x[rows], blocks)
     run = beat_kernel(model.options)
-    own = lane_blocks(theta[rows], blocks)
-    run(state, own, model.parameters, model.drives, model.step_s, model.stride, buffer)
+    rates = lane_blocks(theta[rows], blocks)
+    run(state, rates, model.parameters, model.drives, model.step_s, model.stride, buffer)
     return state.reshape(blocks, STATES, LANES).transpose(0, 2, 1).reshape(-1, STATES)[:n]
 
 
 def _recorded(buffer: FloatArray, record: int, rows: Index, model: Model) -> FloatArray:
     """Return one record (rows, M) of these simulations."""
     by_lane = buffer.reshape(buffer.shape[0], model.samples + 1, RECORDS, LANES)
-    found: FloatArray = by_lane[rows // LANES, :-1, record, rows % LANES]
-    return found
+    curves: FloatArray = by_lane[rows // LANES, :-1, record, rows % LANES]
+    return curves
 
 
 def lane_blocks(values: FloatArray, blocks: int) -> FloatArray:
@@ -131,13 +131,17 @@ class Extrapolation:
         self.residuals = [*self.residuals, (image - x) / self.scale][-self.memory - 1 :]
         if len(self.images) < 2:
             return image
+        # Differences of successive beats span the modes that decay slowly; their combination with the residual
+        # nearest to zero (least squares) leads past the beats in between.
         f = np.diff(np.stack(self.residuals, axis=-1), axis=-1)
         g = np.diff(np.stack(self.images, axis=-1), axis=-1)
         gram = np.einsum("nij,nik->njk", f, f)
+        # Late beats hardly differ, so the equations are close to singular; the ridge bounds the weights.
         ridge = 1e-8 * np.trace(gram, axis1=1, axis2=2)[:, None, None] + 1e-300
         right = np.einsum("nij,ni->nj", f, self.residuals[-1])
         weights = np.linalg.solve(gram + ridge * np.eye(f.shape[2]), right[..., None])
         extrapolated: FloatArray = (self.images[-1] - (g @ weights)[..., 0]) * self.scale
+        # A combination of states need not be a state: stiffness, stress and flows are never negative.
         extrapolated[:, NEVER_NEGATIVE] = np.maximum(extrapolated[:, NEVER_NEGATIVE], 0.0)
         return extrapolated
 
@@ -202,10 +206,12 @@ def _run(
         going = finite & ~done
         if not going.any():
             return
+        # Finished simulations leave, and the others close up: blocks stay full of work.
         rows = rows[going]
         x, after = x[going], after[going]
         if memory > 0:
             extrapolation.keep(going)
+            # The volumes need not sum to the blood in the loop any more, which no later beat would correct.
             x = with_total_volume(extrapolation.next(x, after), total, model)
         else:
             x = after

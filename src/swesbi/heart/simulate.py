@@ -130,12 +130,12 @@ def empty_beats(n: int, model: Model) -> Beats:
     return Beats(phase, **curves, status=np.empty(n, np.int8), beats=np.empty(n, np.int64))
 
 
-def place(part: Beats, rows: slice, whole: Beats) -> None:
-    """Write the simulations of ``part`` to these rows of ``whole``."""
+def place(chunk: Beats, rows: slice, whole: Beats) -> None:
+    """Write the simulations of ``chunk`` to these rows of ``whole``."""
     for name, curves in _curves(whole).items():
-        curves[rows] = getattr(part, name)
-    whole.status[rows] = part.status
-    whole.beats[rows] = part.beats
+        curves[rows] = getattr(chunk, name)
+    whole.status[rows] = chunk.status
+    whole.beats[rows] = chunk.beats
 
 
 def _curves(beats: Beats) -> dict[str, FloatArray]:
@@ -184,8 +184,8 @@ def simulate_active(theta: FloatArray, context: Context, settings: ForwardModelS
     stiffness, status = np.empty((len(theta), model.samples)), np.empty(len(theta), np.int8)
     beats = ActiveBeats(np.arange(model.samples) / model.samples, stiffness, status)
     for rows, records in _chunks(theta, context, settings, ACTIVE_RECORDS):
-        part = active_beats_of(records, model)
-        stiffness[rows], status[rows] = part.active_stiffness_kpa, part.status
+        chunk = active_beats_of(records, model)
+        stiffness[rows], status[rows] = chunk.active_stiffness_kpa, chunk.status
     return beats
 
 

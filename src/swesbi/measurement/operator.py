@@ -1,7 +1,7 @@
 """From a simulated beat to the curve that elastography would show: active part, passive baseline, total.
 
-It is small in systole, where the wall is short, and grows with stretch; exponential laws of this kind are
-usual for passive myocardium (Fung). The stretch is that of one reference beat in the subject's context.
+The passive baseline is small in systole, where the wall is short, and grows with stretch; exponential laws of
+this kind are usual for passive myocardium (Fung). The stretch is that of one reference beat of the subject.
 
 Total stiffness is E_sim = E_pass + E_act (paper, Eq. 3). It is taken at the subject's own measured
 phases and interpolated from them, as the observed curve is.
@@ -26,9 +26,8 @@ if TYPE_CHECKING:
     from swesbi.recording.observation import Observation
 
 StiffnessMap = Callable[[FloatArray], FloatArray]
-SERIES_MODULUS_KPA: Final = (
-    300.0  # chosen: several times the peaks of the study, so that the map bends them only
-)
+# Chosen: several times the peaks of the study, so that the map bends them only.
+SERIES_MODULUS_KPA: Final = 300.0
 PERIODIC = 0  # Status.PERIODIC of the forward model, which need not be compiled for this
 ActiveCycles: TypeAlias = "Beats | tuple[FloatArray, FloatArray]"
 """Simulated beats, or their cycle phases (M,) and active stiffness (n, M) in kPa."""

@@ -84,7 +84,8 @@ def _interpolate(grid: FloatArray, curves: FloatArray, level: FloatArray, start:
 def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
     """Return the features x = S(E) of stiffness curves (paper, Eq. 4).
 
-    Every feature depends continuously on a curve with one peak; see ``crossings`` for levels never crossed.
+    Every feature depends continuously on a curve with one peak; a level never crossed
+    counts as crossed at an end of the cycle.
 
     Args:
         curves: Stiffness in kPa on the analysis grid; shape (n, G).
@@ -100,11 +101,11 @@ def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
         raise ValueError(f"curves must be finite, of shape (n, grid); got shape {curves.shape} or NaN in it")
     features = np.empty((len(curves), len(summary_names(settings))))
     for start in range(0, len(curves), CHUNK):
-        part = np.asarray(curves[start : start + CHUNK], dtype=np.float64)
-        scalars = _scalars(part, settings)
+        chunk = np.asarray(curves[start : start + CHUNK], dtype=np.float64)
+        scalars = _scalars(chunk, settings)
         features[start : start + CHUNK, : len(SCALARS)] = np.stack(scalars, axis=1)
         if settings.use_trajectory:
-            features[start : start + CHUNK, len(SCALARS) :] = _resample(part, settings.trajectory_points)
+            features[start : start + CHUNK, len(SCALARS) :] = _resample(chunk, settings.trajectory_points)
     return features
 
 

@@ -25,7 +25,7 @@ Content = TypeVar("Content")
 COMMENT_LENGTH: Final = slice(-2, None)
 """The last two bytes of a zip archive without a comment: the length of the comment."""
 NOT_PLAIN: Final = (*UNREADABLE, EOFError, pickle.UnpicklingError, zipfile.BadZipFile)
-Epoch = Annotated[int, Field(ge=1)]
+EpochNumber = Annotated[int, Field(ge=1)]
 Loss = Annotated[float, Field(allow_inf_nan=True)]
 
 
@@ -165,7 +165,7 @@ class NetMetadata(Settings):
     estimator: str
     parameters: tuple[str, ...]
     components: tuple[str, ...] = Field(min_length=1)
-    best_epoch: Epoch
+    best_epoch: EpochNumber
 
     @model_validator(mode="after")
     def _check_names(self) -> Self:
@@ -187,14 +187,14 @@ class NetMetadata(Settings):
 class EstimatorMetadata(NetMetadata):
     """Metadata of ``estimator.pt``."""
 
-    epochs_run: Epoch
+    epochs_run: EpochNumber
     best_validation_loss: Loss
 
 
 class CheckpointsMetadata(NetMetadata):
     """Metadata of ``checkpoints.pt``: one entry an epoch kept."""
 
-    epochs: tuple[Epoch, ...] = Field(min_length=1)
+    epochs: tuple[EpochNumber, ...] = Field(min_length=1)
     validation_losses: tuple[Loss, ...]
 
 

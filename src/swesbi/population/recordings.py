@@ -172,9 +172,9 @@ def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:
     whole = np.full((1, protocol.repeats), protocol.samples_per_repeat)
     factor = subject.level / float(relative_se(whole, unit)[0])
     noise = NoiseComponents(factor * unit.repeat_fraction, factor * unit.sample_fraction)
-    own = {"repeat_sd_fraction": noise.repeat_fraction, "sample_sd_fraction": noise.sample_fraction}
+    changes = {"repeat_sd_fraction": noise.repeat_fraction, "sample_sd_fraction": noise.sample_fraction}
     return Acquisition(
-        protocol.model_copy(update=own),
+        protocol.model_copy(update=changes),
         settings.recording,
         settings.model.measurement,
         noise,

@@ -203,8 +203,8 @@ def _notes(cohort: Path, names: tuple[str, ...]) -> tuple[str, ...]:
 def _files(cohort: Path) -> list[Path]:
     """Return what lies beside the recordings' places; names from ``_`` or ``.`` on are not meant as such."""
     folder = cohort / RECORDINGS
-    found = folder.iterdir() if folder.is_dir() else ()
-    return sorted(path for path in found if not path.name.startswith(("_", ".")))
+    files = folder.iterdir() if folder.is_dir() else ()
+    return sorted(path for path in files if not path.name.startswith(("_", ".")))
 
 
 def summary(report: CohortReport) -> str:

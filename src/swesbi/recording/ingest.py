@@ -101,12 +101,12 @@ def implausible(
         context: The subject's context.
         settings: Holds the largest deviation of RR.
     """
-    found = (
+    problems = (
         _heart_rate(samples, context, settings.max_rr_deviation_fraction),
         _delays(samples),
         _speeds(samples, accepted),
     )
-    return tuple(problem for problem in found if problem)
+    return tuple(problem for problem in problems if problem)
 
 
 def _heart_rate(samples: Samples, context: Context, limit: float) -> Problem | None:
@@ -188,6 +188,3 @@ def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid
         samples_rejected=rejected[:, order],
         noise=speeds.noise,
     )
-
-
-__all__ = ["ingest", "youngs_modulus_kpa"]

@@ -35,11 +35,11 @@ Element = tuple[int, bytes]
 
 @dataclass(frozen=True)
 class Matrix:
-    """One array, a ``Variable``: what it is, and the elements that hold its values.
+    """One array, a ``MatVariable``: what it is, and the elements that hold its values.
 
     Attributes:
         name: Its name, or that of the array that it is a cell of.
-        kind: What it is, as of any ``Variable``.
+        kind: What it is, as of any ``MatVariable``.
         shape: Its dimensions; empty for objects, which are not read.
         parts: The elements after its name.
         order: Byte order, "<" or ">".

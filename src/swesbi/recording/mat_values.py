@@ -44,7 +44,7 @@ def damaged(what: str) -> MatValueError:
     return MatValueError(None, f"cannot be read as a .mat file ({what})", SAVE_AGAIN)
 
 
-class Variable(Protocol):
+class MatVariable(Protocol):
     """One variable, whatever the version of its file; every method may raise ``MatValueError``."""
 
     @property
@@ -65,14 +65,14 @@ class Variable(Protocol):
     def rows(self) -> list[str]:
         """Return the rows of a char matrix, without the blanks that fill them up."""
 
-    def cells(self) -> Sequence[Variable]:
+    def cells(self) -> Sequence[MatVariable]:
         """Return the cells of a cell array."""
 
-    def fields(self) -> Mapping[str, Variable]:
+    def fields(self) -> Mapping[str, MatVariable]:
         """Return the fields of a struct; none of an array of structs."""
 
 
-def read_vectors(variables: Mapping[str, Variable], names: Sequence[str]) -> dict[str, Vector]:
+def read_vectors(variables: Mapping[str, MatVariable], names: Sequence[str]) -> dict[str, Vector]:
     """Return those of ``names`` that a file holds, from its variables or from one struct.
 
     Raises:
@@ -80,13 +80,13 @@ def read_vectors(variables: Mapping[str, Variable], names: Sequence[str]) -> dic
             texts.
     """
     members = _members(variables, names)
-    found = {name: _vector(members[name]) for name in names if name in members}
-    if not found and any(variable.kind == "object" for variable in variables.values()):
+    vectors = {name: _vector(members[name]) for name in names if name in members}
+    if not vectors and any(variable.kind == "object" for variable in variables.values()):
         raise MatValueError(None, "holds a table or another MATLAB object", NO_TABLE)
-    return found
+    return vectors
 
 
-def _members(variables: Mapping[str, Variable], names: Sequence[str]) -> Mapping[str, Variable]:
+def _members(variables: Mapping[str, MatVariable], names: Sequence[str]) -> Mapping[str, MatVariable]:
     """Return the variables, or in their place the fields of the one struct that holds the recording."""
     structs = {name: item.fields() for name, item in variables.items() if item.kind == "struct"}
     holding = [name for name, fields in structs.items() if set(fields) & set(names)]
@@ -98,7 +98,7 @@ def _members(variables: Mapping[str, Variable], names: Sequence[str]) -> Mapping
     return structs[holding[0]]
 
 
-def _vector(variable: Variable) -> Vector:
+def _vector(variable: MatVariable) -> Vector:
     kind, shape = variable.kind, variable.shape
     if kind == "char":
         return np.array(variable.rows(), dtype=np.str_)
@@ -114,7 +114,7 @@ def _vector(variable: Variable) -> Vector:
     )
 
 
-def _text(cell: Variable) -> str:
+def _text(cell: MatVariable) -> str:
     """Return the text of one cell; an empty cell is an empty text."""
     if math.prod(cell.shape) == 0:
         return ""

@@ -106,7 +106,7 @@ def read_observation(path: Path) -> Observation:
 
 def contexts_dataset(contexts: Sequence[Context]) -> xr.Dataset:
     """Return the contexts of a cohort as an artefact's content; subjects in the order given."""
-    names = np.array([one.subject for one in contexts])
+    names = np.array([context.subject for context in contexts])
     return build_dataset(COHORT, {"subject": names, **context_values(contexts)})
 
 

@@ -154,8 +154,8 @@ def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArr
     curves = np.empty((len(rows), grid_points))
     grid = analysis_grid(grid_points)
     for start in range(0, len(rows), CHUNK):
-        part = rows[start : start + CHUNK]
-        wrapped = np.concatenate([part[:, -WRAP:], part, part[:, :WRAP]], axis=1)
+        chunk = rows[start : start + CHUNK]
+        wrapped = np.concatenate([chunk[:, -WRAP:], chunk, chunk[:, :WRAP]], axis=1)
         curves[start : start + CHUNK] = PchipInterpolator(knots, wrapped, axis=1)(grid)
     curves[:, -1] = curves[:, 0]
     return curves.reshape(*values.shape[:-1], grid_points)

@@ -153,8 +153,7 @@ def _outlier(samples: Samples, kept: BoolArray, settings: RecordingSettings) -> 
 
 def _sparse(samples: Samples, kept: BoolArray, settings: RecordingSettings) -> BoolArray:
     table = pd.DataFrame({"repeat": samples.repeat[kept], "phase": samples.phase_index[kept]})
-    found = table.groupby("phase")["repeat"].agg(["size", "nunique"])
-    enough = (found["size"] >= settings.min_samples_per_phase) & (
-        found["nunique"] >= settings.min_repeats_per_phase
-    )
-    return ~np.isin(samples.phase_index, found.index[enough].to_numpy())
+    count = table.groupby("phase")["repeat"].agg(["size", "nunique"])
+    enough_samples = count["size"] >= settings.min_samples_per_phase
+    enough = enough_samples & (count["nunique"] >= settings.min_repeats_per_phase)
+    return ~np.isin(samples.phase_index, count.index[enough].to_numpy())

@@ -34,7 +34,7 @@ HEADER: Final = "name them in the first row, separated by commas (or semicolons)
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """The cells of the columns that are used, as text, and the problems found in them so far.
 
     Attributes:
@@ -87,13 +87,11 @@ class Table:
 
     def flag(self, column: str, wrong: BoolArray, reason: str, remedy: str) -> None:
         """Note a problem for each wrong row: the first few one by one, the rest as a number."""
-        found = np.flatnonzero(wrong)
-        for index in found[:SHOWN_ROWS]:
+        rows = np.flatnonzero(wrong)
+        for index in rows[:SHOWN_ROWS]:
             self.note(int(index), column, reason, remedy)
-        if more := len(found) - SHOWN_ROWS:
-            if more < 0:
-                return
-            last = self.rows[found[-1]]
+        if (more := len(rows) - SHOWN_ROWS) > 0:
+            last = self.rows[rows[-1]]
             text = f"likewise in {more} more {self.unit}s, the last of them {last}: {reason}"
             self.problems.append(Problem(self.source, text, remedy, column=column))
 
@@ -125,8 +123,8 @@ def check_names(source: str, names: Sequence[str], required: Sequence[str], reme
 
 def _close(missing: Sequence[str], names: Sequence[str]) -> str:
     lowered = {name.lower(): name for name in names}
-    found = {name: difflib.get_close_matches(name, lowered, n=1, cutoff=0.8) for name in missing}
-    pairs = [f"{lowered[close[0]]!r} should be {name!r}" for name, close in found.items() if close]
+    alike = {name: difflib.get_close_matches(name, lowered, n=1, cutoff=0.8) for name in missing}
+    pairs = [f"{lowered[close[0]]!r} should be {name!r}" for name, close in alike.items() if close]
     return f" ({', '.join(pairs)}?)" if pairs else ""
 
 
@@ -134,7 +132,7 @@ def _outside(low: float, high: float) -> str:
     return f"is outside [{low:g}, {high:g}]"
 
 
-def read_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> Table:
+def read_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> TextTable:
     """Read the columns of a CSV file that are used; others are ignored, and so are lines from ``#`` on.
 
     The delimiter is the one (comma, semicolon, tab) under which the header names most of the columns. Behind
@@ -195,8 +193,8 @@ def _text(path: Path) -> str:
 def _delimiter(text: str, names: Sequence[str]) -> str:
     lines = io.StringIO(text, newline="")
     header = next((line for line in lines if line.strip() and not line.startswith(COMMENT)), "")
-    found = {sign: {cell.strip().strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
-    return max(DELIMITERS, key=lambda sign: len(found[sign] & set(names)))
+    cells = {sign: {cell.strip().strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
+    return max(DELIMITERS, key=lambda sign: len(cells[sign] & set(names)))
 
 
 def _records(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
@@ -218,7 +216,7 @@ def _records(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[
 
 def _table(
     path: Path, records: Iterable[tuple[int, list[str]]], names: Sequence[str], wanted: Sequence[str]
-) -> Table:
+) -> TextTable:
     """Collect the wanted cells; rows of another length are refused, but for blank ones at the end."""
     pick = operator.itemgetter(*(names.index(name) for name in wanted))
     cells: list[tuple[str, ...]] = []
@@ -240,7 +238,7 @@ def _table(
     import pandas as pd
 
     frame = pd.DataFrame(cells, columns=list(wanted), dtype=object).map(str.strip)
-    return Table(str(path), frame, np.array(rows, dtype=np.int64))
+    return TextTable(str(path), frame, np.array(rows, dtype=np.int64))
 
 
 def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list[Problem]:
@@ -255,7 +253,7 @@ def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list
     return problems
 
 
-def _with_decimal_points(table: Table) -> Table:
+def _with_decimal_points(table: TextTable) -> TextTable:
     """Turn decimal commas into points; a file that uses both is left to the check of its numbers."""
     comma = table.cells.apply(lambda column: column.str.fullmatch(DECIMAL_COMMA))
     if not comma.to_numpy().any():
@@ -267,4 +265,4 @@ def _with_decimal_points(table: Table) -> Table:
             table.flag(str(name), comma[name].to_numpy(bool), reason, "use one decimal sign throughout")
         table.finish()
     changed = table.cells.where(~comma, table.cells.apply(lambda column: column.str.replace(",", ".")))
-    return Table(table.source, changed, table.rows)
+    return TextTable(table.source, changed, table.rows)

@@ -104,9 +104,9 @@ def haemodynamics(truth: Truth) -> dict[str, float]:
 def _truth_row(truth: Truth) -> dict[str, str | float]:
     volunteer = truth.volunteer
     theta = dict(zip(THETA_NAMES, volunteer.theta, strict=True))
-    own = {name: getattr(volunteer, name) for name in OWN_PARAMETERS}
+    physiology = {name: getattr(volunteer, name) for name in OWN_PARAMETERS}
     scale = round(truth.passive_scale_kpa, 4)
-    return {"subject": volunteer.context.subject, **theta, "passive_scale_kpa": scale, **own}
+    return {"subject": volunteer.context.subject, **theta, "passive_scale_kpa": scale, **physiology}
 
 
 def _curve_rows(truth: Truth) -> pd.DataFrame:

@@ -105,7 +105,7 @@ class Volunteer:
 
 def forward_model_of(volunteer: Volunteer) -> ForwardModelSettings:
     """Return the forward-model settings of one volunteer."""
-    own = {
+    physiology = {
         "sigma_0_pa": 1e3 * volunteer.sigma_0_kpa,
         "destruction_alpha": volunteer.destruction_alpha,
         "passive_c0_pa": PASSIVE_C0_PA * volunteer.wall_stiffness,
@@ -115,14 +115,14 @@ def forward_model_of(volunteer: Volunteer) -> ForwardModelSettings:
         "activation_onset_s": volunteer.activation_onset_s,
         "activation_duration_s": volunteer.activation_duration_s,
     }
-    return ForwardModelSettings.from_plain({**COMMON, **own})
+    return ForwardModelSettings.from_plain({**COMMON, **physiology})
 
 
 def _acquisition(
     outliers: float, missing: tuple[int, ...] = (), ectopic: tuple[EctopicBeat, ...] = ()
 ) -> AcquisitionSettings:
-    own = {"outlier_fraction": outliers, "missing_phases": missing, "ectopic_beats": ectopic}
-    return ACQUISITION.model_copy(update=own)
+    changes = {"outlier_fraction": outliers, "missing_phases": missing, "ectopic_beats": ectopic}
+    return ACQUISITION.model_copy(update=changes)
 
 
 VOLUNTEERS: Final = (

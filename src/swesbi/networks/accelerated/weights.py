@@ -44,7 +44,7 @@ class Blocks:
 
 
 @dataclass(frozen=True)
-class _Layer:
+class _PlacedLayer:
     """A layer of the flow and where it lies in the blocks: a row of the layer is ``rows`` of its place."""
 
     linear: nn.Linear
@@ -152,7 +152,7 @@ def _blocks(shapes: list[tuple[int, ...]], vector: Tensor) -> Blocks:
     return Blocks(vector, *views)
 
 
-def _layers(blocks: Blocks, transforms: list[nn.Module]) -> Iterator[_Layer]:
+def _layers(blocks: Blocks, transforms: list[nn.Module]) -> Iterator[_PlacedLayer]:
     """Yield every layer with its place; ``order`` is where the features of a transform come from."""
     order = torch.arange(blocks.first.shape[2] - 1, device=blocks.vector.device)
     index = 0
@@ -164,13 +164,13 @@ def _layers(blocks: Blocks, transforms: list[nn.Module]) -> Iterator[_Layer]:
             index += 1
 
 
-def _transform_layers(blocks: Blocks, index: int, made: MADE, order: Tensor) -> Iterator[_Layer]:
+def _transform_layers(blocks: Blocks, index: int, made: MADE, order: Tensor) -> Iterator[_PlacedLayer]:
     units = torch.arange(blocks.first.shape[1], device=order.device)
     components = torch.arange(blocks.context.shape[2] - 1, device=order.device)
-    yield _Layer(made.context_layer, blocks.context[index], units, components)
-    yield _Layer(made.initial_layer, blocks.first[index], units, order)
+    yield _PlacedLayer(made.context_layer, blocks.context[index], units, components)
+    yield _PlacedLayer(made.initial_layer, blocks.first[index], units, order)
     for block, place in zip(made.blocks, blocks.hidden[index], strict=True):
-        yield _Layer(block.linear, place, units, units)
+        yield _PlacedLayer(block.linear, place, units, units)
     # The flow's outputs alternate: scale and shift of its first feature, of its second, ...
     scale_and_shift = torch.stack([order, order + len(order)], dim=1).flatten()
-    yield _Layer(made.final_layer, blocks.last[index], scale_and_shift, units)
+    yield _PlacedLayer(made.final_layer, blocks.last[index], scale_and_shift, units)

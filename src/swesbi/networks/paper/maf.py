@@ -252,12 +252,12 @@ def draw_until(
     """
     condition, net = torch.from_numpy(z[None].astype(np.float32)), for_drawing(estimator.net)
     drawn: list[FloatArray] = []
-    found = 0
+    inside = 0
     with reproducible(seed), torch.no_grad():
         for batch in _batches(net, condition, at_most):
             drawn.append(batch)
-            found += int(in_bounds(batch, prior).sum())
-            if found >= enough:
+            inside += int(in_bounds(batch, prior).sum())
+            if inside >= enough:
                 break
     return np.concatenate(drawn)
 

@@ -28,9 +28,6 @@ LEAST_KPA: Final = 1e-3  # a flat curve has no amplitude and no slope, hence no 
 LARGEST_Z: Final = 8.0  # what lies farther out is judged by the misspecification tests, not by the network
 CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
 """What the simulator takes of a context; nothing else can change a posterior."""
-LARGEST_PHASE_Z: Final = (
-    8.0  # a recording farther out is judged by the misspecification tests, not by the network
-)
 
 
 class RecordingConditioner(Protocol):
@@ -166,7 +163,7 @@ class PhaseConditioner:
 
     def standardise(self, inputs: FloatArray) -> FloatArray:
         """Standardise inputs (n, C), within bounds."""
-        return np.clip(self.inputs.apply(inputs), -LARGEST_PHASE_Z, LARGEST_PHASE_Z)
+        return np.clip(self.inputs.apply(inputs), -LARGEST_Z, LARGEST_Z)
 
 
 def fit_phase_conditioner(inputs: FloatArray, settings: PhaseSettings) -> PhaseConditioner:
@@ -216,10 +213,10 @@ def recording_inputs(recording: SpeedRecording, settings: PhaseSettings) -> Floa
     Each measured phase counts in the part of the cycle where it lies, where there are several the one
     nearest to its centre; so none counts twice.
     """
-    part = np.floor(recording.phase * settings.phases).astype(np.int64)
-    nearest_last = np.argsort(-np.abs(recording.phase - settings.phase[part]), kind="stable")
+    interval = np.floor(recording.phase * settings.phases).astype(np.int64)
+    nearest_last = np.argsort(-np.abs(recording.phase - settings.phase[interval]), kind="stable")
     chosen = np.full(settings.phases, -1)
-    chosen[part[nearest_last]] = nearest_last
+    chosen[interval[nearest_last]] = nearest_last
     return phase_inputs(
         context_inputs(recording.context)[None],
         np.log(recording.speed_m_s)[None, chosen],

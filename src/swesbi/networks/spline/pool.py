@@ -46,9 +46,9 @@ class SubjectSimulations:
 
     def rows(self, start: int, stop: int) -> SubjectSimulations:
         """Return the simulations from ``start`` to before ``stop``."""
-        part = slice(start, stop)
-        active = ActivePhases(self.active.stiffness_kpa[part], self.active.slope_kpa[part])
-        return SubjectSimulations(self.model, self.theta[part], active)
+        rows = slice(start, stop)
+        active = ActivePhases(self.active.stiffness_kpa[rows], self.active.slope_kpa[rows])
+        return SubjectSimulations(self.model, self.theta[rows], active)
 
 
 def at_phases(simulations: PriorSimulations, model: SpeedModel) -> SubjectSimulations:

@@ -16,7 +16,7 @@ from torch import Tensor
 
 from swesbi.arrays import FloatArray
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.settings import FlowSettings
+from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.conditioning import (
     Conditioner,
     ConditioningSettings,
@@ -24,7 +24,7 @@ from swesbi.networks.spline.conditioning import (
     fit_conditioner,
     raw_features,
 )
-from swesbi.networks.spline.net import TrainedFlow, build_net
+from swesbi.networks.spline.net import TrainedSpline, build_net
 from swesbi.networks.spline.pool import SubjectSimulations, noisy_speeds
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.prior import JointPriorSettings, to_logit
@@ -115,7 +115,7 @@ class TrainingDivergedError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class FlowEpoch:
+class SplineEpoch:
     """One epoch: its number from 1, mean -log q over training and held-out rows, batches left out."""
 
     number: int
@@ -126,20 +126,20 @@ class FlowEpoch:
 
 
 @dataclass(frozen=True)
-class FlowTraining:
+class SplineTraining:
     """The trained flow and every epoch in order."""
 
-    flow: TrainedFlow
-    epochs: tuple[FlowEpoch, ...]
+    spline: TrainedSpline
+    epochs: tuple[SplineEpoch, ...]
 
 
-def train_flow(
+def train_spline(
     subjects: Sequence[SubjectSimulations],
     conditioning: ConditioningSettings,
-    settings: FlowSettings,
+    settings: SplineSettings,
     seed: int,
     label: str = "training",
-) -> FlowTraining:
+) -> SplineTraining:
     """Fit q(phi | z) on the simulations of all subjects, noise drawn anew every epoch.
 
     Theta are split into training and held-out ones; standardisation comes from the training ones; the
@@ -162,12 +162,12 @@ def train_flow(
     def rows_of(part: Sequence[SubjectSimulations], name: str, number: int) -> Rows:
         return make_rows(part, conditioner, eta, seed, name, number)
 
-    parts = FlowParts(conditioner, eta, subjects[0].model.settings.prior)
-    return fit_flow(training, held_out, rows_of, parts, settings, seed, label)
+    parts = SplineParts(conditioner, eta, subjects[0].model.settings.prior)
+    return fit_spline(training, held_out, rows_of, parts, settings, seed, label)
 
 
 @dataclass(frozen=True)
-class FlowParts:
+class SplineParts:
     """What a flow has beside its net: how it sees recordings, and the parameters that it is a density of.
 
     Attributes:
@@ -181,15 +181,15 @@ class FlowParts:
     prior: JointPriorSettings
 
 
-def fit_flow(
+def fit_spline(
     training: Part,
     held_out: Part,
     rows_of: Callable[[Part, str, int], Rows],
-    parts: FlowParts,
-    settings: FlowSettings,
+    parts: SplineParts,
+    settings: SplineSettings,
     seed: int,
     label: str,
-) -> FlowTraining:
+) -> SplineTraining:
     """Fit a flow to fresh rows every epoch and keep the weights of the best epoch on the held-out rows.
 
     Args:
@@ -207,15 +207,15 @@ def fit_flow(
     validation = [rows_of(held_out, "validation", k) for k in range(VALIDATION_COPIES)]
     with reproducible(integer_seed(seed, "flow", "torch")):
         rows = rows_of(training, "epoch", 1)
-        course = _Course(settings, len(rows.eta), rows.z.shape[1], label)
-        course.run(rows, validation)
+        trainer = _Trainer(settings, len(rows.eta), rows.z.shape[1], label)
+        trainer.run(rows, validation)
         for number in range(2, settings.epochs + 1):
             rows = rows_of(training, "epoch", number)
-            course.run(rows, validation)
-    best = min(course.epochs, key=lambda epoch: epoch.validation_loss)
-    LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, course.best_loss)
-    flow = TrainedFlow(
-        net=course.best_net(),
+            trainer.run(rows, validation)
+    best = min(trainer.epochs, key=lambda epoch: epoch.validation_loss)
+    LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, trainer.best_loss)
+    spline = TrainedSpline(
+        net=trainer.best_net(),
         settings=settings,
         prior=parts.prior,
         conditioner=parts.conditioner,
@@ -224,14 +224,14 @@ def fit_flow(
         epochs_run=settings.epochs,
         best_validation_loss=best.validation_loss,
     )
-    return FlowTraining(flow, tuple(course.epochs))
+    return SplineTraining(spline, tuple(trainer.epochs))
 
 
-class _Course:
+class _Trainer:
     """The course of one training: network, optimiser, schedule, and the epochs so far."""
 
-    def __init__(self, settings: FlowSettings, rows: int, components: int, label: str) -> None:
-        self.epochs: list[FlowEpoch] = []
+    def __init__(self, settings: SplineSettings, rows: int, components: int, label: str) -> None:
+        self.epochs: list[SplineEpoch] = []
         self.best_loss = float("inf")
         self._settings = settings
         self._net = build_net(settings, components)
@@ -255,7 +255,7 @@ class _Course:
         improved = loss < self.best_loss
         if improved:
             self.best_loss, self._best = loss, copy.deepcopy(self._net.state_dict())
-        self.epochs.append(FlowEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
+        self.epochs.append(SplineEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
         note = f"loss {training_loss:.4f}, validation {loss:.4f}{' (best)' if improved else ''}"
         self._progress.step(note=f"{note}, {time.monotonic() - start:.1f} s")
 
