@@ -15,6 +15,7 @@ LAYERS = (
     "arrays",
     "seeds",
     "progress",
+    "syntax",
     "definitions",
     "code_hash",
     "draws",

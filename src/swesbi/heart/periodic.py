@@ -131,8 +131,8 @@ class Extrapolation:
         self.residuals = [*self.residuals, (image - x) / self.scale][-self.memory - 1 :]
         if len(self.images) < 2:
             return image
-        # Differences of successive beats span the modes that decay slowly; their combination with the residual
-        # nearest to zero (least squares) leads past the beats in between.
+        # Differences of successive beats span the modes that decay slowly; their combination of the smallest
+        # residual (least squares) leads past the beats in between.
         f = np.diff(np.stack(self.residuals, axis=-1), axis=-1)
         g = np.diff(np.stack(self.images, axis=-1), axis=-1)
         gram = np.einsum("nij,nik->njk", f, f)

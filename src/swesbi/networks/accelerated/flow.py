@@ -107,8 +107,8 @@ class LeanFlow:
     def differentiate(self) -> None:
         """Put the gradient of the mean of the last losses into ``gradient``, masked weights included."""
         rows = self._z.shape[0]
-        # The loss is 1/2 |noise|^2 - sum log scale. Its derivative by the last outputs is noise / B, that by a
-        # scale -1 / (B scale) beside what the outputs pass on; the softplus has the sigmoid as derivative.
+        # The loss is 1/2 |noise|^2 - sum log scale. Its derivative by the last outputs is noise / B; by a
+        # scale it is -1 / (B scale), beside what the outputs pass on. That of the softplus is the sigmoid.
         torch.sigmoid(self._raw[:, : self._scale.shape[1]], out=self._sigmoid)
         torch.reciprocal(self._scale, out=self._inverse).mul_(-1.0 / rows)
         noise, features = self._inputs[-1, :-1], self._sizes[3]
