@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
@@ -71,12 +72,10 @@ def _wildcard(wildcards: Wildcards, kind: str) -> str:
 
 
 def _at(section: Settings, path: str) -> Any:  # noqa: ANN401
-    found: Any = section
-    for name in path.split("."):
-        found = getattr(found, name)
-    if isinstance(found, Settings):
-        return found.to_plain()
-    return list(found) if isinstance(found, tuple) else found
+    value = operator.attrgetter(path)(section)
+    if isinstance(value, Settings):
+        return value.to_plain()
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _of_experiment(study: Study, wildcards: Wildcards, path: str) -> Any:  # noqa: ANN401
@@ -104,10 +103,6 @@ def _prior(study: Study, name: str) -> dict[str, Any]:
 
 def _prior_of_experiment(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return _prior(study, _of_experiment(study, wildcards, "prior"))
-
-
-def _reference_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    return _prior(study, study.config.passive_reference_prior)
 
 
 def _joint_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
@@ -189,7 +184,7 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "prior": _prior_of_experiment,
     "prior_of_cmaes": lambda study, _: _prior(study, study.config.cmaes.prior),
     "prior_simulated": lambda study, by: _prior(study, named(study, by, "prior")),
-    "reference_prior": _reference_prior,
+    "reference_prior": lambda study, _: _prior(study, study.config.passive_reference_prior),
     "joint_prior": _joint_prior,
     "model": _model,
     "fresh": _fresh,

@@ -67,6 +67,11 @@ class Model:
         return self.steps // self.stride
 
     @property
+    def cycle_phase(self) -> FloatArray:
+        """Recorded points of the beat as fractions of it, uniform from the R peak; shape (samples,)."""
+        return np.asarray(np.arange(self.samples) / self.samples)
+
+    @property
     def steps(self) -> int:
         """Number of integration steps of a beat."""
         return int(self.drives.shape[0] - 1) // 2

@@ -88,7 +88,7 @@ def beats_of(records: Records, model: Model) -> Beats:
     )
     outside = (records.status == Status.PERIODIC) & ~inside
     beats = Beats(
-        cycle_phase=np.arange(model.samples) / model.samples,
+        cycle_phase=model.cycle_phase,
         active_stiffness_kpa=1e-3 * stiffness,
         stretch=stretch,
         volume_ml=ML_PER_M3 * volume,
@@ -119,15 +119,14 @@ def active_beats_of(records: Records, model: Model) -> ActiveBeats:
     active = 1e-3 * stiffness
     active[outside] = np.nan
     status = np.where(outside, np.int8(Status.OUT_OF_RANGE), records.status).astype(np.int8)
-    return ActiveBeats(np.arange(model.samples) / model.samples, active, status)
+    return ActiveBeats(model.cycle_phase, active, status)
 
 
 def empty_beats(n: int, model: Model) -> Beats:
     """Return room for ``n`` simulations."""
-    phase = np.arange(model.samples) / model.samples
     names = (field.name for field in fields(Beats))
     curves = {name: np.empty((n, model.samples)) for name in names if name not in _NOT_CURVES}
-    return Beats(phase, **curves, status=np.empty(n, np.int8), beats=np.empty(n, np.int64))
+    return Beats(model.cycle_phase, **curves, status=np.empty(n, np.int8), beats=np.empty(n, np.int64))
 
 
 def place(chunk: Beats, rows: slice, whole: Beats) -> None:
@@ -160,7 +159,8 @@ def simulate(theta: FloatArray, context: Context, settings: ForwardModelSettings
     Raises:
         ValueError: theta or the context is not finite or outside the declared ranges.
     """
-    theta = _checked(theta, context)
+    theta = _checked_theta(theta)
+    check_ranges(context)
     model = _model(context, settings)
     beats = empty_beats(len(theta), model)
     for rows, records in _chunks(theta, context, settings, ALL_RECORDS):
@@ -179,10 +179,11 @@ def simulate_active(theta: FloatArray, context: Context, settings: ForwardModelS
     Raises:
         ValueError: theta or the context is not finite or outside the declared ranges.
     """
-    theta = _checked(theta, context)
+    theta = _checked_theta(theta)
+    check_ranges(context)
     model = _model(context, settings)
     stiffness, status = np.empty((len(theta), model.samples)), np.empty(len(theta), np.int8)
-    beats = ActiveBeats(np.arange(model.samples) / model.samples, stiffness, status)
+    beats = ActiveBeats(model.cycle_phase, stiffness, status)
     for rows, records in _chunks(theta, context, settings, ACTIVE_RECORDS):
         chunk = active_beats_of(records, model)
         stiffness[rows], status[rows] = chunk.active_stiffness_kpa, chunk.status
@@ -218,12 +219,6 @@ def _converged(
         records.status[failed] = refined.status
         records.beats[failed] += refined.beats
     return records
-
-
-def _checked(theta: FloatArray, context: Context) -> FloatArray:
-    theta = _checked_theta(theta)
-    check_ranges(context)
-    return theta
 
 
 def _checked_theta(theta: FloatArray) -> FloatArray:

@@ -144,7 +144,8 @@ def fresh_subject(index: int, settings: FreshSettings, seed: int, name: str) -> 
         speed_m_s=np.ones(int(measured.sum())),
         relative_se=drawn.relative_se[0, measured],
     )
-    return FreshSubject(speed_model(recording, settings.model), float(drawn.level[0]), _missing(drawn))
+    missing = tuple(np.flatnonzero(~measured).tolist())
+    return FreshSubject(speed_model(recording, settings.model), float(drawn.level[0]), missing)
 
 
 def record_fresh(
@@ -180,7 +181,3 @@ def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:
         noise,
         subject.missing,
     )
-
-
-def _missing(drawn: Conditions) -> tuple[int, ...]:
-    return tuple(int(index) for index in np.flatnonzero(~drawn.measured[0]))

@@ -23,20 +23,18 @@ from swesbi.artefacts import (
     values_of,
 )
 from swesbi.context import Context
-from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.speeds import active_at_phases, reference_shape
-from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+from swesbi.parameters import THETA_COLUMNS
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import log_centre
 from swesbi.progress import Progress
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.recording.phases import nominal_phases, sample_cycle, slope_cycle
-from swesbi.simulations import draw_simulations
+from swesbi.simulations import LABELS, draw_simulations
 
 ALONG: Final = "context"
-LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
 
 
 @dataclass(frozen=True)

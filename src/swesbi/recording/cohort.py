@@ -60,7 +60,7 @@ def examine_subjects(path: Path) -> SubjectTable:
     numbers = {
         name: table.number(name, -np.inf, np.inf, REMEDIES[name])
         for name in CONTEXT_COLUMNS
-        if _numeric(name)
+        if ContextRow.model_fields[name].annotation is float
     }
     rows = (_context_row(table, index, numbers) for index in range(len(table.cells)))
     good = {row.subject: row for row in rows if row is not None}
@@ -87,10 +87,6 @@ def read_subjects(path: Path) -> tuple[Context, ...]:
         RecordingError: As :func:`read_context_rows`.
     """
     return tuple(row.to_context() for row in read_context_rows(path))
-
-
-def _numeric(name: str) -> bool:
-    return ContextRow.model_fields[name].annotation is float
 
 
 def _check_names(table: TextTable) -> None:

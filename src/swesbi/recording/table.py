@@ -62,7 +62,9 @@ class TextTable:
         empty = text.isin(MISSING).to_numpy() & may_be_empty
         known = np.isfinite(values)
         self.flag(column, ~known & ~empty, "is not a number", "write a number with a decimal point")
-        self.flag(column, known & ~((values >= low) & (values <= high)), _outside(low, high), remedy)
+        self.flag(
+            column, known & ~((values >= low) & (values <= high)), f"is outside [{low:g}, {high:g}]", remedy
+        )
         return np.where(known, values, np.nan)
 
     def integer(self, column: str, low: int, high: int, remedy: str) -> IntArray:
@@ -126,10 +128,6 @@ def _close(missing: Sequence[str], names: Sequence[str]) -> str:
     alike = {name: difflib.get_close_matches(name, lowered, n=1, cutoff=0.8) for name in missing}
     pairs = [f"{lowered[close[0]]!r} should be {name!r}" for name, close in alike.items() if close]
     return f" ({', '.join(pairs)}?)" if pairs else ""
-
-
-def _outside(low: float, high: float) -> str:
-    return f"is outside [{low:g}, {high:g}]"
 
 
 def read_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> TextTable:

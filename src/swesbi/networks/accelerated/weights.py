@@ -77,12 +77,13 @@ class FlowWeights:
         """
         transforms = _check_parts(flow)
         mades = [
-            part.autoregressive_net
-            for part in transforms
-            if isinstance(part, MaskedAffineAutoregressiveTransform)
+            transform.autoregressive_net
+            for transform in transforms
+            if isinstance(transform, MaskedAffineAutoregressiveTransform)
         ]
         shapes = _shapes(mades)
-        vector = torch.zeros(_size(shapes), dtype=mades[0].final_layer.weight.dtype, device=_device(mades))
+        size = sum(torch.Size(shape).numel() for shape in shapes)
+        vector = mades[0].final_layer.weight.new_zeros(size)
         self.blocks = _blocks(shapes, vector)
         self.mask = self.blocks.like()
         self._layers = list(_layers(self.blocks, transforms))
@@ -137,15 +138,6 @@ def _shapes(mades: list[MADE]) -> list[tuple[int, ...]]:
     ]
 
 
-def _size(shapes: list[tuple[int, ...]]) -> int:
-    return sum(torch.Size(shape).numel() for shape in shapes)
-
-
-def _device(mades: list[MADE]) -> torch.device:
-    device: torch.device = mades[0].final_layer.weight.device
-    return device
-
-
 def _blocks(shapes: list[tuple[int, ...]], vector: Tensor) -> Blocks:
     parts = torch.split(vector, [torch.Size(shape).numel() for shape in shapes])
     views = [part.view(shape) for part, shape in zip(parts, shapes, strict=True)]
@@ -156,11 +148,11 @@ def _layers(blocks: Blocks, transforms: list[nn.Module]) -> Iterator[_PlacedLaye
     """Yield every layer with its place; ``order`` is where the features of a transform come from."""
     order = torch.arange(blocks.first.shape[2] - 1, device=blocks.vector.device)
     index = 0
-    for part in transforms:
-        if isinstance(part, RandomPermutation):
-            order = order[part._permutation]
+    for transform in transforms:
+        if isinstance(transform, RandomPermutation):
+            order = order[transform._permutation]
         else:
-            yield from _transform_layers(blocks, index, part.autoregressive_net, order)
+            yield from _transform_layers(blocks, index, transform.autoregressive_net, order)
             index += 1
 
 

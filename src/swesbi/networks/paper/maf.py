@@ -227,7 +227,7 @@ def draw_candidates(estimator: Sampler, z: FloatArray, draws: int, seed: int) ->
         raise ValueError(f"z has shape {z.shape}, the estimator takes {len(estimator.components)} components")
     condition, net = torch.from_numpy(z.astype(np.float32)), for_drawing(estimator.net)
     with reproducible(seed), torch.no_grad():
-        sampled = [_draw(net, row[None], draws) for row in condition]
+        sampled = [np.concatenate(list(_batches(net, row[None], draws))) for row in condition]
     return np.stack(sampled)
 
 
@@ -268,10 +268,6 @@ def losses(estimator: Sampler, theta: FloatArray, z: FloatArray) -> FloatArray:
     with reproducible(0), torch.no_grad():
         density: FloatArray = estimator.net.log_prob(*rows).numpy().astype(np.float64)
     return -density
-
-
-def _draw(net: MaskedFlow, row: torch.Tensor, draws: int) -> FloatArray:
-    return np.concatenate(list(_batches(net, row, draws)))
 
 
 def _batches(net: MaskedFlow, row: torch.Tensor, draws: int) -> Iterator[FloatArray]:

@@ -113,8 +113,8 @@ def _conditioner(metadata: Mapping[str, Any]) -> RecordingConditioner:
 
 
 def _statistics_metadata(**statistics: Standardisation) -> dict[str, list[float]]:
-    means = {f"{name}_mean": part.mean.tolist() for name, part in statistics.items()}
-    return means | {f"{name}_scale": part.scale.tolist() for name, part in statistics.items()}
+    means = {f"{name}_mean": values.mean.tolist() for name, values in statistics.items()}
+    return means | {f"{name}_scale": values.scale.tolist() for name, values in statistics.items()}
 
 
 def _statistics(metadata: Mapping[str, Any], name: str) -> Standardisation:

@@ -8,7 +8,7 @@ coordinate needs and no earlier pass has: the same sums of the same terms, hence
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -190,7 +190,8 @@ def draw_phi(spline: TrainedSpline, condition: FloatArray, draws: int, seed: int
     _check(condition, len(spline.components))
     rows = max(DRAWS_PER_BATCH // draws, 1)
     with reproducible(seed), torch.no_grad():
-        parts = [_draw(spline, _tensor(part), draws) for part in _split(condition, rows)]
+        starts = range(0, len(condition), rows)
+        parts = [_draw(spline, _tensor(condition[start : start + rows]), draws) for start in starts]
     eta = np.concatenate(parts) * spline.eta.scale + spline.eta.mean
     return from_logit(eta, spline.prior)
 
@@ -222,11 +223,6 @@ def _draw(spline: TrainedSpline, condition: Tensor, draws: int) -> FloatArray:
         eta = inverse(eta, conditions)
     drawn: FloatArray = eta.view(base.shape).transpose(0, 1).numpy().astype(np.float64)
     return drawn
-
-
-def _split(condition: FloatArray, rows: int) -> Iterator[FloatArray]:
-    for start in range(0, len(condition), rows):
-        yield condition[start : start + rows]
 
 
 def _tensor(values: FloatArray) -> Tensor:

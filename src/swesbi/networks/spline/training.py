@@ -62,15 +62,15 @@ def split_by_theta(
     Raises:
         ValueError: A side would be empty.
     """
-    counts = [len(part.theta) for part in subjects]
+    counts = [len(subject.theta) for subject in subjects]
     edges = [n - round(validation_fraction * n) for n in counts]
     if any(not 0 < edge < n for edge, n in zip(edges, counts, strict=True)):
         raise ValueError(
             f"{min(counts)} simulations cannot be split with validation_fraction = {validation_fraction}; "
             "simulate more or change the fraction"
         )
-    training = [part.rows(0, edge) for part, edge in zip(subjects, edges, strict=True)]
-    held_out = [part.rows(edge, n) for part, edge, n in zip(subjects, edges, counts, strict=True)]
+    training = [subject.rows(0, edge) for subject, edge in zip(subjects, edges, strict=True)]
+    held_out = [subject.rows(edge, n) for subject, edge, n in zip(subjects, edges, counts, strict=True)]
     return training, held_out
 
 
@@ -78,10 +78,10 @@ def fit_statistics(
     subjects: Sequence[SubjectSimulations], settings: ConditioningSettings, seed: int
 ) -> tuple[Conditioner, Standardisation]:
     """Take the statistics of z and eta over one epoch of training rows."""
-    raw = [_raw(part, settings, seed, "statistics") for part in subjects]
-    contexts = tuple(part.model.recording.context for part in subjects)
-    conditioner = fit_conditioner(np.concatenate([part.features for part in raw]), contexts, settings)
-    return conditioner, fit_standardisation(np.concatenate([part.eta for part in raw]))
+    raw = [_raw(subject, settings, seed, "statistics") for subject in subjects]
+    contexts = tuple(subject.model.recording.context for subject in subjects)
+    conditioner = fit_conditioner(np.concatenate([rows.features for rows in raw]), contexts, settings)
+    return conditioner, fit_standardisation(np.concatenate([rows.eta for rows in raw]))
 
 
 def make_rows(
@@ -92,12 +92,12 @@ def make_rows(
     *name: str | int,
 ) -> Rows:
     """Make one epoch's rows; the stream of each subject depends on the seed, the name and the subject."""
-    raw = [_raw(part, conditioner.settings, seed, *name) for part in subjects]
+    raw = [_raw(subject, conditioner.settings, seed, *name) for subject in subjects]
     z = [
-        conditioner.standardise(rows.features, part.model.recording.context)
-        for rows, part in zip(raw, subjects, strict=True)
+        conditioner.standardise(rows.features, subject.model.recording.context)
+        for rows, subject in zip(raw, subjects, strict=True)
     ]
-    return Rows(eta.apply(np.concatenate([part.eta for part in raw])), np.concatenate(z))
+    return Rows(eta.apply(np.concatenate([rows.eta for rows in raw])), np.concatenate(z))
 
 
 def _raw(
@@ -228,7 +228,7 @@ def fit_spline(
 
 
 class _Trainer:
-    """The course of one training: network, optimiser, schedule, and the epochs so far."""
+    """Trains one network: its optimiser, its schedule, and the epochs so far."""
 
     def __init__(self, settings: SplineSettings, rows: int, components: int, label: str) -> None:
         self.epochs: list[SplineEpoch] = []
@@ -251,7 +251,7 @@ class _Trainer:
         """Train one epoch on these rows and judge it on the held-out ones."""
         start = time.monotonic()
         training_loss, skipped = self._pass(_tensor(rows.eta), _tensor(rows.z))
-        loss = float(np.mean([self._judge(part) for part in validation]))
+        loss = float(np.mean([self._judge(rows_held_out) for rows_held_out in validation]))
         improved = loss < self.best_loss
         if improved:
             self.best_loss, self._best = loss, copy.deepcopy(self._net.state_dict())
