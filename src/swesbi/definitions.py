@@ -142,7 +142,7 @@ class _Reader(Names):
             raise self._ambiguous(name)
         written = {name: self._write(statements) for name, statements in self.bound.items()}
         effects = self._write(self._effects)
-        mentioned = {chain for one in (*written.values(), effects) for chain in one.chains}
+        mentioned = {chain for definition in (*written.values(), effects) for chain in definition.chains}
         chains = [*effects.chains, *self._registered(), *self._imported_for_effect(mentioned)]
         if chains or self._effects:
             written[EFFECTS] = replace(effects, chains=tuple(chains))

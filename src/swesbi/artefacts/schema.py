@@ -194,14 +194,14 @@ def _known(kind: str) -> Schema:
     return SCHEMAS[kind]
 
 
-def _check_variable(name: str, found: xr.DataArray, expected: Variable) -> None:
-    if tuple(map(str, found.dims)) != expected.dims:
-        raise ValueError(f"{name} has dimensions {found.dims}, expected {expected.dims}")
-    if found.attrs.get("units") != expected.units:
-        raise ValueError(f"{name} has units {found.attrs.get('units')!r}, not {expected.units!r}")
-    is_label = expected.dims == (found.name,)
-    if found.dtype.kind not in (TEXT if expected.text else NUMERIC) and not is_label:
-        raise ValueError(f"{name} holds {found.dtype}, expected {'text' if expected.text else 'numbers'}")
+def _check_variable(name: str, values: xr.DataArray, expected: Variable) -> None:
+    if tuple(map(str, values.dims)) != expected.dims:
+        raise ValueError(f"{name} has dimensions {values.dims}, expected {expected.dims}")
+    if values.attrs.get("units") != expected.units:
+        raise ValueError(f"{name} has units {values.attrs.get('units')!r}, not {expected.units!r}")
+    is_label = expected.dims == (values.name,)
+    if values.dtype.kind not in (TEXT if expected.text else NUMERIC) and not is_label:
+        raise ValueError(f"{name} holds {values.dtype}, expected {'text' if expected.text else 'numbers'}")
 
 
 def _check_parameters(group: str, dataset: xr.Dataset) -> None:

@@ -62,9 +62,8 @@ class TextTable:
         empty = text.isin(MISSING).to_numpy() & may_be_empty
         known = np.isfinite(values)
         self.flag(column, ~known & ~empty, "is not a number", "write a number with a decimal point")
-        self.flag(
-            column, known & ~((values >= low) & (values <= high)), f"is outside [{low:g}, {high:g}]", remedy
-        )
+        outside = known & ~((values >= low) & (values <= high))
+        self.flag(column, outside, f"is outside [{low:g}, {high:g}]", remedy)
         return np.where(known, values, np.nan)
 
     def integer(self, column: str, low: int, high: int, remedy: str) -> IntArray:

@@ -105,18 +105,18 @@ KIND: Final = register("speed_pool", {"/": SCHEMA}, ("subject", "parameter"))
 
 
 def pool_dataset(
-    parts: Sequence[tuple[Observation, PriorSimulations]], measurement: MeasurementSettings
+    pairs: Sequence[tuple[Observation, PriorSimulations]], measurement: MeasurementSettings
 ) -> xr.Dataset:
     """Return every subject's simulations at its own phases; NaN at phases that were not measured.
 
     Raises:
         ValueError: The subjects have different numbers of phases or simulations.
     """
-    shapes = {(len(observed.phase), len(simulated.theta)) for observed, simulated in parts}
+    shapes = {(len(observed.phase), len(simulated.theta)) for observed, simulated in pairs}
     if len(shapes) > 1:
         raise ValueError(f"subjects have different numbers of phases and simulations: {sorted(shapes)}")
-    values = stacked_values([_of_subject(*part, measurement) for part in parts])["/"]
-    subjects = [observed.subject for observed, _ in parts]
+    values = stacked_values([_of_subject(*pair, measurement) for pair in pairs])["/"]
+    subjects = [observed.subject for observed, _ in pairs]
     return build_dataset(SCHEMA, values, {"subject": subjects, "parameter": list(THETA_NAMES)})
 
 
