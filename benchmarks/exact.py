@@ -26,8 +26,8 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.subjects import read_speed_model
-from swesbi.networks.spline.files import load_flow
-from swesbi.networks.spline.net import TrainedFlow
+from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.net import TrainedSpline
 from swesbi.posterior.exact import weight_failures
 from swesbi.posterior.importance import flow_proposal, k_hat_limit, weigh
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
@@ -65,7 +65,7 @@ def timed(work: Callable[[], Result]) -> tuple[Result, float]:
     return result, time.process_time() - begin
 
 
-def compare(model: SpeedModel, flow: TrainedFlow, settings: ExactSettings) -> Row:
+def compare(model: SpeedModel, flow: TrainedSpline, settings: ExactSettings) -> Row:
     """Sample one posterior both ways."""
     proposal = flow_proposal(flow, model.recording)
     draws, fraction = settings.proposal_draws, settings.prior_fraction
@@ -137,7 +137,7 @@ def main() -> None:
     study = load_study(read_yaml(arguments.config), str(arguments.config))
     plain = stage_settings(study, "exact_posterior", experiment=arguments.experiment)
     settings = ExactPosteriorStageSettings.from_plain(plain)
-    flow, _ = load_flow(arguments.results / arguments.experiment / "estimator.pt")
+    flow, _ = load_spline(arguments.results / arguments.experiment / "estimator.pt")
     noise = arguments.results / "cohort" / "noise.h5"
     rows = []
     for subject in study.subjects:

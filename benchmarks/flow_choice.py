@@ -25,10 +25,10 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.subjects import read_speed_models
-from swesbi.networks.settings import FlowSettings
-from swesbi.networks.spline.net import TrainedFlow, log_q
+from swesbi.networks.settings import SplineSettings
+from swesbi.networks.spline.net import TrainedSpline, log_q
 from swesbi.networks.spline.pool import SubjectSimulations, at_phases
-from swesbi.networks.spline.training import train_flow
+from swesbi.networks.spline.training import train_spline
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.importance import flow_proposal, weigh
 from swesbi.progress import Progress
@@ -87,7 +87,7 @@ def main() -> None:
         write_csv(arguments.output, pd.DataFrame([asdict(row) for row in rows]))
 
 
-def _choices(shipped: FlowSettings, wanted: int) -> list[tuple[FlowSettings, int]]:
+def _choices(shipped: SplineSettings, wanted: int) -> list[tuple[SplineSettings, int]]:
     """Return architectures at the configured number of simulations, then the configured one at others."""
     half = shipped.model_copy(update={"epochs": max(shipped.epochs // 2, 1)})
     of_architecture = [(half.model_copy(update=dict(change)), wanted) for change in ARCHITECTURES]
@@ -115,12 +115,14 @@ def _judge(
     models: Sequence[SpeedModel],
     largest: Sequence[SubjectSimulations],
     settings: TrainFlowStageSettings,
-    estimator: FlowSettings,
+    estimator: SplineSettings,
     count: int,
 ) -> Choice:
     begin = time.process_time()
     simulations = [part.rows(0, count) for part in largest]
-    flow = train_flow(simulations, settings.conditioning, estimator, SEED, f"{estimator.model} {count}").flow
+    flow = train_spline(
+        simulations, settings.conditioning, estimator, SEED, f"{estimator.model} {count}"
+    ).spline
     seconds = time.process_time() - begin
     log_probability, efficiency, k_hat = _on_fresh_recordings(models, flow)
     return Choice(
@@ -139,7 +141,7 @@ def _judge(
 
 
 def _on_fresh_recordings(
-    models: Sequence[SpeedModel], flow: TrainedFlow
+    models: Sequence[SpeedModel], flow: TrainedSpline
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     log_probability, efficiency, k_hat = [], [], []
     progress = Progress("fresh recordings", len(models) * FRESH, unit="recording")

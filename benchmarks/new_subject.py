@@ -39,8 +39,8 @@ from swesbi.config.study import Study, load_study
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.subjects import read_speed_model
-from swesbi.networks.spline.files import load_flow
-from swesbi.networks.spline.net import TrainedFlow
+from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.net import TrainedSpline
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.importance import flow_proposal, weigh
@@ -161,7 +161,7 @@ def other_contexts(models: list[SpeedModel]) -> Iterator[Case]:
 
 
 def network_alone(
-    models: list[SpeedModel], flow: TrainedFlow, refinement: RefinementSettings, count: int
+    models: list[SpeedModel], flow: TrainedSpline, refinement: RefinementSettings, count: int
 ) -> pd.DataFrame:
     """Return the network's efficiency at other contexts: median, smallest and largest over recordings."""
     trained = [model.recording.context for model in models]
@@ -196,7 +196,7 @@ def network(study: Study, results: Path, experiment: str, count: int) -> None:
     plain = stage_settings(study, "calibration_local", experiment=experiment)
     settings = CalibrationLocalStageSettings.from_plain(plain).model
     models = [read_speed_model(path, files.noise, settings) for path in files.pooled_observations]
-    flow, _ = load_flow(files.estimator)
+    flow, _ = load_spline(files.estimator)
     table = network_alone(models, flow, study.config.new_subjects.refinement, count)
     print(f"efficiency of the network's draws, {count} recordings a line")
     print(table.round({"median": 4, "smallest": 4, "largest": 4}).to_string(index=False))

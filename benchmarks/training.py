@@ -19,7 +19,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 import pandas as pd
@@ -35,8 +35,8 @@ from swesbi.measurement.subjects import read_measured_subjects
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.paper.pool import read_pool
 from swesbi.networks.paper.sbi_trainer import torch_prior
-from swesbi.networks.paper.training import TRAINERS
-from swesbi.networks.settings import EstimatorSettings
+from swesbi.networks.paper.training import trainer_of
+from swesbi.networks.settings import EstimatorSettings, Procedure
 from swesbi.prior import PriorSettings
 from swesbi.seeds import integer_seed
 from swesbi.study.stages.inference import RecoveryStageSettings, synthetic_recordings
@@ -150,7 +150,7 @@ def run(
                 show_progress_bars=False,
             )
         else:
-            trainer = watched(TRAINERS[procedure], watch)(_Quiet(), prior, settings, device, ())
+            trainer = watched(trainer_of(procedure), watch)(_Quiet(), prior, settings, device, ())
         trainer.append_simulations(pool.theta, pool.z, exclude_invalid_x=False)
         trainer.train(
             training_batch_size=settings.batch_size,
@@ -221,7 +221,9 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--experiment", default="paper", help="an experiment of kind features")
     parser.add_argument("--epochs", type=int, help="at most so many, instead of the experiment's own")
     parser.add_argument("--recordings", type=int, default=500, help="held-out recordings of each subject")
-    parser.add_argument("--procedures", nargs="+", default=["stock", "fast"], choices=["stock", *TRAINERS])
+    parser.add_argument(
+        "--procedures", nargs="+", default=["stock", "fast"], choices=["stock", *get_args(Procedure)]
+    )
     parser.add_argument("--seed", type=int, default=1, help="of weights, split and batches")
     parser.add_argument("--device", default="cpu", choices=["cpu", "cuda"])
     parser.add_argument("--traces", type=Path, help="CSV file for every epoch of every procedure")

@@ -14,6 +14,7 @@ import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pandas as pd
@@ -30,7 +31,8 @@ from swesbi.networks.paper.estimator import ESTIMATOR as KIND
 from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator, save_estimator
 from swesbi.networks.paper.maf import draw_candidates, losses
 from swesbi.networks.paper.pool import Pool, read_pool
-from swesbi.networks.paper.training import TRAINERS, train
+from swesbi.networks.paper.training import train
+from swesbi.networks.settings import Procedure
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds
 from swesbi.study.stages.inference import RecoveryStageSettings
@@ -138,7 +140,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--networks", type=Path, required=True, help="folder that keeps the networks")
     parser.add_argument("--experiment", default="paper", help="an experiment of kind features")
     parser.add_argument("--recordings", type=int, default=500, help="held-out recordings of each subject")
-    parser.add_argument("--procedures", nargs="+", default=list(TRAINERS), choices=list(TRAINERS))
+    parser.add_argument("--procedures", nargs="+", default=get_args(Procedure), choices=get_args(Procedure))
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     return parser.parse_args()
 

@@ -8,7 +8,7 @@ import speed_case
 
 from swesbi.config.experiments import PopulationExperimentSettings
 from swesbi.networks.spline.conditioning import ConditioningSettings, PhaseSettings
-from swesbi.networks.spline.training import FlowTraining
+from swesbi.networks.spline.training import SplineTraining
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.simulations import PopulationSimulations, simulate_population
 from swesbi.population.training import RowMaker, train_population
@@ -39,5 +39,5 @@ def made(contexts: int = 60, draws: int = 20) -> PopulationSimulations:
 
 
 @cache
-def trained() -> FlowTraining:
+def trained() -> SplineTraining:
     return train_population(made(), MAKER, TINY)

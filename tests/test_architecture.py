@@ -12,8 +12,10 @@ SOURCE = Path(swesbi.__file__).parent
 LAYERS = (
     "__init__",
     "base",
+    "arrays",
     "seeds",
     "progress",
+    "syntax",
     "definitions",
     "code_hash",
     "draws",

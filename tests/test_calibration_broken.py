@@ -29,9 +29,9 @@ from swesbi.checks.calibration.table import CONTRACTION, COVERAGE, SBC, TARP, Ch
 from swesbi.draws import equal_weights
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.spline.conditioning import ConditioningSettings
-from swesbi.networks.spline.net import TrainedFlow
+from swesbi.networks.spline.net import TrainedSpline
 from swesbi.networks.spline.pool import at_phases
-from swesbi.networks.spline.training import train_flow
+from swesbi.networks.spline.training import train_spline
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.importance import flow_proposal, resample, weigh
 from swesbi.prior import draw_prior
@@ -46,7 +46,7 @@ RIGHT, NOISE_TOO_SMALL, PRIOR_RETURNED, DATA_TWICE = "right", "noise too small",
 
 
 @cache
-def flow() -> TrainedFlow:
+def flow() -> TrainedSpline:
     experiment, model = speed_case.shipped().speed_experiments["calibrated"], speed_case.model()
     changes = {"transforms": 3, "hidden_features": 48, "epochs": 25, "batch_size": 256}
     conditioning = ConditioningSettings(summary=experiment.summary, grid_points=100, density_kg_m3=1000.0)
@@ -55,7 +55,7 @@ def flow() -> TrainedFlow:
         range(5000), model.recording.context, settings.prior.theta, settings.forward_model, 1
     )
     estimator = experiment.estimator.model_copy(update=changes)
-    return train_flow([at_phases(drawn, model)], conditioning, estimator, 2).flow
+    return train_spline([at_phases(drawn, model)], conditioning, estimator, 2).spline
 
 
 def quieter(model: SpeedModel, factor: float) -> SpeedModel:

@@ -13,7 +13,7 @@ from swesbi.checks.calibration.local import TwoRecordings, classifier_accuracy, 
 from swesbi.checks.calibration.ranks import QUANTITY_NAMES, prior_variance, quantities
 from swesbi.checks.calibration.recordings import exact_draws, misfit
 from swesbi.draws import effective_draws, resampled_rows
-from swesbi.measurement.likelihood import RememberingModel, log_speed_sd
+from swesbi.measurement.likelihood import CachedModel, log_speed_sd
 from swesbi.parameters import THETA_RANGES
 from swesbi.prior import draw_prior
 
@@ -72,13 +72,13 @@ def test_misfit_is_that_of_the_residuals() -> None:
 
 def test_what_was_simulated_last_is_not_simulated_again() -> None:
     model = speed_case.model()
-    remembering = RememberingModel(model)
+    cached = CachedModel(model)
     first, second = np.array([[60.0, 6.0, 29.0, 2.2]]), np.array([[50.0, 7.0, 20.0, 2.0]])
-    np.testing.assert_array_equal(remembering.log_likelihood(first), model.log_likelihood(first))
-    assert remembering.predict(first) is remembering.predict(first)
-    other = remembering.predict(second)
+    np.testing.assert_array_equal(cached.log_likelihood(first), model.log_likelihood(first))
+    assert cached.predict(first) is cached.predict(first)
+    other = cached.predict(second)
     np.testing.assert_array_equal(other.log_speed, model.predict(second).log_speed)
-    assert not np.array_equal(other.log_speed, remembering.predict(first).log_speed)
+    assert not np.array_equal(other.log_speed, cached.predict(first).log_speed)
 
 
 def test_variances_of_the_quantities_are_those_of_prior_draws() -> None:

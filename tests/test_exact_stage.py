@@ -15,9 +15,9 @@ from swesbi.artefacts import Provenance, load, save, to_groups
 from swesbi.measurement.speeds import active_at_phases
 from swesbi.measurement.subjects import read_speed_model
 from swesbi.networks.spline.conditioning import ConditioningSettings
-from swesbi.networks.spline.files import KIND, load_flow, save_flow
+from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.networks.spline.pool import SubjectSimulations
-from swesbi.networks.spline.training import train_flow
+from swesbi.networks.spline.training import train_spline
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.importance import FlowProposal, flow_proposal, weigh
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
@@ -55,8 +55,8 @@ def write_network(path: Path) -> None:
     settings = EXPERIMENT.estimator.model_copy(
         update={"transforms": 1, "hidden_features": 16, "hidden_layers": 1, "epochs": 8, "batch_size": 64}
     )
-    flow = train_flow([SubjectSimulations(model, theta, active)], conditioning, settings, seed=3).flow
-    save_flow(path, flow, Provenance(KIND, "", 1, {}, "0" * 16))
+    flow = train_spline([SubjectSimulations(model, theta, active)], conditioning, settings, seed=3).spline
+    save_spline(path, flow, Provenance(KIND, "", 1, {}, "0" * 16))
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def posterior(inputs: dict[str, Path], path: Path, seed: int = 1) -> Path:
 def test_the_networks_density_weights_as_a_known_proposal_does(inputs: dict[str, Path]) -> None:
     """A wrong density or Jacobian of the network would move the evidence."""
     model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
-    network = flow_proposal(load_flow(inputs["estimator"])[0], model.recording)
+    network = flow_proposal(load_spline(inputs["estimator"])[0], model.recording)
     found, expected = (weigh(model, proposal, 6000, 0.1, 1) for proposal in (network, fitted(model)))
     error = 4.0 * np.hypot(found.log_evidence_se, expected.log_evidence_se)
     assert error < 1.2
@@ -100,7 +100,7 @@ def test_the_stage_writes_a_posterior_and_says_what_gave_it(
     assert exact.phi.shape == (EXACT.draws, 4)
     assert in_bounds(exact.phi, speed_case.settings().prior).all()
     common, provenance = read_posterior(path), load(path, POSTERIOR)[1]
-    flow, _ = load_flow(inputs["estimator"])
+    flow, _ = load_spline(inputs["estimator"])
     model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
     np.testing.assert_allclose(common.z_obs, flow.conditioner.condition(model.recording))
     assert common.component_names == flow.components
@@ -119,7 +119,7 @@ def test_the_stage_repeats_to_the_byte_and_depends_on_the_seed(
 
 
 def test_a_proposal_is_the_flow_at_one_conditioning_vector(inputs: dict[str, Path]) -> None:
-    flow, _ = load_flow(inputs["estimator"])
+    flow, _ = load_spline(inputs["estimator"])
     model = speed_case.model()
     proposal = flow_proposal(flow, model.recording)
     assert isinstance(proposal, FlowProposal)

@@ -14,8 +14,8 @@ import xarray as xr
 from study_copy import StudyCopy
 
 import swesbi
-from swesbi.artefacts import SCHEMAS
 from swesbi.artefacts.provenance import SCHEMA_VERSION
+from swesbi.artefacts.schema import SCHEMAS
 from swesbi.parameters import THETA_NAMES
 
 for module in walk_packages(swesbi.__path__, "swesbi."):  # which make kinds known

@@ -14,17 +14,17 @@ import torch
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.measurement.speeds import active_at_phases
 from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
-from swesbi.networks.spline.files import KIND, load_flow, save_flow
+from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.networks.spline.net import draw_phi, log_q
 from swesbi.networks.spline.pool import SubjectSimulations
 from swesbi.networks.spline.training import (
-    FlowTraining,
+    SplineTraining,
     TrainingDivergedError,
-    _Course,
+    _Trainer,
     fit_statistics,
     make_rows,
     split_by_theta,
-    train_flow,
+    train_spline,
 )
 from swesbi.prior import in_bounds, quantile
 
@@ -49,8 +49,8 @@ def simulations(count: int = 2000) -> SubjectSimulations:
 
 
 @cache
-def trained() -> FlowTraining:
-    return train_flow([simulations()], CONDITIONING, TINY, seed=3)
+def trained() -> SplineTraining:
+    return train_spline([simulations()], CONDITIONING, TINY, seed=3)
 
 
 def test_no_theta_is_on_both_sides_of_the_split() -> None:
@@ -83,7 +83,7 @@ def test_features_pass_the_operator_of_the_data() -> None:
 
 
 def test_training_learns_and_keeps_the_best_epoch() -> None:
-    epochs, flow = trained().epochs, trained().flow
+    epochs, flow = trained().epochs, trained().spline
     assert [epoch.number for epoch in epochs] == [1, 2, 3, 4, 5, 6]
     assert min(epoch.validation_loss for epoch in epochs) == flow.best_validation_loss
     standard_normal = 2.0 * np.log(2.0 * np.pi * np.e)  # entropy of eta without any data, 4 dimensions
@@ -92,7 +92,7 @@ def test_training_learns_and_keeps_the_best_epoch() -> None:
 
 
 def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed() -> None:
-    flow, prior = trained().flow, speed_case.settings().prior
+    flow, prior = trained().spline, speed_case.settings().prior
     z = flow.conditioner.condition(speed_case.model().recording)
     phi = draw_phi(flow, z[None], 4000, seed=1)[0]
     assert in_bounds(phi, prior).all()
@@ -106,7 +106,7 @@ def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed() -> None:
 
 
 def test_the_draws_of_several_recordings_are_those_of_their_own() -> None:
-    flow, recording = trained().flow, speed_case.model().recording
+    flow, recording = trained().spline, speed_case.model().recording
     stiffer = replace(recording, speed_m_s=recording.speed_m_s * 1.3)
     z = np.stack([flow.conditioner.condition(part) for part in (recording, stiffer)])
     draws = draw_phi(flow, z, 500, seed=1)
@@ -115,21 +115,21 @@ def test_the_draws_of_several_recordings_are_those_of_their_own() -> None:
 
 
 def test_files_repeat_to_the_byte_and_give_back_the_same_flow(tmp_path: Path) -> None:
-    flow = trained().flow
-    again = train_flow([simulations()], CONDITIONING, TINY, seed=3).flow
+    flow = trained().spline
+    again = train_spline([simulations()], CONDITIONING, TINY, seed=3).spline
     for name, part in (("one.pt", flow), ("two.pt", again)):
-        save_flow(tmp_path / name, part, PROVENANCE)
+        save_spline(tmp_path / name, part, PROVENANCE)
     assert (tmp_path / "one.pt").read_bytes() == (tmp_path / "two.pt").read_bytes()
-    loaded, _ = load_flow(tmp_path / "one.pt")
+    loaded, _ = load_spline(tmp_path / "one.pt")
     z = flow.conditioner.condition(speed_case.model().recording)
     np.testing.assert_array_equal(draw_phi(loaded, z[None], 50, 1), draw_phi(flow, z[None], 50, 1))
     (tmp_path / "broken.pt").write_bytes((tmp_path / "one.pt").read_bytes()[:-500])
     with pytest.raises(ArtefactError, match=r"broken\.pt"):
-        load_flow(tmp_path / "broken.pt")
+        load_spline(tmp_path / "broken.pt")
 
 
 def test_a_wrong_conditioning_vector_is_refused() -> None:
-    flow = trained().flow
+    flow = trained().spline
     with pytest.raises(ValueError, match="the flow takes 53 components"):
         draw_phi(flow, np.zeros((1, 5)), 10, 1)
     with pytest.raises(ValueError, match="not finite"):
@@ -137,10 +137,10 @@ def test_a_wrong_conditioning_vector_is_refused() -> None:
 
 
 def test_a_loss_that_is_not_finite_changes_no_weight_and_too_many_stop_the_training() -> None:
-    course = _Course(TINY, rows=256, components=53, label="test")
-    before = {name: value.clone() for name, value in course._net.state_dict().items()}
+    trainer = _Trainer(TINY, rows=256, components=53, label="test")
+    before = {name: value.clone() for name, value in trainer._net.state_dict().items()}
     bad = torch.full((128, 53), torch.nan)
-    assert not np.isfinite(course._step(torch.zeros(128, 4), bad))
-    assert all(torch.equal(value, before[name]) for name, value in course._net.state_dict().items())
+    assert not np.isfinite(trainer._step(torch.zeros(128, 4), bad))
+    assert all(torch.equal(value, before[name]) for name, value in trainer._net.state_dict().items())
     with pytest.raises(TrainingDivergedError, match="lower learning_rate"):
-        course._pass(torch.zeros(256, 4), torch.full((256, 53), torch.nan))
+        trainer._pass(torch.zeros(256, 4), torch.full((256, 53), torch.nan))

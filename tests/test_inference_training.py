@@ -40,6 +40,19 @@ estimator, _ = load_estimator(Path(sys.argv[1]))
 z = np.load(sys.argv[2])
 np.save(sys.argv[3], draw_candidates(estimator, z, 300, 5))
 """
+TRAIN = """
+import sys
+import numpy as np
+from swesbi.networks.paper.training import train
+from swesbi.networks.settings import EstimatorSettings
+from swesbi.prior import PriorSettings, sample
+prior = PriorSettings.model_validate_json(sys.argv[1])
+settings = EstimatorSettings.model_validate_json(sys.argv[2])
+rng = np.random.default_rng(1)
+theta, z = sample(200, prior, rng).astype(np.float32), rng.standard_normal((200, 2)).astype(np.float32)
+train(theta, z, ("first", "second"), prior, settings, seed=1)
+print(any(name.startswith("swesbi.networks.accelerated") for name in sys.modules))
+"""
 
 
 @pytest.fixture(scope="module")
@@ -112,6 +125,16 @@ def test_same_seed_same_weights_other_seed_other_weights(pool: Pool) -> None:
     once, again, other = fit(pool, FAST)[0], fit(pool, FAST)[0], fit(pool, FAST, seed=12)[0]
     assert torch.equal(weights(once), weights(again))
     assert not torch.equal(weights(once), weights(other))
+
+
+def test_the_procedure_of_sbi_does_without_the_derivatives_written_by_hand() -> None:
+    loaded = {}
+    for procedure in PROCEDURES:
+        settings = estimator_settings(procedure=procedure, max_num_epochs=1)
+        command = [sys.executable, "-c", TRAIN, WIDE_PRIOR.model_dump_json(), settings.model_dump_json()]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        loaded[procedure] = done.stdout.strip()
+    assert loaded == {"sbi": "False", "fast": "True"}
 
 
 @pytest.mark.parametrize("procedure", PROCEDURES)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from swesbi.context import Context
-from swesbi.population.contexts import Drawn, draw_contexts, draw_population
+from swesbi.population.contexts import DrawnContext, draw_contexts, draw_population
 from swesbi.population.settings import DECLARED_NAMES, PopulationSettings, in_declared_range
 from swesbi.recording.settings import ContextRow
 from swesbi.show.figures.population import population_figure
@@ -75,7 +75,7 @@ def _population(**changes: object) -> PopulationSettings:
 
 
 @cache
-def _drawn() -> tuple[Drawn, ...]:
+def _drawn() -> tuple[DrawnContext, ...]:
     return draw_population(range(COUNT), _population(), SEED, "calibration")
 
 
@@ -86,7 +86,7 @@ def _narrow() -> PopulationSettings:
     )
 
 
-def _log_median(name: str, one: Drawn, plain: Plain) -> float:
+def _log_median(name: str, one: DrawnContext, plain: Plain) -> float:
     """The median by definition, from the plain settings: line between ages, power of BSA."""
     context = one.context
     curve = plain["groups"][one.group]["male" if context.sex == "M" else "female"][name]
@@ -100,7 +100,7 @@ def _log_median(name: str, one: Drawn, plain: Plain) -> float:
     return float(value)
 
 
-def _deviations(drawn: list[Drawn]) -> NDArray[np.float64]:
+def _deviations(drawn: list[DrawnContext]) -> NDArray[np.float64]:
     """Deviations from the medians, in log (logit for the last); shape (n, 5)."""
     names = ("bsa_m2", "hr_bpm", "lvedv_ml", "ivsd_cm")
     rows = []
@@ -112,7 +112,7 @@ def _deviations(drawn: list[Drawn]) -> NDArray[np.float64]:
     return np.array(rows)
 
 
-def _of(group: str, sex: str) -> list[Drawn]:
+def _of(group: str, sex: str) -> list[DrawnContext]:
     return [one for one in _drawn() if one.group == group and one.context.sex == sex]
 
 

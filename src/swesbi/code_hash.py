@@ -29,7 +29,8 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from swesbi.definitions import EFFECTS, WHOLE, Chain, Definition, Source, read_source
+from swesbi.definitions import EFFECTS, WHOLE, Definition, Source, read_source
+from swesbi.syntax import Chain
 
 
 class Place(NamedTuple):
@@ -59,12 +60,12 @@ class Package:
         """
         entry = Place(module, name)
         links = {place: self._linked(place) for place in self.followed(module, name)}
-        labels = {place: own for place, (_, own) in links.items()}
+        labels = {place: text for place, (_, text) in links.items()}
         while True:
             # definitions of equal text part where something that they name differs, until none parts any more
             finer = {
-                place: hashlib.sha256(own + b"".join(labels[target] for target in targets)).digest()
-                for place, (targets, own) in links.items()
+                place: hashlib.sha256(text + b"".join(labels[target] for target in targets)).digest()
+                for place, (targets, text) in links.items()
             }
             if len(set(finer.values())) == len(set(labels.values())):
                 break
@@ -101,12 +102,12 @@ class Package:
         """Return the places that a definition leads to, and a digest of what it says itself."""
         if place not in self._links:
             passed = {place.module: None}
-            found = [self._resolved(chain, passed) for chain in self._chains(place)]
-            targets = [target for target, _ in found if target]
+            resolved = [self._resolved(chain, passed) for chain in self._chains(place)]
+            targets = [target for target, _ in resolved if target]
             effects = [Place(module, EFFECTS) for module in self._imported(passed)]
-            rests = "\n".join(f"{'#' if target else ''}{'.'.join(rest)}" for target, rest in found)
-            own = hashlib.sha256(self.definition(place).digest + rests.encode()).digest()
-            self._links[place] = ((*targets, *effects), own)
+            rests = "\n".join(f"{'#' if target else ''}{'.'.join(rest)}" for target, rest in resolved)
+            text = hashlib.sha256(self.definition(place).digest + rests.encode()).digest()
+            self._links[place] = ((*targets, *effects), text)
         return self._links[place]
 
     def _chains(self, place: Place) -> tuple[Chain, ...]:
@@ -147,9 +148,9 @@ class Package:
         return [module for module in dict.fromkeys(each) if EFFECTS in self._source(module).definitions]
 
     def _modules_below(self, module: str) -> list[str]:
-        path = self._path(module)
-        below = path.parent.glob("*") if path.name == "__init__.py" else ()
-        names = {f"{module}.{one.stem}" for one in below if one.stem != "__init__"}
+        file = self._path(module)
+        below = file.parent.glob("*") if file.name == "__init__.py" else ()
+        names = {f"{module}.{path.stem}" for path in below if path.stem != "__init__"}
         return sorted(name for name in names if self._has(name))
 
     def _source(self, module: str) -> Source:
@@ -169,8 +170,8 @@ class Package:
     def _file(self, module: str) -> Path | None:
         if module not in self._files:
             base = self.folder.joinpath(*module.split(".")[1:])
-            found = (path for path in (base / "__init__.py", base.with_suffix(".py")) if path.is_file())
-            self._files[module] = next(found, None)
+            files = (path for path in (base / "__init__.py", base.with_suffix(".py")) if path.is_file())
+            self._files[module] = next(files, None)
         return self._files[module]
 
 

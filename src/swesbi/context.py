@@ -6,9 +6,12 @@ from dataclasses import dataclass
 from typing import Annotated, Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.artefacts import Variable
+
+# d_0 / R_0: 0.3 in health, 0.7 in the most severe hypertrophy; at 2 the mid-wall sphere has no cavity left.
+RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 
 
 @dataclass(frozen=True)
@@ -44,8 +47,6 @@ CONTEXT: Final = (
 CONTEXT_NAMES: Final = tuple(variable.name for variable in CONTEXT)
 CONTEXT_UNITS: Final = tuple(variable.unit for variable in CONTEXT)
 CONTEXT_RANGES: Final = {variable.name: variable.declared for variable in CONTEXT if variable.declared}
-# d_0 / R_0: 0.3 in health, 0.7 in the most severe hypertrophy; at 2 the mid-wall sphere has no cavity left.
-RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class Context:
         """Reference radius R_0 of a sphere of volume LVEDV (paper, Eq. 2)."""
         return float(np.cbrt(3e-6 * self.lvedv_ml / (4.0 * np.pi)))
 
-    def as_array(self) -> NDArray[np.float64]:
+    def as_array(self) -> FloatArray:
         """Return the context values in the order of ``CONTEXT_NAMES``; sex, the first, is 1 for male."""
         return np.array([float(self.sex == "M"), *(getattr(self, name) for name in CONTEXT_NAMES[1:])])
 

@@ -17,7 +17,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar, Final, TypeAlias
 
-Chain: TypeAlias = tuple[str, ...]
+from swesbi.syntax import (
+    DEFINITIONS,
+    DYNAMIC,
+    REFUSED_METHODS,
+    Chain,
+    Names,
+    alters,
+    bound_by,
+    constants_of,
+    imports_of,
+    is_main,
+    is_text,
+    is_typing,
+    lines_of,
+    nested,
+    parameter_names,
+    stored_names,
+)
+
 Scope: TypeAlias = Mapping[str, "Chain | None"]
 
 EFFECTS: Final = ""
@@ -25,15 +43,10 @@ EFFECTS: Final = ""
 WHOLE: Final = "*"
 """Stands for the name of a whole module: all that it binds and does."""
 DATA_FILE: Final = re.compile(r"\w[\w/-]*\.(?!py\b)\w[\w.]*")
-DYNAMIC: Final = {"importlib.import_module", "pkgutil", "runpy", "__import__"}
-REFUSED_METHODS: Final = {"__init_subclass__", "__subclasses__"}
-REFUSED: Final = {"eval", "exec", "globals", "locals", *REFUSED_METHODS}
-_DEFINITIONS: Final = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 _FUNCTIONS: Final = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 _COMPREHENSIONS: Final = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 _ANNOTATED: Final = {"annotation", "returns"}
 _SKIPPED: Final = {"ctx", "type_comment", "kind"}
-_BLOCKS: Final = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
 @dataclass(frozen=True)
@@ -93,61 +106,13 @@ def _collector_waiting() -> Iterator[None]:
             gc.enable()
 
 
-class _Reader:
-    """Sorts the statements of one module, and knows what its names stand for."""
+class _Reader(Names):
+    """Sorts the statements of one module."""
 
     def __init__(self, name: str, path: Path, package: str) -> None:
-        self.name, self.path, self.package = name, path, package
-        self.imports: dict[str, Chain] = {}
-        self.dynamic = False
-        self._bound: dict[str, list[ast.stmt]] = {}
+        super().__init__(name, path, package)
         self._effects: list[ast.stmt] = []
         self._at_runtime: dict[str, Chain] = {}
-
-    def chain_of(self, name: str) -> Chain | None:
-        """Return what a name of the module stands for, None where it binds no such name."""
-        return (self.name, name) if name in self._bound else self.imports.get(name)
-
-    def targets(self, statement: ast.Import | ast.ImportFrom) -> dict[str, Chain]:
-        """Return what each name that an import statement binds stands for.
-
-        Raises:
-            ValueError: It is a star import from the package.
-        """
-        if isinstance(statement, ast.Import):
-            return {
-                alias.asname or alias.name.split(".")[0]: (
-                    (alias.name,) if alias.asname else (alias.name.split(".")[0],)
-                )
-                for alias in statement.names
-            }
-        module = self._absolute(statement)
-        if self.is_own((module,)) and any(alias.name == "*" for alias in statement.names):
-            raise ValueError(
-                f"{self.path}:{statement.lineno}: a star import cannot be followed; name what is used"
-            )
-        return {alias.asname or alias.name: (module, alias.name) for alias in statement.names}
-
-    def is_own(self, chain: Chain) -> bool:
-        """Tell whether a chain begins in the package."""
-        return chain[0].split(".", maxsplit=1)[0] == self.package
-
-    def note(self, name: str, line: int) -> None:
-        """Note what is no name of the package: it may import modules that the text does not name.
-
-        Raises:
-            ValueError: It changes definitions, or runs code, in ways that the text does not show.
-        """
-        self.dynamic |= name in DYNAMIC
-        if name in REFUSED:
-            raise ValueError(f"{self.path}:{line}: what {name} does cannot be followed; name what is used")
-
-    def _absolute(self, statement: ast.ImportFrom) -> str:
-        parts = self.name.split(".")
-        if self.path.name == "__init__.py":
-            parts = [*parts, ""]
-        base = parts[: len(parts) - statement.level] if statement.level else []
-        return ".".join([*base, *([statement.module] if statement.module else [])])
 
     def read(self, statements: Iterable[ast.stmt], at_runtime: bool = True) -> None:
         """Sort top-level statements: imports, what binds a name, what has an effect."""
@@ -158,37 +123,30 @@ class _Reader:
                     if self.imports.setdefault(name, chain) != chain:
                         raise self._ambiguous(name)
                 self._at_runtime |= self.brought_in(statement) if at_runtime else {}
-            elif isinstance(statement, ast.If) and _is_typing(statement.test):
+            elif isinstance(statement, ast.If) and is_typing(statement.test):
                 self.read(statement.body, at_runtime=False)
                 self.read(statement.orelse)
-            elif not (_is_text(statement) or _is_main(statement)):
+            elif not (is_text(statement) or is_main(statement)):
                 self._bind(statement)
 
-    def brought_in(self, statement: ast.Import | ast.ImportFrom) -> dict[str, Chain]:
-        """Return what an import brings in from the package, by the name that it binds."""
-        targets = self.targets(statement)
-        if isinstance(statement, ast.Import):
-            targets = {f"{alias.name} as a module": (alias.name,) for alias in statement.names}
-        return {name: chain for name, chain in targets.items() if self.is_own(chain)}
-
     def _bind(self, statement: ast.stmt) -> None:
-        names = list(_bound_by([statement]))
+        names = list(bound_by([statement]))
         for name in names:
-            self._bound.setdefault(name, []).append(statement)
-        plain = isinstance(statement, (*_DEFINITIONS, ast.Assign, ast.AnnAssign, ast.AugAssign))
-        if not plain or _alters(statement):
+            self.bound.setdefault(name, []).append(statement)
+        plain = isinstance(statement, (*DEFINITIONS, ast.Assign, ast.AnnAssign, ast.AugAssign))
+        if not plain or alters(statement):
             self._effects.append(statement)
 
     def written(self) -> dict[str, Definition]:
-        for name in self._bound.keys() & self.imports.keys():
+        for name in self.bound.keys() & self.imports.keys():
             raise self._ambiguous(name)
-        written = {name: self._write(statements) for name, statements in self._bound.items()}
+        written = {name: self._write(statements) for name, statements in self.bound.items()}
         effects = self._write(self._effects)
-        mentioned = {chain for one in (*written.values(), effects) for chain in one.chains}
+        mentioned = {chain for definition in (*written.values(), effects) for chain in definition.chains}
         chains = [*effects.chains, *self._registered(), *self._imported_for_effect(mentioned)]
         if chains or self._effects:
             written[EFFECTS] = replace(effects, chains=tuple(chains))
-        everything: list[Chain] = [(self.name, name) for name in sorted(self._bound)]
+        everything: list[Chain] = [(self.name, name) for name in sorted(self.bound)]
         everything += [self.imports[name] for name in sorted(self.imports) if self.is_own(self.imports[name])]
         written[WHOLE] = Definition(b"", tuple(everything))
         return written
@@ -198,9 +156,9 @@ class _Reader:
 
     def _registered(self) -> Iterator[Chain]:
         """Yield the definitions with a decorator of the package, which may note them somewhere."""
-        for name, statements in self._bound.items():
+        for name, statements in self.bound.items():
             for statement in statements:
-                if isinstance(statement, _DEFINITIONS) and any(
+                if isinstance(statement, DEFINITIONS) and any(
                     map(self._is_own_name, statement.decorator_list)
                 ):
                     yield self.name, name
@@ -213,7 +171,7 @@ class _Reader:
 
     def _imported_for_effect(self, mentioned: set[Chain]) -> Iterator[Chain]:
         """Yield the modules whose import is all that is wanted: nothing here names what it binds."""
-        exported = _exported(self._bound.get("__all__", []))
+        exported = constants_of(self.bound.get("__all__", []))
         for name, chain in self._at_runtime.items():
             used = any(_begins(other, chain) for other in mentioned)
             if not (used or name in exported or self._is_reexport(chain)):
@@ -235,7 +193,7 @@ class _Reader:
             if path.is_file():
                 digest.update(path.name.encode() + b"\n" + path.read_bytes())
         modules = tuple(sorted(filter(self._is_dotted, writer.strings)))
-        return Definition(digest.digest(), tuple(writer.chains), modules, tuple(map(_lines, statements)))
+        return Definition(digest.digest(), tuple(writer.chains), modules, tuple(map(lines_of, statements)))
 
     def _is_dotted(self, text: str) -> bool:
         return text.startswith(f"{self.package}.") and all(map(str.isidentifier, text.split(".")))
@@ -244,7 +202,7 @@ class _Reader:
 class _Writer:
     """Writes the meaning of statements, and gathers what they name."""
 
-    def __init__(self, source: _Reader) -> None:
+    def __init__(self, source: Names) -> None:
         self.source = source
         self.text: list[str] = []
         self.chains: dict[Chain, int] = {}
@@ -258,7 +216,7 @@ class _Writer:
         if isinstance(node, list):
             self.text.append("[")
             for part in node:
-                if not _is_text(part):
+                if not is_text(part):
                     self.write(part, scope)
             self.text.append("]")
         elif not isinstance(node, ast.AST):
@@ -335,16 +293,16 @@ class _Writer:
         if name in REFUSED_METHODS:
             self.source.note(name, node.lineno)
         body: list[ast.stmt] = [] if isinstance(node, ast.Lambda) else node.body
-        bound = {*_bound_by(body), *_parameters(node.args)}
+        bound = {*bound_by(body), *parameter_names(node.args)}
         imported: dict[str, Chain] = {}
-        for statement in _imports(body):
+        for statement in imports_of(body):
             for bound_name, chain in self.source.targets(statement).items():
                 if imported.setdefault(bound_name, chain) != chain:  # under another condition
                     self._mention(chain)
-        shared = {name for part in _nested(body) if isinstance(part, ast.Global) for name in part.names}
+        shared = {name for part in nested(body) if isinstance(part, ast.Global) for name in part.names}
         inner = {**scope, **dict.fromkeys(bound), **imported}
         self.write(node.body, {name: chain for name, chain in inner.items() if name not in shared})
-        for statement in _imports(body):
+        for statement in imports_of(body):
             for chain in self.source.brought_in(statement).values():
                 if not any(_begins(other, chain) for other in self.chains):
                     self._mention(chain)
@@ -354,7 +312,7 @@ class _Writer:
     ) -> None:
         """Write the first sequence in the scope around, all else with the comprehension's variables."""
         self.write(node.generators[0].iter, scope)
-        targets = [name for part in node.generators for name in _stored(part.target)]
+        targets = [name for part in node.generators for name in stored_names(part.target)]
         self._fields(node, {**scope, **dict.fromkeys(targets)})
 
     def _global(self, node: ast.Global, scope: Scope) -> None:
@@ -379,76 +337,5 @@ class _Writer:
     }
 
 
-def _lines(statement: ast.stmt) -> tuple[int, int]:
-    decorators = getattr(statement, "decorator_list", [])
-    first = min(part.lineno for part in (statement, *decorators))
-    return first, statement.end_lineno or first
-
-
-def _nested(statements: Iterable[ast.AST]) -> Iterator[ast.AST]:
-    """Yield statements and those in their blocks, not those of functions and classes among them."""
-    for statement in statements:
-        yield statement
-        if not isinstance(statement, _DEFINITIONS):
-            for block in _BLOCKS:
-                yield from _nested(getattr(statement, block, ()))
-
-
-def _imports(statements: Iterable[ast.stmt]) -> Iterator[ast.Import | ast.ImportFrom]:
-    return (part for part in _nested(statements) if isinstance(part, ast.Import | ast.ImportFrom))
-
-
-def _bound_by(statements: Iterable[ast.stmt]) -> Iterator[str]:
-    """Yield the names that statements bind, beside imports."""
-    for part in _nested(statements):
-        if isinstance(part, _DEFINITIONS):
-            yield part.name
-        elif isinstance(part, ast.Assign):
-            yield from (name for target in part.targets for name in _stored(target))
-        elif isinstance(part, ast.AnnAssign | ast.AugAssign | ast.For | ast.AsyncFor):
-            yield from _stored(part.target)
-        elif isinstance(part, ast.With | ast.AsyncWith):
-            targets = (item.optional_vars for item in part.items if item.optional_vars)
-            yield from (name for target in targets for name in _stored(target))
-
-
-def _stored(target: ast.expr) -> Iterator[str]:
-    parts = [target] if isinstance(target, ast.Name) else ast.walk(target)
-    return (part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store))
-
-
-def _parameters(given: ast.arguments) -> Iterator[str]:
-    each = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
-    return (one.arg for one in each if one)
-
-
-def _alters(statement: ast.stmt) -> bool:
-    """Tell whether an assignment changes an object: its attribute or one of its entries."""
-    targets = getattr(statement, "targets", [getattr(statement, "target", None)])
-    parts = [part for target in targets if target for part in ast.walk(target)]
-    return any(isinstance(part, ast.Attribute | ast.Subscript) for part in parts)
-
-
-def _exported(statements: Iterable[ast.stmt]) -> set[str]:
-    parts = (part for statement in statements for part in ast.walk(statement))
-    return {str(part.value) for part in parts if isinstance(part, ast.Constant)}
-
-
 def _begins(chain: Chain, with_chain: Chain) -> bool:
     return ".".join((*chain, "")).startswith(".".join((*with_chain, "")))
-
-
-def _is_typing(test: ast.expr) -> bool:
-    return isinstance(test, ast.Name | ast.Attribute) and ast.unparse(test).endswith("TYPE_CHECKING")
-
-
-def _is_main(statement: ast.stmt) -> bool:
-    return isinstance(statement, ast.If) and ast.unparse(statement.test) == "__name__ == '__main__'"
-
-
-def _is_text(statement: object) -> bool:
-    return (
-        isinstance(statement, ast.Expr)
-        and isinstance(statement.value, ast.Constant)
-        and isinstance(statement.value.value, str)
-    )

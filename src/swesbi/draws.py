@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-FloatArray = NDArray[np.float64]
+from swesbi.arrays import FloatArray
 
 
 def interval_levels(mass: float) -> FloatArray:

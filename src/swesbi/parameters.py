@@ -10,6 +10,10 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+ATTAINED: Final = "attained_stiffness_kpa"
+ATTAINED_SYMBOL: Final = r"$k_0(1-e^{-k_\mathrm{ATP}D_T})$"
+"""Name and symbol of the attained stiffness, which the data know best of k_0 and k_ATP."""
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -76,9 +80,6 @@ PHI_COLUMNS: Final = ", ".join(parameter.cf_unit for parameter in PHI)
 PHI_NAMES: Final = tuple(parameter.name for parameter in PHI)
 K_0, K_ATP = (THETA_NAMES.index(name) for name in ("k0_kpa", "k_atp_per_s"))
 """Where the two parameters of the attained stiffness stand."""
-ATTAINED: Final = "attained_stiffness_kpa"
-ATTAINED_SYMBOL: Final = r"$k_0(1-e^{-k_\mathrm{ATP}D_T})$"
-"""Name and symbol of the attained stiffness, which the data know best of k_0 and k_ATP."""
 PHI_LABELS: Final = tuple(parameter.label for parameter in PHI)
 PHI_SYMBOLS: Final = {parameter.name: parameter.tex for parameter in PHI}
 """Symbols in TeX by name."""

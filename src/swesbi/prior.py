@@ -11,13 +11,12 @@ from functools import lru_cache
 from typing import Annotated, Final, Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.base import Settings
 from swesbi.parameters import SCALE, THETA_NAMES
 
-FloatArray = NDArray[np.float64]
 VARIANCE_POINTS: Final = 100_000
 Positive = Annotated[float, Field(gt=0.0)]
 
@@ -142,10 +141,10 @@ def log_density(theta: FloatArray, prior: BoxPrior) -> FloatArray:
     return np.where(inside, np.sum(terms, axis=0), -np.inf)
 
 
-def in_bounds(theta: FloatArray, prior: BoxPrior) -> NDArray[np.bool_]:
+def in_bounds(theta: FloatArray, prior: BoxPrior) -> BoolArray:
     """Tell for each row of shape (n, d) whether it lies within the prior's hard bounds."""
     low, high = bounds(prior)
-    inside: NDArray[np.bool_] = np.all((theta >= low) & (theta <= high), axis=1)
+    inside: BoolArray = np.all((theta >= low) & (theta <= high), axis=1)
     return inside
 
 

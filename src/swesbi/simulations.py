@@ -13,8 +13,8 @@ from typing import Annotated, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import ArtefactError, Variable, from_dataset, load, register, schema_of
 from swesbi.artefacts import to_dataset as stored
 from swesbi.context import Context
@@ -25,8 +25,8 @@ from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
 from swesbi.prior import PriorSettings, quantile
 from swesbi.seeds import generator
 
-FloatArray = NDArray[np.float64]
 MAXIMUM_ATTEMPTS = 100
+LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
 
 
 class SimulationFailure(RuntimeError):
@@ -37,27 +37,23 @@ class SimulationFailure(RuntimeError):
 class PriorSimulations:
     """n successful simulations of one subject; one attempt means that none failed."""
 
-    draw_index: Annotated[
-        NDArray[np.int64], Variable("simulation", "1", "number of the draw within the subject")
-    ]
+    draw_index: Annotated[IntArray, Variable("simulation", "1", "number of the draw within the subject")]
     theta: Annotated[FloatArray, Variable("simulation parameter", THETA_COLUMNS, "active parameters")]
-    attempts: Annotated[
-        NDArray[np.int64], Variable("simulation", "1", "theta drawn until a simulation succeeded")
-    ]
-    failures: Annotated[NDArray[np.int64], Variable("simulation status", "1", "failed attempts by status")]
+    attempts: Annotated[IntArray, Variable("simulation", "1", "theta drawn until a simulation succeeded")]
+    failures: Annotated[IntArray, Variable("simulation status", "1", "failed attempts by status")]
     cycle_phase: Annotated[FloatArray, Variable("cycle", "1", "fraction of the cycle from the R peak")]
     active_stiffness_kpa: Annotated[FloatArray, Variable("simulation cycle", "kPa", "active stiffness k_c")]
     end_diastolic_volume_ml: Annotated[FloatArray, Variable("simulation", "mL", "largest cavity volume")]
     end_systolic_volume_ml: Annotated[FloatArray, Variable("simulation", "mL", "smallest cavity volume")]
-    beats: Annotated[NDArray[np.int64], Variable("simulation", "1", "beats until periodic")]
+    beats: Annotated[IntArray, Variable("simulation", "1", "beats until periodic")]
 
 
 @dataclass(frozen=True)
 class _Round:
     """One attempt at the draws still pending: the rows that succeeded, and which of its beats they are."""
 
-    rows: NDArray[np.int64]
-    good: NDArray[np.bool_]
+    rows: IntArray
+    good: BoolArray
     beats: Beats
 
 
@@ -89,13 +85,12 @@ def draw_simulations(
     return _gather(np.asarray(draw_index, dtype=np.int64), theta, failures, rounds)
 
 
-def _check_attempts(failures: NDArray[np.int64], subject: str, theta: FloatArray) -> None:
+def _check_attempts(failures: IntArray, subject: str, theta: FloatArray) -> None:
     worst = int(np.argmax(failures.sum(axis=1)))
     if failures[worst].sum() < MAXIMUM_ATTEMPTS:
         return
-    reasons = {
-        status.name.lower(): int(failures[worst, status]) for status in Status if failures[worst, status]
-    }
+    count = failures[worst]
+    reasons = {status.name.lower(): int(count[status]) for status in Status if count[status]}
     raise SimulationFailure(
         f"subject {subject}: {MAXIMUM_ATTEMPTS} draws in a row gave no periodic beat ({reasons}); "
         f"the last theta was {theta[worst].tolist()}. "
@@ -104,18 +99,17 @@ def _check_attempts(failures: NDArray[np.int64], subject: str, theta: FloatArray
 
 
 def _gather(
-    draw_index: NDArray[np.int64],
+    draw_index: IntArray,
     theta: FloatArray,
-    failures: NDArray[np.int64],
+    failures: IntArray,
     rounds: list[_Round],
 ) -> PriorSimulations:
     """Put the successful beats of all rounds back into the order of the draws."""
-    order = np.argsort(np.concatenate([part.rows for part in rounds]))
+    order = np.argsort(np.concatenate([attempt.rows for attempt in rounds]))
 
     def in_order(name: str) -> FloatArray:
-        gathered: FloatArray = np.concatenate([getattr(part.beats, name)[part.good] for part in rounds])[
-            order
-        ]
+        successful = [getattr(attempt.beats, name)[attempt.good] for attempt in rounds]
+        gathered: FloatArray = np.concatenate(successful)[order]
         return gathered
 
     return PriorSimulations(
@@ -131,7 +125,6 @@ def _gather(
     )
 
 
-LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
 KIND: Final = register("simulations", schema_of(PriorSimulations), LABELS)
 
 

@@ -3,17 +3,12 @@
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path
 from swesbi.artefacts.files import load, save, write_json
 from swesbi.artefacts.provenance import Provenance, read_provenance
-from swesbi.artefacts.schema import (
-    Labels,
-    Part,
-    Variable,
-    arranged,
-    build_dataset,
+from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_dataset, register
+from swesbi.artefacts.stored import (
     from_dataset,
     from_groups,
     from_rows,
     labels_of,
-    register,
     schema_of,
     stacked_values,
     to_dataset,

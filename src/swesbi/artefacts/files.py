@@ -106,8 +106,8 @@ def _stamp(path: Path) -> tuple[int, ...]:
     """Return what changes whenever a file is replaced or written to; nothing where there is no file."""
     if not path.is_file():
         return ()
-    found = path.stat()
-    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+    status = path.stat()
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 @lru_cache(maxsize=1024)

@@ -11,25 +11,9 @@ known by :func:`register`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from functools import cache
-from operator import attrgetter
-from typing import (
-    TYPE_CHECKING,
-    Annotated,
-    Any,
-    Final,
-    Literal,
-    TypeVar,
-    cast,
-    get_args,
-    get_origin,
-    get_type_hints,
-)
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
 
 from swesbi.parameters import THETA_NAMES
 
@@ -40,7 +24,6 @@ ROOT: Final = "/"
 NUMERIC: Final = "biuf"
 TEXT: Final = "OSUT"
 PARAMETER: Final = "parameter"
-Stored = TypeVar("Stored")
 
 
 @dataclass(frozen=True)
@@ -113,15 +96,6 @@ class Part:
         return {placed.name: placed for placed in map(self.place, variables.values())}
 
 
-@dataclass(frozen=True)
-class _Leaf:
-    """A marked field or property: the way to it from the whole, its type, and what is said of it."""
-
-    path: str
-    hint: Any
-    mark: Variable | Labels
-
-
 Schema = Mapping[str, Mapping[str, Variable]]
 """Of one kind of artefact: group name -> dataset name -> variable; the group "/" is the root."""
 
@@ -138,23 +112,8 @@ def register(kind: str, schema: Schema, labels: Iterable[str | Labels] = ()) -> 
         labels: Text labels that every group has which has the dimension.
     """
     SCHEMAS[kind] = schema
-    LABELS[kind] = tuple(Labels(one) if isinstance(one, str) else one for one in labels)
+    LABELS[kind] = tuple(Labels(label) if isinstance(label, str) else label for label in labels)
     return kind
-
-
-def schema_of(stored: type, along: str = "") -> dict[str, dict[str, Variable]]:
-    """Return the groups and datasets that a dataclass is stored as.
-
-    Args:
-        stored: The dataclass.
-        along: The dimension of several of them, if any.
-    """
-    found: dict[str, dict[str, Variable]] = {ROOT: {}}
-    for leaf in _leaves(stored):
-        if isinstance(leaf.mark, Variable):
-            variable = Part(along=along).place(leaf.mark)
-            found.setdefault(variable.group or ROOT, {})[variable.name] = variable
-    return {group: arranged(variables) for group, variables in found.items() if variables}
 
 
 def arranged(variables: Mapping[str, Variable]) -> dict[str, Variable]:
@@ -165,81 +124,6 @@ def arranged(variables: Mapping[str, Variable]) -> dict[str, Variable]:
             names.remove(name)
             names.insert(names.index(variable.after) + 1, name)
     return {name: variables[name] for name in names}
-
-
-def labels_of(stored: type) -> tuple[Labels, ...]:
-    """Return the text labels that a dataclass has."""
-    return tuple(leaf.mark for leaf in _leaves(stored) if isinstance(leaf.mark, Labels))
-
-
-def values_of(whole: object) -> dict[str, dict[str, Any]]:
-    """Return group -> dataset name -> value of a dataclass, truth values as integers."""
-    stored: type = type(whole)
-    found: dict[str, dict[str, Any]] = {}
-    for leaf in _leaves(stored):
-        if isinstance(leaf.mark, Variable):
-            value = _stored(attrgetter(leaf.path)(whole))
-            found.setdefault(leaf.mark.group or ROOT, {})[leaf.mark.name] = value
-    return found
-
-
-def stacked_values(parts: Sequence[object]) -> dict[str, dict[str, NDArray[Any]]]:
-    """Return the values of several dataclasses, at least one, which become the first axis."""
-    columns = [values_of(part) for part in parts]
-    return {
-        group: {name: np.stack([np.asarray(column[group][name]) for column in columns]) for name in names}
-        for group, names in columns[0].items()
-    }
-
-
-def to_groups(whole: object, labels: Mapping[str, Any] | None = None) -> dict[str, xr.Dataset]:
-    """Return a dataclass as the groups of its artefact.
-
-    Args:
-        whole: The dataclass.
-        labels: Label coordinates, as xarray takes them, of the groups that have their dimension.
-    """
-    stored: type = type(whole)
-    own = {
-        leaf.mark.name or leaf.mark.along: (leaf.mark.along, list(attrgetter(leaf.path)(whole)))
-        for leaf in _leaves(stored)
-        if isinstance(leaf.mark, Labels)
-    }
-    schema, values = schema_of(stored), values_of(whole)
-    return {group: build_dataset(schema[group], values[group], {**(labels or {}), **own}) for group in schema}
-
-
-def to_dataset(whole: object, labels: Mapping[str, Any] | None = None) -> xr.Dataset:
-    """Return a dataclass as its only group; arguments as of :func:`to_groups`."""
-    (dataset,) = to_groups(whole, labels).values()
-    return dataset
-
-
-def from_groups(
-    stored: type[Stored], groups: Mapping[str, xr.Dataset], given: Mapping[str, Any] | None = None
-) -> Stored:
-    """Rebuild a dataclass from the groups of its artefact.
-
-    Args:
-        stored: The dataclass.
-        groups: Group name -> dataset.
-        given: Values of fields that are not read; of a part's as ``part.name``.
-    """
-    return _rebuilt(stored, groups, given or {}, "", Part())
-
-
-def from_dataset(stored: type[Stored], dataset: xr.Dataset, **given: object) -> Stored:
-    """Rebuild a dataclass from its only group, some fields given."""
-    return from_groups(stored, {group: dataset for group in schema_of(stored)}, given)
-
-
-def from_rows(stored: type[Stored], dataset: xr.Dataset, along: str, **given: Sequence[Any]) -> list[Stored]:
-    """Rebuild the dataclasses that lie along a dimension; the fields that are given, one value a row."""
-    rows = (dataset.isel({along: index}) for index in range(dataset.sizes[along]))
-    return [
-        from_dataset(stored, row, **{name: values[index] for name, values in given.items()})
-        for index, row in enumerate(rows)
-    ]
 
 
 def build_dataset(
@@ -310,14 +194,14 @@ def _known(kind: str) -> Schema:
     return SCHEMAS[kind]
 
 
-def _check_variable(name: str, found: xr.DataArray, expected: Variable) -> None:
-    if tuple(map(str, found.dims)) != expected.dims:
-        raise ValueError(f"{name} has dimensions {found.dims}, expected {expected.dims}")
-    if found.attrs.get("units") != expected.units:
-        raise ValueError(f"{name} has units {found.attrs.get('units')!r}, not {expected.units!r}")
-    is_label = expected.dims == (found.name,)
-    if found.dtype.kind not in (TEXT if expected.text else NUMERIC) and not is_label:
-        raise ValueError(f"{name} holds {found.dtype}, expected {'text' if expected.text else 'numbers'}")
+def _check_variable(name: str, values: xr.DataArray, expected: Variable) -> None:
+    if tuple(map(str, values.dims)) != expected.dims:
+        raise ValueError(f"{name} has dimensions {values.dims}, expected {expected.dims}")
+    if values.attrs.get("units") != expected.units:
+        raise ValueError(f"{name} has units {values.attrs.get('units')!r}, not {expected.units!r}")
+    is_label = expected.dims == (values.name,)
+    if values.dtype.kind not in (TEXT if expected.text else NUMERIC) and not is_label:
+        raise ValueError(f"{name} holds {values.dtype}, expected {'text' if expected.text else 'numbers'}")
 
 
 def _check_parameters(group: str, dataset: xr.Dataset) -> None:
@@ -327,95 +211,3 @@ def _check_parameters(group: str, dataset: xr.Dataset) -> None:
     names = tuple(map(str, dataset[PARAMETER].to_numpy()))
     if names[: len(THETA_NAMES)] != THETA_NAMES:
         raise ValueError(f"group {group!r} has parameters {list(names)}, expected {list(THETA_NAMES)}")
-
-
-@cache
-def _leaves(stored: type) -> tuple[_Leaf, ...]:
-    """Return what is stored of a dataclass and of its parts: fields in order, then properties."""
-    return tuple(leaf for name, hint, mark in _marked(stored) for leaf in _under(name, hint, mark))
-
-
-def _under(name: str, hint: Any, mark: Variable | Labels | Part) -> Iterator[_Leaf]:  # noqa: ANN401
-    if isinstance(mark, Labels):
-        yield _Leaf(name, hint, mark)
-    elif isinstance(mark, Variable):
-        yield _Leaf(name, hint, replace(mark, name=mark.name or name, text=mark.text or _is_text(hint)))
-    else:
-        for leaf in _leaves(hint):
-            placed = mark.place(leaf.mark) if isinstance(leaf.mark, Variable) else leaf.mark
-            yield _Leaf(f"{name}.{leaf.path}", leaf.hint, placed)
-
-
-def _marked(stored: type) -> Iterator[tuple[str, Any, Variable | Labels | Part]]:
-    """Yield name, type and mark of the marked fields and properties of a dataclass."""
-    hints = get_type_hints(stored, include_extras=True)
-    found = {one.name: hints[one.name] for one in fields(cast("Any", stored))}
-    for name, member in vars(stored).items():
-        if isinstance(member, property):
-            found[name] = get_type_hints(member.fget, include_extras=True).get("return")
-    for name, hint in found.items():
-        if get_origin(hint) is Annotated:
-            yield name, get_args(hint)[0], get_args(hint)[1]
-
-
-def _is_text(hint: Any) -> bool:  # noqa: ANN401
-    of_text = get_origin(hint) is Literal and isinstance(get_args(hint)[0], str)
-    return of_text or hint is str or hint == NDArray[np.str_]
-
-
-def _stored(value: Any) -> Any:  # noqa: ANN401
-    """Return a value as HDF5 holds it: truth values as integers."""
-    if isinstance(value, tuple):
-        return list(value)
-    is_truth = isinstance(value, bool) or (isinstance(value, np.ndarray) and value.dtype == np.bool_)
-    return np.asarray(value).astype(np.int8)[()] if is_truth else value
-
-
-def _rebuilt(
-    stored: type[Stored], groups: Mapping[str, xr.Dataset], given: Mapping[str, Any], path: str, part: Part
-) -> Stored:
-    """Rebuild a dataclass whose variables are placed as a part, and whose fields are given by their path."""
-    marks = {name: (hint, mark) for name, hint, mark in _marked(stored)}
-    values = {}
-    for name in (one.name for one in fields(cast("Any", stored))):
-        if (at := f"{path}{name}") in given:
-            values[name] = given[at]
-        elif name in marks:
-            values[name] = _found(name, *marks[name], groups, given, at, part)
-    return stored(**values)
-
-
-def _found(
-    name: str,
-    hint: Any,  # noqa: ANN401
-    mark: Variable | Labels | Part,
-    groups: Mapping[str, xr.Dataset],
-    given: Mapping[str, Any],
-    at: str,
-    part: Part,
-) -> Any:  # noqa: ANN401
-    if isinstance(mark, Part):
-        within = replace(
-            mark, name=part.name.format(mark.name), group=mark.group or part.group, words=part.words
-        )
-        return _rebuilt(hint, groups, given, f"{at}.", within)
-    if isinstance(mark, Labels):
-        dataset = next(one for one in groups.values() if (mark.name or mark.along) in one.coords)
-        return _read(dataset[mark.name or mark.along].to_numpy(), hint)
-    placed = part.place(replace(mark, name=mark.name or name, meaning=""))
-    return _read(groups[placed.group or ROOT][placed.name].to_numpy(), hint)
-
-
-def _read(values: NDArray[Any], hint: Any) -> Any:  # noqa: ANN401
-    """Return values as the type of their field says."""
-    if hint == NDArray[np.bool_]:
-        return values.astype(np.bool_)
-    if hint == NDArray[np.str_]:
-        return values.astype(str)
-    if get_origin(hint) is tuple:
-        return tuple(map(str, values))
-    if hint is bool:
-        return bool(values.item())
-    if _is_text(hint):
-        return str(values.item())
-    return values.item() if hint in (int, float) else values

@@ -11,7 +11,7 @@ from swesbi.checks.calibration.settings import CalibrationSettings
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.settings import EpochStudySettings, PredictiveSettings, RecoverySettings
 from swesbi.measurement.settings import SpeedObservationSettings, SummarySettings
-from swesbi.networks.settings import EstimatorSettings, FlowSettings, ObservationModelSettings
+from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings, SplineSettings
 from swesbi.population.settings import (
     ConditionSettings,
     NullSettings,
@@ -53,7 +53,7 @@ class SpeedExperimentSettings(Settings):
     )
     summary: SummarySettings
     observation_model: SpeedObservationSettings
-    estimator: FlowSettings
+    estimator: SplineSettings
     exact: ExactSettings
     predictive: PredictiveSettings
     misspecification: MisspecificationSettings
@@ -85,6 +85,6 @@ class PopulationExperimentSettings(Settings):
     population: PopulationSettings
     conditions: ConditionSettings
     simulations: PopulationSizes
-    estimator: FlowSettings
+    estimator: SplineSettings
     calibration: FreshCalibrationSettings
     nulls: NullSettings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
@@ -9,6 +10,10 @@ from swesbi.base import Settings
 from swesbi.config.experiments import PopulationExperimentSettings
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
+
+Wildcards = Mapping[str, str]
+EXPERIMENT: Final = "experiment."
+POPULATION: Final = "population."
 
 
 def shard_draws(shard: int, shards: int, draws: int) -> range:
@@ -20,11 +25,6 @@ def shard_draws(shard: int, shards: int, draws: int) -> range:
     if not 0 <= shard < shards:
         raise ValueError(f"shard {shard} does not exist: there are {shards}, numbered from 0")
     return range(shard * draws // shards, (shard + 1) * draws // shards)
-
-
-Wildcards = Mapping[str, str]
-EXPERIMENT: Final = "experiment."
-POPULATION: Final = "population."
 
 
 def value_of(study: Study, wildcards: Wildcards, source: str) -> Any:  # noqa: ANN401
@@ -72,12 +72,10 @@ def _wildcard(wildcards: Wildcards, kind: str) -> str:
 
 
 def _at(section: Settings, path: str) -> Any:  # noqa: ANN401
-    found: Any = section
-    for name in path.split("."):
-        found = getattr(found, name)
-    if isinstance(found, Settings):
-        return found.to_plain()
-    return list(found) if isinstance(found, tuple) else found
+    value = operator.attrgetter(path)(section)
+    if isinstance(value, Settings):
+        return value.to_plain()
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _of_experiment(study: Study, wildcards: Wildcards, path: str) -> Any:  # noqa: ANN401
@@ -105,10 +103,6 @@ def _prior(study: Study, name: str) -> dict[str, Any]:
 
 def _prior_of_experiment(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return _prior(study, _of_experiment(study, wildcards, "prior"))
-
-
-def _reference_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    return _prior(study, study.config.passive_reference_prior)
 
 
 def _joint_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
@@ -190,7 +184,7 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "prior": _prior_of_experiment,
     "prior_of_cmaes": lambda study, _: _prior(study, study.config.cmaes.prior),
     "prior_simulated": lambda study, by: _prior(study, named(study, by, "prior")),
-    "reference_prior": _reference_prior,
+    "reference_prior": lambda study, _: _prior(study, study.config.passive_reference_prior),
     "joint_prior": _joint_prior,
     "model": _model,
     "fresh": _fresh,

@@ -32,7 +32,7 @@ def _line(details: ErrorDetails, model: type[BaseModel]) -> str:
     key = ".".join(map(str, location)) or "(whole file)"
     remedy = _remedy(details, location, model)
     message = details["msg"].removeprefix("Value error, ")
-    shown = "" if _is_container(details["input"]) else f" = {details['input']!r}"
+    shown = "" if isinstance(details["input"], dict | list) else f" = {details['input']!r}"
     return f"{key}{shown}: {message}{'; ' + remedy if remedy else ''}"
 
 
@@ -40,10 +40,6 @@ def _location(parts: Sequence[str | int]) -> list[str | int]:
     """Return the keys as they stand in the file: pydantic puts the kind of an experiment behind its name."""
     keys = [part for part in parts if part != "[key]"]
     return keys[:2] + keys[3:] if keys[:1] == ["experiments"] and len(keys) > 2 else keys
-
-
-def _is_container(value: object) -> bool:
-    return isinstance(value, dict | list)
 
 
 def _remedy(details: ErrorDetails, location: Sequence[str | int], model: type[BaseModel]) -> str:
@@ -62,8 +58,8 @@ def _known_keys(model: type[BaseModel], location: Sequence[str | int]) -> list[s
     """Return the keys that a settings model knows at a location of the file."""
     types: list[Any] = [model]
     for part in location:
-        types = [found for current in types for found in _step(current, part)]
-    return [key for found in types if _is_model(found) for key in found.model_fields]
+        types = [below for current in types for below in _step(current, part)]
+    return [key for current in types if _is_model(current) for key in current.model_fields]
 
 
 def _step(current: Any, part: str | int) -> tuple[Any, ...]:  # noqa: ANN401

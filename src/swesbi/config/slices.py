@@ -98,14 +98,14 @@ def _slice(study: Study, wildcards: Wildcards, stage: str) -> dict[str, Any]:
 
 
 def _fields(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any]:
-    found = {}
-    for part in sources.split():
-        field, _, source = part.rpartition("=")
+    values = {}
+    for assignment in sources.split():
+        field, _, source = assignment.rpartition("=")
         name = source.rsplit(".", maxsplit=1)[-1]
         composed = source == f"stage.{name}"
         value = _slice(study, wildcards, name) if composed else value_of(study, wildcards, source)
-        found[field or name] = value
-    return found
+        values[field or name] = value
+    return values
 
 
 def _discrepancy(study: Study, wildcards: Wildcards) -> dict[str, Any]:

@@ -73,7 +73,7 @@ class Study:
             subject: in_declared_range(row.to_context(), population)
             for subject, row in self.context_rows.items()
         }
-        return {subject: "; ".join(found) for subject, found in problems.items() if found}
+        return {subject: "; ".join(reasons) for subject, reasons in problems.items() if reasons}
 
     def batches(self, subjects: Sequence[str]) -> tuple[tuple[str, ...], ...]:
         """Share subjects out over the jobs that serve a large cohort, in order."""

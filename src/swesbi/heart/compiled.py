@@ -1,4 +1,8 @@
-"""How the numerical functions are compiled: no exceptions, fused multiply-adds, inlined into one loop."""
+"""How the numerical functions are compiled: no exceptions, fused multiply-adds, inlined into one loop.
+
+A branch that raises keeps the compiler from turning the loop over lanes into SIMD code. So division by zero
+gives infinity (``error_model="numpy"``), and what fails is told by its NaN after the beat.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,8 @@ import numba
 P = ParamSpec("P")
 R = TypeVar("R")
 # "contract" allows fused multiply-adds, "nsz" ignores the sign of zero, "arcp" turns division by a
-# common denominator into a product. NaN and infinity keep their meaning: the status relies on them.
+# common denominator into a product. NaN and infinity keep their meaning: the status relies on them, so
+# "fast", which assumes that there are none, is not an option.
 _FAST: set[str] = {"contract", "nsz", "arcp"}
 
 

@@ -15,6 +15,19 @@ from typing import NamedTuple
 
 from swesbi.heart.compiled import equation
 
+# Vertices (e, n_0) of the length dependence of PhysioBlocks 2.0.1's human heart (Inria); flat outside.
+FRANK_STARLING = (
+    (-0.1668, 0.0),
+    (-0.0073, 0.5614),
+    (0.0534, 0.7748),
+    (0.0969, 0.8933),
+    (0.1326, 0.9618),
+    (0.2016, 1.0),
+    (0.4663, 1.0),
+    (0.9187, 0.1075),
+    (1.1762, 0.0),
+)
+
 
 class Options(NamedTuple):
     """Which terms the right-hand side has; constants at compile time."""
@@ -94,20 +107,6 @@ class Flow(NamedTuple):
     pressure: float
     mitral: float
     aortic: float
-
-
-# Vertices (e, n_0) of the length dependence of PhysioBlocks 2.0.1's human heart (Inria); flat outside.
-FRANK_STARLING = (
-    (-0.1668, 0.0),
-    (-0.0073, 0.5614),
-    (0.0534, 0.7748),
-    (0.0969, 0.8933),
-    (0.1326, 0.9618),
-    (0.2016, 1.0),
-    (0.4663, 1.0),
-    (0.9187, 0.1075),
-    (1.1762, 0.0),
-)
 
 
 @equation

@@ -1,4 +1,9 @@
-"""Many simulations side by side: Runge-Kutta steps over SIMD lanes, refilled as lanes become periodic."""
+"""Many simulations side by side: Runge-Kutta steps of one beat over SIMD lanes.
+
+The lanes of a block lie next to each other in memory, variable by variable, and all take the same steps: the
+innermost loop has no branch that depends on a simulation, so the compiler makes one instruction of several
+lanes. A simulation is never stopped within a beat; the caller fills the places of those that are periodic.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +11,11 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
+from swesbi.arrays import FloatArray
 from swesbi.heart.compiled import equation, kernel, source_key
 from swesbi.heart.equations import Drive, Flow, Options, Parameters, State, Theta, cavity, right_hand_side
 
-Array = NDArray[np.float64]
+# Of double precision: two registers of 512 bits, or four of 256, so that one works while another waits.
 LANES: Final = 16
 STATES: Final = 8
 # Recorded: displacement, active stiffness, arterial and ventricular pressure, mitral and aortic flow,
@@ -97,6 +100,7 @@ def runge_kutta_step(
     x: State, h: float, start: Drive, middle: Drive, end: Drive, theta: Theta, p: Parameters, o: Options
 ) -> tuple[State, Flow]:
     """Return the state after a classical Runge-Kutta step of length h, and the flows at its start."""
+    # Wall inertia divides by the time since the step began, which is zero at its start: a thousandth instead.
     k1, q1 = right_hand_side(x, 1e-3 * h, start, theta, p, o)
     k2, q2 = right_hand_side(moved(x, 0.5 * h, k1), 0.5 * h, middle, theta, p, o)
     k3, q3 = right_hand_side(moved(x, 0.5 * h, k2), 0.5 * h, middle, theta, p, o)
@@ -112,20 +116,28 @@ def runge_kutta_step(
 
 
 @equation
-def drive_at(drives: Array, row: int) -> Drive:
+def drive_at(drives: FloatArray, row: int) -> Drive:
     """Return what is prescribed at one half step."""
     return Drive(drives[row, 0], drives[row, 1], drives[row, 2], drives[row, 3], drives[row, 4])
 
 
 @lru_cache(maxsize=64)
-def beat_kernel(options: Options) -> Callable[[Array, Array, Parameters, Array, float, int, Array], None]:
+def beat_kernel(
+    options: Options,
+) -> Callable[[FloatArray, FloatArray, Parameters, FloatArray, float, int, FloatArray], None]:
     """Return the compiled loop that advances blocks of ``LANES`` simulations by one beat."""
     o = options
     key = source_key()
 
     @kernel
     def advance_beat(
-        x: Array, theta: Array, p: Parameters, drives: Array, h: float, stride: int, record: Array
+        x: FloatArray,
+        theta: FloatArray,
+        p: Parameters,
+        drives: FloatArray,
+        h: float,
+        stride: int,
+        record: FloatArray,
     ) -> None:
         """Advance ``x`` (blocks, STATES * LANES) in place by a beat of steps ``h`` under ``theta``.
 
@@ -135,11 +147,12 @@ def beat_kernel(options: Options) -> Callable[[Array, Array, Parameters, Array, 
         scratch = record.shape[1] - 1
         for block in range(x.shape[0]):
             state = x[block]
-            own = theta[block]
+            rates = theta[block]
             for step in range((drives.shape[0] - 1) // 2):
                 start = drive_at(drives, 2 * step)
                 middle = drive_at(drives, 2 * step + 1)
                 end = drive_at(drives, 2 * step + 2)
+                # A scratch row instead of a condition: the loop over lanes writes without a branch.
                 row = record[block, step // stride if step % stride == 0 else scratch]
                 for lane in range(LANES if key >= 0 else 0):  # the key is part of what the cache compares
                     before = State(
@@ -152,8 +165,8 @@ def beat_kernel(options: Options) -> Callable[[Array, Array, Parameters, Array, 
                         state[6 * LANES + lane],
                         state[7 * LANES + lane],
                     )
-                    rates = Theta(own[lane], own[LANES + lane], own[2 * LANES + lane])
-                    after, flow = runge_kutta_step(before, h, start, middle, end, rates, p, o)
+                    lane_theta = Theta(rates[lane], rates[LANES + lane], rates[2 * LANES + lane])
+                    after, flow = runge_kutta_step(before, h, start, middle, end, lane_theta, p, o)
                     row[lane] = before.displacement
                     row[LANES + lane] = before.active_stiffness
                     row[2 * LANES + lane] = before.arterial_pressure

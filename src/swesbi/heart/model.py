@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.heart.equations import Options, Parameters
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.parameters import K_0, K_ATP
-
-Array = NDArray[np.float64]
 
 
 def activation_duration_s(period_s: float, settings: ForwardModelSettings) -> float:
@@ -21,7 +19,7 @@ def activation_duration_s(period_s: float, settings: ForwardModelSettings) -> fl
     return float(settings.activation_duration_s * np.sqrt(ratio))
 
 
-def activation(time_s: Array, period_s: float, settings: ForwardModelSettings) -> Array:
+def activation(time_s: FloatArray, period_s: float, settings: ForwardModelSettings) -> FloatArray:
     """Return the activation s(t) in [0, 1] at times after the R peak, repeated with the period.
 
     s = 1/2 [tanh(2 (t - t_on) / w) - tanh(2 (t - t_on - D_T) / w)].
@@ -35,7 +33,7 @@ def activation(time_s: Array, period_s: float, settings: ForwardModelSettings) -
     return total
 
 
-def attained_share(k_atp_per_s: Array, duration_s: float) -> Array:
+def attained_share(k_atp_per_s: FloatArray, duration_s: float) -> FloatArray:
     """Return 1 - exp(-k_ATP D_T): the share of k_0 that the stiffness attains, at constant length.
 
     The solution of the bond kinetics k_c' = k_ATP (k_0 - k_c) from rest (Chapelle et al. 2012).
@@ -43,7 +41,7 @@ def attained_share(k_atp_per_s: Array, duration_s: float) -> Array:
     return np.asarray(-np.expm1(-k_atp_per_s * duration_s))
 
 
-def attained_stiffness_kpa(parameters: Array, duration_s: float) -> Array:
+def attained_stiffness_kpa(parameters: FloatArray, duration_s: float) -> FloatArray:
     """Return k_0 (1 - exp(-k_ATP D_T)) in kPa, shape (n,), of theta (n, 3) or phi (n, 4)."""
     return np.asarray(parameters[:, K_0] * attained_share(parameters[:, K_ATP], duration_s))
 
@@ -58,15 +56,20 @@ class Model:
 
     options: Options
     parameters: Parameters
-    drives: Array
+    drives: FloatArray
     step_s: float
     stride: int
-    start: Array
+    start: FloatArray
 
     @property
     def samples(self) -> int:
         """Number of recorded points of a beat."""
         return self.steps // self.stride
+
+    @property
+    def cycle_phase(self) -> FloatArray:
+        """Recorded points of the beat as fractions of it, uniform from the R peak; shape (samples,)."""
+        return np.asarray(np.arange(self.samples) / self.samples)
 
     @property
     def steps(self) -> int:
@@ -146,7 +149,7 @@ def build_model(context: Context, settings: ForwardModelSettings, refinement: in
     return Model(options, parameters, drives, context.period_s / steps, stride, start)
 
 
-def cavity_volume(stretch: Array, model: Model) -> Array:
+def cavity_volume(stretch: FloatArray, model: Model) -> FloatArray:
     """Return the cavity volume (m3) at these stretches; negative where the wall has closed the cavity.
 
     The formula of :func:`~swesbi.heart.equations.cavity`, which the compiled loop takes in an order
@@ -155,11 +158,11 @@ def cavity_volume(stretch: Array, model: Model) -> Array:
     p = model.parameters
     delta = 0.0 if model.options.thin_wall else p.thickness / p.radius
     inner = p.radius * (stretch - 0.5 * delta / stretch**2)
-    volume: Array = 4.0 / 3.0 * np.pi * inner**3
+    volume: FloatArray = 4.0 / 3.0 * np.pi * inner**3
     return volume
 
 
-def total_volume(x: Array, model: Model) -> Array:
+def total_volume(x: FloatArray, model: Model) -> FloatArray:
     """Return the stressed volume (m3) of states (n, 8): cavity, systemic, pulmonary and proximal."""
     p = model.parameters
     volume = cavity_volume(1.0 + x[:, 0] / p.radius, model) + p.c_systemic * x[:, 3] + p.c_pulmonary * x[:, 4]

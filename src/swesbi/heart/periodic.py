@@ -10,10 +10,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.heart.kernel import LANES, RECORDS, STATES, beat_kernel
 from swesbi.heart.model import Model, total_volume
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 # A simulation that is not periodic after as many extrapolated beats runs again, beat after beat.
 EXTRAPOLATED_BEATS: Final = 15
@@ -38,17 +38,17 @@ class Records:
     Fewer records than ``RECORDS`` where not all were asked for.
     """
 
-    values: Array
+    values: FloatArray
     status: NDArray[np.int8]
-    beats: NDArray[np.int64]
+    beats: IntArray
 
 
-def record_buffer(n: int, model: Model) -> Array:
+def record_buffer(n: int, model: Model) -> FloatArray:
     """Return room for the records of a beat of ``n`` simulations, as the loop writes them."""
     return np.empty((-(-n // LANES), model.samples + 1, RECORDS * LANES))
 
 
-def advance(x: Array, theta: Array, model: Model) -> tuple[Array, Array]:
+def advance(x: FloatArray, theta: FloatArray, model: Model) -> tuple[FloatArray, FloatArray]:
     """Return the states (n, STATES) one beat after ``x`` and the beat's records (RECORDS, n, M)."""
     buffer = record_buffer(x.shape[0], model)
     after = _advance(x, theta, model, buffer)
@@ -56,32 +56,32 @@ def advance(x: Array, theta: Array, model: Model) -> tuple[Array, Array]:
     return after, np.stack([_recorded(buffer, record, rows, model) for record in ALL_RECORDS])
 
 
-def _advance(x: Array, theta: Array, model: Model, buffer: Array) -> Array:
+def _advance(x: FloatArray, theta: FloatArray, model: Model, buffer: FloatArray) -> FloatArray:
     """Return the states a beat later; the last block is filled up with copies of the last simulation."""
     n = x.shape[0]
     blocks = -(-n // LANES)
     rows = np.minimum(np.arange(blocks * LANES), n - 1)
     state = lane_blocks(x[rows], blocks)
     run = beat_kernel(model.options)
-    own = lane_blocks(theta[rows], blocks)
-    run(state, own, model.parameters, model.drives, model.step_s, model.stride, buffer)
+    rates = lane_blocks(theta[rows], blocks)
+    run(state, rates, model.parameters, model.drives, model.step_s, model.stride, buffer)
     return state.reshape(blocks, STATES, LANES).transpose(0, 2, 1).reshape(-1, STATES)[:n]
 
 
-def _recorded(buffer: Array, record: int, rows: Index, model: Model) -> Array:
+def _recorded(buffer: FloatArray, record: int, rows: Index, model: Model) -> FloatArray:
     """Return one record (rows, M) of these simulations."""
     by_lane = buffer.reshape(buffer.shape[0], model.samples + 1, RECORDS, LANES)
-    found: Array = by_lane[rows // LANES, :-1, record, rows % LANES]
-    return found
+    curves: FloatArray = by_lane[rows // LANES, :-1, record, rows % LANES]
+    return curves
 
 
-def lane_blocks(values: Array, blocks: int) -> Array:
+def lane_blocks(values: FloatArray, blocks: int) -> FloatArray:
     """Return rows (blocks * LANES, width) as the loop takes them: (blocks, width * LANES), lane by lane."""
     width = values.shape[1]
     return np.ascontiguousarray(values.reshape(blocks, LANES, width).transpose(0, 2, 1)).reshape(blocks, -1)
 
 
-def state_scale(model: Model) -> Array:
+def state_scale(model: Model) -> FloatArray:
     """Return what a relative change of each state variable refers to (8,).
 
     Stretch 1 and the arterial pressure, stress and stiffness of the heart at work; a pulmonary pressure
@@ -94,7 +94,7 @@ def state_scale(model: Model) -> Array:
     return np.array([p.radius, p.sigma_0, p.sigma_0, pressure, volume / p.c_pulmonary, flow, flow, pressure])
 
 
-def with_total_volume(x: Array, total: float, model: Model) -> Array:
+def with_total_volume(x: FloatArray, total: float, model: Model) -> FloatArray:
     """Return states (n, 8) whose pulmonary pressure gives the closed loop its stressed volume again.
 
     The loop neither gains nor loses blood: V + C_s P_s + C_pul P_pul (+ C_p P_p) is invariant.
@@ -114,36 +114,40 @@ class Extrapolation:
     memory suffices.
     """
 
-    def __init__(self, scale: Array, memory: int) -> None:
+    def __init__(self, scale: FloatArray, memory: int) -> None:
         self.scale = scale
         self.memory = memory
-        self.images: list[Array] = []
-        self.residuals: list[Array] = []
+        self.images: list[FloatArray] = []
+        self.residuals: list[FloatArray] = []
 
-    def keep(self, rows: NDArray[np.bool_]) -> None:
+    def keep(self, rows: BoolArray) -> None:
         """Forget the simulations that are not in ``rows``."""
         self.images = [image[rows] for image in self.images]
         self.residuals = [residual[rows] for residual in self.residuals]
 
-    def next(self, x: Array, image: Array) -> Array:
+    def next(self, x: FloatArray, image: FloatArray) -> FloatArray:
         """Return the state from which to run the next beat, given that ``x`` led to ``image``."""
         self.images = [*self.images, image / self.scale][-self.memory - 1 :]
         self.residuals = [*self.residuals, (image - x) / self.scale][-self.memory - 1 :]
         if len(self.images) < 2:
             return image
+        # Differences of successive beats span the modes that decay slowly; their combination of the smallest
+        # residual (least squares) leads past the beats in between.
         f = np.diff(np.stack(self.residuals, axis=-1), axis=-1)
         g = np.diff(np.stack(self.images, axis=-1), axis=-1)
         gram = np.einsum("nij,nik->njk", f, f)
+        # Late beats hardly differ, so the equations are close to singular; the ridge bounds the weights.
         ridge = 1e-8 * np.trace(gram, axis1=1, axis2=2)[:, None, None] + 1e-300
         right = np.einsum("nij,ni->nj", f, self.residuals[-1])
         weights = np.linalg.solve(gram + ridge * np.eye(f.shape[2]), right[..., None])
-        extrapolated: Array = (self.images[-1] - (g @ weights)[..., 0]) * self.scale
+        extrapolated: FloatArray = (self.images[-1] - (g @ weights)[..., 0]) * self.scale
+        # A combination of states need not be a state: stiffness, stress and flows are never negative.
         extrapolated[:, NEVER_NEGATIVE] = np.maximum(extrapolated[:, NEVER_NEGATIVE], 0.0)
         return extrapolated
 
 
 def run_to_periodic(
-    theta: Array,
+    theta: FloatArray,
     model: Model,
     tolerance: float,
     maximum_beats: int,
@@ -174,7 +178,7 @@ def run_to_periodic(
 
 def _run(
     rows: Index,
-    theta: Array,
+    theta: FloatArray,
     model: Model,
     tolerance: float,
     maximum_beats: int,
@@ -202,10 +206,12 @@ def _run(
         going = finite & ~done
         if not going.any():
             return
+        # Finished simulations leave, and the others close up: blocks stay full of work.
         rows = rows[going]
         x, after = x[going], after[going]
         if memory > 0:
             extrapolation.keep(going)
+            # The volumes need not sum to the blood in the loop any more, which no later beat would correct.
             x = with_total_volume(extrapolation.next(x, after), total, model)
         else:
             x = after

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context, check_ranges
 from swesbi.heart.kernel import ACTIVE_STIFFNESS, DISPLACEMENT, VENTRICULAR_PRESSURE
 from swesbi.heart.model import Model, build_model, cavity_volume
@@ -17,7 +18,6 @@ from swesbi.heart.periodic import ALL_RECORDS, Records, Status, run_to_periodic
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
 
-Array = NDArray[np.float64]
 PA_PER_MMHG: Final = 133.322387415
 ML_PER_M3: Final = 1e6
 # Outside these a periodic beat means nothing: the wall stretched or compressed beyond twofold, no cavity
@@ -27,6 +27,10 @@ PRESSURE_RANGE_PA: Final = (-1.0e4, 1.0e5)
 # Records behind ``ActiveBeats``, in the order that ``active_beats_of`` takes.
 ACTIVE_RECORDS: Final = (DISPLACEMENT, ACTIVE_STIFFNESS, VENTRICULAR_PRESSURE)
 _NOT_CURVES: Final = ("cycle_phase", "status", "beats")
+# How many times more steps a simulation gets that fails at the shipped step.
+REFINEMENT: Final = 4
+# Simulations advanced together; their records stay in the processor's cache. No effect on the result.
+CHUNK: Final = 128
 
 
 @dataclass(frozen=True)
@@ -36,31 +40,31 @@ class Beats:
     Rows whose ``status`` is not ``Status.PERIODIC`` hold NaN.
     """
 
-    cycle_phase: Array
-    active_stiffness_kpa: Array
-    stretch: Array
-    volume_ml: Array
-    ventricular_pressure_mmhg: Array
-    arterial_pressure_mmhg: Array
-    aortic_flow_ml_s: Array
-    mitral_flow_ml_s: Array
+    cycle_phase: FloatArray
+    active_stiffness_kpa: FloatArray
+    stretch: FloatArray
+    volume_ml: FloatArray
+    ventricular_pressure_mmhg: FloatArray
+    arterial_pressure_mmhg: FloatArray
+    aortic_flow_ml_s: FloatArray
+    mitral_flow_ml_s: FloatArray
     status: NDArray[np.int8]
-    beats: NDArray[np.int64]
+    beats: IntArray
 
     @property
-    def end_diastolic_volume_ml(self) -> Array:
+    def end_diastolic_volume_ml(self) -> FloatArray:
         """Largest volume of the beat (n,)."""
-        volume: Array = self.volume_ml.max(axis=1)
+        volume: FloatArray = self.volume_ml.max(axis=1)
         return volume
 
     @property
-    def end_systolic_volume_ml(self) -> Array:
+    def end_systolic_volume_ml(self) -> FloatArray:
         """Smallest volume of the beat (n,)."""
-        volume: Array = self.volume_ml.min(axis=1)
+        volume: FloatArray = self.volume_ml.min(axis=1)
         return volume
 
     @property
-    def ejection_fraction(self) -> Array:
+    def ejection_fraction(self) -> FloatArray:
         """(EDV - ESV) / EDV (n,)."""
         return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
 
@@ -69,8 +73,8 @@ class Beats:
 class ActiveBeats:
     """What a likelihood of stiffness needs of the last beat of n simulations; as in :class:`Beats`."""
 
-    cycle_phase: Array
-    active_stiffness_kpa: Array
+    cycle_phase: FloatArray
+    active_stiffness_kpa: FloatArray
     status: NDArray[np.int8]
 
 
@@ -84,7 +88,7 @@ def beats_of(records: Records, model: Model) -> Beats:
     )
     outside = (records.status == Status.PERIODIC) & ~inside
     beats = Beats(
-        cycle_phase=np.arange(model.samples) / model.samples,
+        cycle_phase=model.cycle_phase,
         active_stiffness_kpa=1e-3 * stiffness,
         stretch=stretch,
         volume_ml=ML_PER_M3 * volume,
@@ -115,41 +119,34 @@ def active_beats_of(records: Records, model: Model) -> ActiveBeats:
     active = 1e-3 * stiffness
     active[outside] = np.nan
     status = np.where(outside, np.int8(Status.OUT_OF_RANGE), records.status).astype(np.int8)
-    return ActiveBeats(np.arange(model.samples) / model.samples, active, status)
+    return ActiveBeats(model.cycle_phase, active, status)
 
 
 def empty_beats(n: int, model: Model) -> Beats:
     """Return room for ``n`` simulations."""
-    phase = np.arange(model.samples) / model.samples
     names = (field.name for field in fields(Beats))
     curves = {name: np.empty((n, model.samples)) for name in names if name not in _NOT_CURVES}
-    return Beats(phase, **curves, status=np.empty(n, np.int8), beats=np.empty(n, np.int64))
+    return Beats(model.cycle_phase, **curves, status=np.empty(n, np.int8), beats=np.empty(n, np.int64))
 
 
-def place(part: Beats, rows: slice, whole: Beats) -> None:
-    """Write the simulations of ``part`` to these rows of ``whole``."""
+def place(chunk: Beats, rows: slice, whole: Beats) -> None:
+    """Write the simulations of ``chunk`` to these rows of ``whole``."""
     for name, curves in _curves(whole).items():
-        curves[rows] = getattr(part, name)
-    whole.status[rows] = part.status
-    whole.beats[rows] = part.beats
+        curves[rows] = getattr(chunk, name)
+    whole.status[rows] = chunk.status
+    whole.beats[rows] = chunk.beats
 
 
-def _curves(beats: Beats) -> dict[str, Array]:
+def _curves(beats: Beats) -> dict[str, FloatArray]:
     return {f.name: getattr(beats, f.name) for f in fields(beats) if f.name not in _NOT_CURVES}
 
 
-def _within(curves: Array, limits: tuple[float, float]) -> NDArray[np.bool_]:
-    inside: NDArray[np.bool_] = (curves.min(axis=1) > limits[0]) & (curves.max(axis=1) < limits[1])
+def _within(curves: FloatArray, limits: tuple[float, float]) -> BoolArray:
+    inside: BoolArray = (curves.min(axis=1) > limits[0]) & (curves.max(axis=1) < limits[1])
     return inside
 
 
-# How many times more steps a simulation gets that fails at the shipped step.
-REFINEMENT: Final = 4
-# Simulations advanced together; their records stay in the processor's cache. No effect on the result.
-CHUNK: Final = 128
-
-
-def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> Beats:
+def simulate(theta: FloatArray, context: Context, settings: ForwardModelSettings) -> Beats:
     """Simulate beats until they repeat themselves and return the last one.
 
     A simulation's result depends on its own theta alone, not on the others it is run with.
@@ -162,7 +159,8 @@ def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> 
     Raises:
         ValueError: theta or the context is not finite or outside the declared ranges.
     """
-    theta = _checked(theta, context)
+    theta = _checked_theta(theta)
+    check_ranges(context)
     model = _model(context, settings)
     beats = empty_beats(len(theta), model)
     for rows, records in _chunks(theta, context, settings, ALL_RECORDS):
@@ -170,7 +168,7 @@ def simulate(theta: Array, context: Context, settings: ForwardModelSettings) -> 
     return beats
 
 
-def simulate_active(theta: Array, context: Context, settings: ForwardModelSettings) -> ActiveBeats:
+def simulate_active(theta: FloatArray, context: Context, settings: ForwardModelSettings) -> ActiveBeats:
     """Simulate beats as :func:`simulate` does and return the active stiffness alone, which is faster.
 
     Args:
@@ -181,18 +179,19 @@ def simulate_active(theta: Array, context: Context, settings: ForwardModelSettin
     Raises:
         ValueError: theta or the context is not finite or outside the declared ranges.
     """
-    theta = _checked(theta, context)
+    theta = _checked_theta(theta)
+    check_ranges(context)
     model = _model(context, settings)
     stiffness, status = np.empty((len(theta), model.samples)), np.empty(len(theta), np.int8)
-    beats = ActiveBeats(np.arange(model.samples) / model.samples, stiffness, status)
+    beats = ActiveBeats(model.cycle_phase, stiffness, status)
     for rows, records in _chunks(theta, context, settings, ACTIVE_RECORDS):
-        part = active_beats_of(records, model)
-        stiffness[rows], status[rows] = part.active_stiffness_kpa, part.status
+        chunk = active_beats_of(records, model)
+        stiffness[rows], status[rows] = chunk.active_stiffness_kpa, chunk.status
     return beats
 
 
 def _chunks(
-    theta: Array, context: Context, settings: ForwardModelSettings, kept: Sequence[int]
+    theta: FloatArray, context: Context, settings: ForwardModelSettings, kept: Sequence[int]
 ) -> Iterator[tuple[slice, Records]]:
     """Yield the rows of each chunk with their records."""
     si = theta * np.array([1e3, 1.0, 1.0])
@@ -208,7 +207,7 @@ def _model(context: Context, settings: ForwardModelSettings, refinement: int = 1
 
 
 def _converged(
-    theta: Array, model: Model, context: Context, settings: ForwardModelSettings, kept: Sequence[int]
+    theta: FloatArray, model: Model, context: Context, settings: ForwardModelSettings, kept: Sequence[int]
 ) -> Records:
     """Return the records at the shipped step; what fails there, where the wall is stiff, at a finer one."""
     limits = (settings.periodicity_tolerance, settings.maximum_beats, settings.extrapolation_memory)
@@ -222,13 +221,7 @@ def _converged(
     return records
 
 
-def _checked(theta: Array, context: Context) -> Array:
-    theta = _checked_theta(theta)
-    check_ranges(context)
-    return theta
-
-
-def _checked_theta(theta: Array) -> Array:
+def _checked_theta(theta: FloatArray) -> FloatArray:
     theta = np.asarray(theta, dtype=np.float64)
     if theta.ndim != 2 or theta.shape[1] != len(THETA_NAMES) or theta.shape[0] == 0:
         raise ValueError(f"theta has shape {theta.shape}; expected (n, 3) with n >= 1, columns {THETA_NAMES}")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.base import Settings
 from swesbi.heart.model import activation_duration_s
 from swesbi.heart.periodic import Status
@@ -23,8 +23,6 @@ from swesbi.measurement.speeds import (
 )
 from swesbi.parameters import OF_THETA, SCALE
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
-
-FloatArray = NDArray[np.float64]
 
 
 def log_speed_sd(
@@ -151,8 +149,8 @@ def speed_model(recording: SpeedRecording, settings: SpeedModelSettings) -> Spee
 
 
 @dataclass
-class RememberingModel:
-    """The model of a recording, with the prediction for the array of draws that it saw last."""
+class CachedModel:
+    """The model of a recording, which keeps the prediction for the array of draws that it saw last."""
 
     model: SpeedModel
     _last: tuple[FloatArray, PredictedSpeeds] | None = field(default=None, init=False)
@@ -169,7 +167,7 @@ class RememberingModel:
         return log_likelihood(predicted, self.model.recording, self.model.settings.discrepancy)
 
     def predict(self, phi: FloatArray) -> PredictedSpeeds:
-        """Return the noiseless log speeds of phi (n, 4), remembered if it is the very array seen last."""
+        """Return the noiseless log speeds of phi (n, 4), cached if it is the very array seen last."""
         if self._last is not None and self._last[0] is phi:
             return self._last[1]
         return self.model.predict(phi)

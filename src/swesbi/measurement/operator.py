@@ -1,7 +1,7 @@
 """From a simulated beat to the curve that elastography would show: active part, passive baseline, total.
 
-It is small in systole, where the wall is short, and grows with stretch; exponential laws of this kind are
-usual for passive myocardium (Fung). The stretch is that of one reference beat in the subject's context.
+The passive baseline is small in systole, where the wall is short, and grows with stretch; exponential laws of
+this kind are usual for passive myocardium (Fung). The stretch is that of one reference beat of the subject.
 
 Total stiffness is E_sim = E_pass + E_act (paper, Eq. 3). It is taken at the subject's own measured
 phases and interpolated from them, as the observed curve is.
@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.artefacts import Variable, from_dataset, load, register, schema_of
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.recording.phases import sample_cycle, to_grid
@@ -25,11 +25,12 @@ if TYPE_CHECKING:
     from swesbi.heart.simulate import Beats
     from swesbi.recording.observation import Observation
 
-FloatArray = NDArray[np.float64]
 StiffnessMap = Callable[[FloatArray], FloatArray]
-SERIES_MODULUS_KPA: Final = (
-    300.0  # chosen: several times the peaks of the study, so that the map bends them only
-)
+# Chosen: several times the peaks of the study, so that the map bends them only.
+SERIES_MODULUS_KPA: Final = 300.0
+PERIODIC = 0  # Status.PERIODIC of the forward model, which need not be compiled for this
+ActiveCycles: TypeAlias = "Beats | tuple[FloatArray, FloatArray]"
+"""Simulated beats, or their cycle phases (M,) and active stiffness (n, M) in kPa."""
 
 
 def identity(active_stiffness_kpa: FloatArray) -> FloatArray:
@@ -73,9 +74,6 @@ def active_stiffness_map(name: str) -> StiffnessMap:
     return ACTIVE_STIFFNESS_MAPS[name]
 
 
-PERIODIC = 0  # Status.PERIODIC of the forward model, which need not be compiled for this
-
-
 class PassiveCalibrationError(ValueError):
     """The passive baseline cannot be calibrated; the message says why and what to do."""
 
@@ -102,7 +100,7 @@ def passive_shape(stretch: FloatArray, exponent_b: float) -> FloatArray:
 
 
 def passive_scale(
-    observed_kpa: FloatArray, active_kpa: FloatArray, shape: FloatArray, window: NDArray[np.bool_]
+    observed_kpa: FloatArray, active_kpa: FloatArray, shape: FloatArray, window: BoolArray
 ) -> FloatArray:
     """Return the scale a that makes passive plus active stiffness meet the observed mean in a window.
 
@@ -119,7 +117,7 @@ def passive_scale(
     return np.asarray(excess / shape[window].mean())
 
 
-def late_diastolic(observation: Observation, settings: PassiveSettings) -> NDArray[np.bool_]:
+def late_diastolic(observation: Observation, settings: PassiveSettings) -> BoolArray:
     """Return which phases are measured and lie in the late-diastolic window; shape (P,)."""
     low, high = settings.late_diastolic_window
     return observation.measured & (observation.phase >= low) & (observation.phase <= high)
@@ -164,9 +162,7 @@ def calibrate_passive(
     )
 
 
-def _check_inputs(
-    subject: str, reference: Beats, window: NDArray[np.bool_], settings: PassiveSettings
-) -> None:
+def _check_inputs(subject: str, reference: Beats, window: BoolArray, settings: PassiveSettings) -> None:
     if len(reference.status) != 1 or reference.status[0] != PERIODIC:
         raise PassiveCalibrationError(
             f"subject {subject}: the reference beat did not become periodic; check the subject's context "
@@ -178,10 +174,6 @@ def _check_inputs(
             f"subject {subject}: no measured phase lies in the late-diastolic window [{low:g}, {high:g}]; "
             "widen passive.late_diastolic_window"
         )
-
-
-ActiveCycles: TypeAlias = "Beats | tuple[FloatArray, FloatArray]"
-"""Simulated beats, or their cycle phases (M,) and active stiffness (n, M) in kPa."""
 
 
 def total_cycle(active: ActiveCycles, passive: PassiveBaseline, settings: MeasurementSettings) -> FloatArray:

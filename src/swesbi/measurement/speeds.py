@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
@@ -18,7 +19,7 @@ from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle, slope_cycle
 from swesbi.recording.speed import NoiseComponents, squared_speed_m2_s2
 
-FloatArray = NDArray[np.float64]
+LEAST_STIFFNESS_KPA: Final = 1e-3  # the spline through a cycle near zero may dip below it
 
 
 @dataclass(frozen=True)
@@ -59,9 +60,6 @@ def measured_speeds(observation: Observation, noise: NoiseComponents | None = No
         speed_m_s=observation.speed_m_s[measured],
         relative_se=relative_se(observation.samples_by_repeat[measured], components),
     )
-
-
-LEAST_STIFFNESS_KPA: Final = 1e-3  # the spline through a cycle near zero may dip below it
 
 
 @dataclass(frozen=True)

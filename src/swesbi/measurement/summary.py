@@ -11,19 +11,19 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.measurement.settings import SCALARS, SummarySettings, summary_names
 from swesbi.recording.phases import analysis_grid
 
-FloatArray = NDArray[np.float64]
+CHUNK: Final = 2048  # rows; keeps the work arrays within the processor's cache
 
 
 @dataclass(frozen=True)
 class Peak:
     """The peak of n curves: largest grid value, its index, and the refined phase; each of shape (n,)."""
 
-    index: NDArray[np.int64]
+    index: IntArray
     phase: FloatArray
     height: FloatArray
 
@@ -73,9 +73,7 @@ def first_crossing_after(grid: FloatArray, curves: FloatArray, peak: Peak, level
     return np.where(below.any(axis=1), np.maximum(crossed, peak.phase), grid[-1])
 
 
-def _interpolate(
-    grid: FloatArray, curves: FloatArray, level: FloatArray, start: NDArray[np.int64]
-) -> FloatArray:
+def _interpolate(grid: FloatArray, curves: FloatArray, level: FloatArray, start: IntArray) -> FloatArray:
     rows = np.arange(len(curves))
     before, after = curves[rows, start], curves[rows, start + 1]
     change = np.where(after == before, 1.0, after - before)
@@ -83,13 +81,11 @@ def _interpolate(
     return np.asarray(grid[start] + fraction * (grid[1] - grid[0]))
 
 
-CHUNK: Final = 2048  # rows; keeps the work arrays within the processor's cache
-
-
 def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
     """Return the features x = S(E) of stiffness curves (paper, Eq. 4).
 
-    Every feature depends continuously on a curve with one peak; see ``crossings`` for levels never crossed.
+    Every feature depends continuously on a curve with one peak; a level never crossed
+    counts as crossed at an end of the cycle.
 
     Args:
         curves: Stiffness in kPa on the analysis grid; shape (n, G).
@@ -105,11 +101,11 @@ def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
         raise ValueError(f"curves must be finite, of shape (n, grid); got shape {curves.shape} or NaN in it")
     features = np.empty((len(curves), len(summary_names(settings))))
     for start in range(0, len(curves), CHUNK):
-        part = np.asarray(curves[start : start + CHUNK], dtype=np.float64)
-        scalars = _scalars(part, settings)
+        chunk = np.asarray(curves[start : start + CHUNK], dtype=np.float64)
+        scalars = _scalars(chunk, settings)
         features[start : start + CHUNK, : len(SCALARS)] = np.stack(scalars, axis=1)
         if settings.use_trajectory:
-            features[start : start + CHUNK, len(SCALARS) :] = _resample(part, settings.trajectory_points)
+            features[start : start + CHUNK, len(SCALARS) :] = _resample(chunk, settings.trajectory_points)
     return features
 
 
@@ -159,7 +155,7 @@ def _resample(curves: FloatArray, points: int) -> FloatArray:
     return np.asarray((1.0 - fraction) * curves[:, start] + fraction * curves[:, start + 1])
 
 
-def _within(grid: FloatArray, window: tuple[float, float]) -> NDArray[np.bool_]:
+def _within(grid: FloatArray, window: tuple[float, float]) -> BoolArray:
     inside = (grid >= window[0]) & (grid <= window[1])
     if not inside.any():
         raise ValueError(f"baseline_window {list(window)} holds no point of a grid of {len(grid)}; widen it")

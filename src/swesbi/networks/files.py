@@ -21,6 +21,12 @@ from swesbi.parameters import THETA_NAMES
 
 METADATA: Final = "metadata"
 DTYPES: Final = (torch.float32, torch.float64, torch.int64, torch.int32, torch.uint8, torch.bool)
+Content = TypeVar("Content")
+COMMENT_LENGTH: Final = slice(-2, None)
+"""The last two bytes of a zip archive without a comment: the length of the comment."""
+NOT_PLAIN: Final = (*UNREADABLE, EOFError, pickle.UnpicklingError, zipfile.BadZipFile)
+EpochNumber = Annotated[int, Field(ge=1)]
+Loss = Annotated[float, Field(allow_inf_nan=True)]
 
 
 def check_plain(content: object) -> Mapping[str, Any]:
@@ -64,12 +70,6 @@ def _check_tensors(name: str, value: object) -> None:
         raise ValueError(f"{name!r} is no dense tensor of numbers")
     if not bool(torch.isfinite(value).all()):
         raise ValueError(f"{name!r} holds numbers that are not finite")
-
-
-Content = TypeVar("Content")
-COMMENT_LENGTH: Final = slice(-2, None)
-"""The last two bytes of a zip archive without a comment: the length of the comment."""
-NOT_PLAIN: Final = (*UNREADABLE, EOFError, pickle.UnpicklingError, zipfile.BadZipFile)
 
 
 def write_plain(path: Path, content: Mapping[str, Any]) -> None:
@@ -149,10 +149,6 @@ def _guarded(path: Path, kind: str, read: Callable[[], Content]) -> Content:
         ) from error
 
 
-Epoch = Annotated[int, Field(ge=1)]
-Loss = Annotated[float, Field(allow_inf_nan=True)]
-
-
 class NetMetadata(Settings):
     """Provenance of a file of weights, and what its net is built from.
 
@@ -169,7 +165,7 @@ class NetMetadata(Settings):
     estimator: str
     parameters: tuple[str, ...]
     components: tuple[str, ...] = Field(min_length=1)
-    best_epoch: Epoch
+    best_epoch: EpochNumber
 
     @model_validator(mode="after")
     def _check_names(self) -> Self:
@@ -191,14 +187,14 @@ class NetMetadata(Settings):
 class EstimatorMetadata(NetMetadata):
     """Metadata of ``estimator.pt``."""
 
-    epochs_run: Epoch
+    epochs_run: EpochNumber
     best_validation_loss: Loss
 
 
 class CheckpointsMetadata(NetMetadata):
     """Metadata of ``checkpoints.pt``: one entry an epoch kept."""
 
-    epochs: tuple[Epoch, ...] = Field(min_length=1)
+    epochs: tuple[EpochNumber, ...] = Field(min_length=1)
     validation_losses: tuple[Loss, ...]
 
 

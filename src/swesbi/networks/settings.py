@@ -1,4 +1,4 @@
-"""Settings of both networks: observation model, architecture, training."""
+"""Settings of both networks: noise on features, architecture, training."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from pydantic import Field
 
 from swesbi.base import Level, Settings
 
+Deviation = Annotated[float, Field(ge=0.0)]
+Procedure = Literal["sbi", "fast"]
 
-class FlowSettings(Settings):
+
+class SplineSettings(Settings):
     """Architecture in the terms of zuko, and how the flow is trained."""
 
     model: Literal["maf", "nsf"] = Field(description="masked autoregressive, or neural spline flow")
@@ -23,9 +26,6 @@ class FlowSettings(Settings):
     epochs: int = Field(ge=1, description="passes over the training theta, each with fresh noise")
     validation_fraction: float = Field(gt=0.0, lt=1.0, description="share of the theta held out")
     clip_max_norm: float = Field(gt=0.0, description="gradients are clipped to this norm")
-
-
-Deviation = Annotated[float, Field(ge=0.0)]
 
 
 class ObservationModelSettings(Settings):
@@ -44,7 +44,7 @@ class EstimatorSettings(Settings):
     """
 
     model: Literal["maf"] = Field(description="masked autoregressive flow")
-    procedure: Literal["sbi", "fast"] = Field(
+    procedure: Procedure = Field(
         description="sbi's own passes over the rows, or the same passes by a lean flow"
     )
     transforms: int = Field(ge=1, description="autoregressive transforms")

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.artefacts import Variable
 
-FloatArray = NDArray[np.float64]
 MIXED: Final = "as listed in component_unit"
 RELATIVE_CONSTANT = 1e-10
 

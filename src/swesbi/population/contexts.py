@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 from scipy.special import expit, logit
 
@@ -30,13 +29,12 @@ from swesbi.recording.settings import ContextRow
 from swesbi.seeds import generator
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 MAX_ATTEMPTS: Final = 1000
 """A body that needs more draws has a distribution almost wholly outside the limits."""
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnContext:
     """One context, and how it came about.
 
     Attributes:
@@ -68,24 +66,24 @@ def draw_contexts(
         RuntimeError: A context stays outside the limits in many attempts.
     """
     drawn = draw_population(index, population, seed, *name, broad=broad)
-    redrawn = sum(one.redrawn for one in drawn)
+    redrawn = sum(draw.redrawn for draw in drawn)
     if redrawn:
         LOGGER.info(
             "population: %d of %d draws outside the limits, drawn again", redrawn, redrawn + len(drawn)
         )
-    return tuple(one.context for one in drawn)
+    return tuple(draw.context for draw in drawn)
 
 
 def draw_population(
     index: Sequence[int], population: PopulationSettings, seed: int, *name: str | int, broad: bool = False
-) -> tuple[Drawn, ...]:
+) -> tuple[DrawnContext, ...]:
     """Draw as :func:`draw_contexts` does, with the group of each and the number of refused draws."""
     return tuple(
         _draw(number, population, generator(seed, "population", *name, number), broad) for number in index
     )
 
 
-def _draw(number: int, population: PopulationSettings, rng: np.random.Generator, broad: bool) -> Drawn:
+def _draw(number: int, population: PopulationSettings, rng: np.random.Generator, broad: bool) -> DrawnContext:
     # Group, sex, age and spread are kept when the body is drawn again: the limits do not change their shares.
     group = _choose_group(float(rng.random()), population)
     sex: Literal["F", "M"] = "M" if rng.random() < 0.5 else "F"
@@ -96,7 +94,7 @@ def _draw(number: int, population: PopulationSettings, rng: np.random.Generator,
         if spread:
             context = _spread(context, population, rng)
         if not in_declared_range(context, population) and _is_plausible(context):
-            return Drawn(context, group, spread, redrawn=attempt)
+            return DrawnContext(context, group, spread, redrawn=attempt)
     raise RuntimeError(
         f"context {number} of the population (group {group}, sex {sex}, {age_years:.0f} years): outside the "
         f"limits in {MAX_ATTEMPTS} draws; compare its distributions with `declared_range`"

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.base import Settings
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
@@ -23,9 +23,9 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 ROUNDING: Final = 1e-9
+OWN: Final = "own"
+ACQUIRED: Final = "acquired"
 
 
 @dataclass(frozen=True)
@@ -90,16 +90,12 @@ def _draw_measured(
     return measured
 
 
-def _longest_run(missing: BoolArray) -> NDArray[np.int64]:
+def _longest_run(missing: BoolArray) -> IntArray:
     """Return the longest run of missing phases around the cycle; shape (n,)."""
     twice = np.concatenate([missing, missing], axis=1)
     position = np.arange(twice.shape[1])
     latest = np.maximum.accumulate(np.where(twice, -1, position), axis=1)
     return np.asarray((position - latest)[:, missing.shape[1] :].max(axis=1))
-
-
-OWN: Final = "own"
-ACQUIRED: Final = "acquired"
 
 
 class FreshSettings(Settings):
@@ -148,7 +144,8 @@ def fresh_subject(index: int, settings: FreshSettings, seed: int, name: str) -> 
         speed_m_s=np.ones(int(measured.sum())),
         relative_se=drawn.relative_se[0, measured],
     )
-    return FreshSubject(speed_model(recording, settings.model), float(drawn.level[0]), _missing(drawn))
+    missing = tuple(np.flatnonzero(~measured).tolist())
+    return FreshSubject(speed_model(recording, settings.model), float(drawn.level[0]), missing)
 
 
 def record_fresh(
@@ -176,15 +173,11 @@ def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:
     whole = np.full((1, protocol.repeats), protocol.samples_per_repeat)
     factor = subject.level / float(relative_se(whole, unit)[0])
     noise = NoiseComponents(factor * unit.repeat_fraction, factor * unit.sample_fraction)
-    own = {"repeat_sd_fraction": noise.repeat_fraction, "sample_sd_fraction": noise.sample_fraction}
+    changes = {"repeat_sd_fraction": noise.repeat_fraction, "sample_sd_fraction": noise.sample_fraction}
     return Acquisition(
-        protocol.model_copy(update=own),
+        protocol.model_copy(update=changes),
         settings.recording,
         settings.model.measurement,
         noise,
         subject.missing,
     )
-
-
-def _missing(drawn: Conditions) -> tuple[int, ...]:
-    return tuple(int(index) for index in np.flatnonzero(~drawn.measured[0]))

@@ -22,6 +22,7 @@ DECLARED_NAMES: Final = ("hr_bpm", "lvedv_ml", "ivsd_cm")
 MOST_SHOWN: Final = 32
 """Subjects of a cohort that still have figures and a row on the page each; larger ones are counted."""
 Positive = Annotated[float, Field(gt=0.0)]
+Row = Annotated[tuple[float, ...], Field(min_length=5, max_length=5)]
 
 
 def _ascending(limits: tuple[float, float]) -> tuple[float, float]:
@@ -81,9 +82,6 @@ class BodySettings(Settings):
     lvedv_ml: SizedQuantity
     ivsd_cm: SizedQuantity
     ejection_fraction: Fraction
-
-
-Row = Annotated[tuple[float, ...], Field(min_length=5, max_length=5)]
 
 
 class GroupSettings(Settings):

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray, IntArray
 from swesbi.artefacts import (
     Labels,
     Variable,
@@ -22,19 +23,18 @@ from swesbi.artefacts import (
     values_of,
 )
 from swesbi.context import Context
-from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.measurement.speeds import PassiveShape, active_at_phases, reference_shape
-from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+from swesbi.measurement.speeds import active_at_phases, reference_shape
+from swesbi.parameters import THETA_COLUMNS
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import log_centre
 from swesbi.progress import Progress
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.recording.phases import nominal_phases, sample_cycle, slope_cycle
-from swesbi.simulations import PriorSimulations, draw_simulations
+from swesbi.simulations import LABELS, draw_simulations
 
-FloatArray = NDArray[np.float64]
+ALONG: Final = "context"
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class PopulationSimulations:
     ]
     passive_slope: Annotated[FloatArray, Variable("context phase", "1", "its slope, per (unitless) cycle")]
     failures: Annotated[
-        NDArray[np.int64],
+        IntArray,
         Variable("context status", "1", "failed simulations by status, drawn again"),
     ]
 
@@ -101,33 +101,19 @@ def _simulate(
     centre = log_centre(model.passive_reference_prior)
     shape = reference_shape(context, centre, model.forward_model, model.passive.exponent_b)
     made = draw_simulations(range(draws), context, model.prior.theta, model.forward_model, seed)
-    active = _active(made, phase, model)
-    return (made.theta, *active, *_passive(shape, phase), made.failures.sum(axis=0))
+    stiffness_map = model.measurement.active_stiffness_map
+    active = active_at_phases(made.cycle_phase, made.active_stiffness_kpa, phase, stiffness_map)
+    passive = (f(shape.cycle_phase, shape.shape[None], phase)[0] for f in (sample_cycle, slope_cycle))
+    return (made.theta, active.stiffness_kpa, active.slope_kpa, *passive, made.failures.sum(axis=0))
 
 
-def _active(
-    made: PriorSimulations, phase: FloatArray, model: SpeedModelSettings
-) -> tuple[FloatArray, FloatArray]:
-    found = active_at_phases(
-        made.cycle_phase, made.active_stiffness_kpa, phase, model.measurement.active_stiffness_map
-    )
-    return found.stiffness_kpa, found.slope_kpa
-
-
-def _passive(shape: PassiveShape, phase: FloatArray) -> tuple[FloatArray, FloatArray]:
-    values = shape.shape[None]
-    return sample_cycle(shape.cycle_phase, values, phase)[0], slope_cycle(shape.cycle_phase, values, phase)[0]
-
-
-ALONG: Final = "context"
 SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationSimulations)["/"]
-LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
 KIND: Final = register("population_simulations", {"/": SCHEMA}, (*LABELS, Labels(ALONG, "subject")))
 
 
 def to_dataset(made: PopulationSimulations) -> xr.Dataset:
     """Return the simulations as a dataset with dimensions context, draw and phase."""
-    subjects = {"subject": (ALONG, [one.subject for one in made.contexts])}
+    subjects = {"subject": (ALONG, [context.subject for context in made.contexts])}
     return build_dataset(SCHEMA, values_of(made)["/"] | context_values(made.contexts), LABELS | subjects)
 
 

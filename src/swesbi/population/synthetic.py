@@ -6,8 +6,8 @@ import logging
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
@@ -36,7 +36,6 @@ from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import TruthCurve
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

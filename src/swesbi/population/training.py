@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModelSettings, draw_speeds
 from swesbi.measurement.speeds import ActivePhases, combine
-from swesbi.networks.settings import FlowSettings
+from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.conditioning import (
     PhaseConditioner,
     PhaseSettings,
@@ -17,7 +17,7 @@ from swesbi.networks.spline.conditioning import (
     fit_phase_conditioner,
     phase_inputs,
 )
-from swesbi.networks.spline.training import FlowParts, FlowTraining, Rows, fit_flow
+from swesbi.networks.spline.training import Rows, SplineParts, SplineTraining, fit_spline
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.population.recordings import draw_conditions
 from swesbi.population.settings import ConditionSettings
@@ -26,8 +26,6 @@ from swesbi.prior import draw_passive_scale, to_logit
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -53,14 +51,15 @@ class RowMaker:
     def raw(self, made: PopulationSimulations, *name: str | int) -> tuple[FloatArray, FloatArray]:
         """Draw scale, conditions and noise for every simulation: eta (n, 4) and inputs (n, C)."""
         rng = generator(self.seed, "population rows", *name)
-        contexts, draws, _ = made.theta.shape
-        theta, g, g_slope = _flat(made.theta), *(_each(x, draws) for x in _passive(made))
+        draws = made.theta.shape[1]
+        theta = _flat(made.theta)
+        g, g_slope = _each(made.passive_shape, draws), _each(made.passive_slope, draws)
         scale = draw_passive_scale(len(theta), self.model.prior, rng)
         active = ActivePhases(_flat(made.active_stiffness_kpa), _flat(made.active_slope_kpa))
         predicted = combine(scale, active, g, g_slope, self.model.density_kg_m3)
         drawn = draw_conditions(len(theta), self.conditions, self.protocol, self.recording, rng)
         speeds = draw_speeds(predicted, drawn.relative_se, self.model.discrepancy, rng)
-        context = _each(np.stack([context_inputs(one) for one in made.contexts]), draws)
+        context = _each(np.stack([context_inputs(context) for context in made.contexts]), draws)
         inputs = phase_inputs(context, np.log(speeds), drawn.measured, drawn.relative_se, self.phases)
         return to_logit(np.column_stack([theta, scale]), self.model.prior), inputs
 
@@ -98,10 +97,6 @@ def _part(made: PopulationSimulations, rows: slice) -> PopulationSimulations:
     return PopulationSimulations(**{name: value[rows] for name, value in vars(made).items()})
 
 
-def _passive(made: PopulationSimulations) -> tuple[FloatArray, FloatArray]:
-    return made.passive_shape, made.passive_slope
-
-
 def _flat(values: FloatArray) -> FloatArray:
     return values.reshape(-1, values.shape[-1])
 
@@ -111,8 +106,8 @@ def _each(values: FloatArray, times: int) -> FloatArray:
 
 
 def train_population(
-    made: PopulationSimulations, maker: RowMaker, settings: FlowSettings, label: str = "training"
-) -> FlowTraining:
+    made: PopulationSimulations, maker: RowMaker, settings: SplineSettings, label: str = "training"
+) -> SplineTraining:
     """Fit q(phi | z) on simulations over a population, recordings drawn anew every epoch.
 
     Contexts are split into training and held-out ones; standardisation comes from the training ones; the
@@ -130,5 +125,5 @@ def train_population(
     def rows_of(part: PopulationSimulations, name: str, number: int) -> Rows:
         return maker.rows(part, conditioner, eta, name, number)
 
-    parts = FlowParts(conditioner, eta, maker.model.prior)
-    return fit_flow(training, held_out, rows_of, parts, settings, maker.seed, label)
+    parts = SplineParts(conditioner, eta, maker.model.prior)
+    return fit_spline(training, held_out, rows_of, parts, settings, maker.seed, label)

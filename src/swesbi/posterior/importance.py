@@ -13,7 +13,7 @@ from scipy.special import logsumexp
 from swesbi.artefacts import Variable
 from swesbi.draws import resampled_rows
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.net import TrainedFlow, draw_phi, log_q
+from swesbi.networks.spline.net import TrainedSpline, draw_phi, log_q
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.seeds import generator, integer_seed
 
@@ -181,7 +181,7 @@ def _evidence(log_ratio: FloatArray) -> tuple[float, float]:
 class FlowProposal:
     """q(phi | z) of a trained flow for one conditioning vector z of shape (C,)."""
 
-    flow: TrainedFlow
+    flow: TrainedSpline
     condition: FloatArray
 
     def draw(self, draws: int, seed: int) -> FloatArray:
@@ -194,6 +194,6 @@ class FlowProposal:
         return log_q(self.flow, self.condition, phi)
 
 
-def flow_proposal(flow: TrainedFlow, recording: SpeedRecording) -> FlowProposal:
+def flow_proposal(flow: TrainedSpline, recording: SpeedRecording) -> FlowProposal:
     """Return the flow's posterior of a recording as a proposal."""
     return FlowProposal(flow, flow.conditioner.condition(recording))

@@ -10,8 +10,8 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from swesbi.arrays import IntArray
 from swesbi.recording.cohort import (
     PROTOCOL,
     RECORDINGS,
@@ -31,6 +31,24 @@ from swesbi.recording.settings import ContextRow, RecordingSettings, is_subject
 from swesbi.recording.table import read_bytes
 
 SEE_TEMPLATE: Final = "`python -m swesbi template FOLDER` writes one to start from"
+Value = TypeVar("Value")
+HEADER: Final = (
+    "subject",
+    "phases",
+    "accepted",
+    "rejected",
+    "SE of c_s",
+    "largest",
+    "repeats",
+    "samples",
+    "E (kPa)",
+    "rejected, by reason",
+)
+LEGEND: Final = (
+    "phases: measured of gated. SE of c_s: standard error of a phase's mean shear-wave speed, median and\n"
+    "largest. repeats, samples: relative standard deviation between repeats, and between samples of one.\n"
+    "E: apparent Young's modulus of the measured phases, lowest to highest."
+)
 
 
 @dataclass(frozen=True)
@@ -90,9 +108,6 @@ def _disagreements(path: Path, plain: Mapping[str, Any], settings: RecordingSett
     ]
 
 
-Value = TypeVar("Value")
-
-
 @dataclass(frozen=True)
 class Checked:
     """One subject whose recording can be used.
@@ -104,7 +119,7 @@ class Checked:
     """
 
     samples: Samples
-    verdict: NDArray[np.int64]
+    verdict: IntArray
     observation: Observation
 
 
@@ -188,27 +203,8 @@ def _notes(cohort: Path, names: tuple[str, ...]) -> tuple[str, ...]:
 def _files(cohort: Path) -> list[Path]:
     """Return what lies beside the recordings' places; names from ``_`` or ``.`` on are not meant as such."""
     folder = cohort / RECORDINGS
-    found = folder.iterdir() if folder.is_dir() else ()
-    return sorted(path for path in found if not path.name.startswith(("_", ".")))
-
-
-HEADER: Final = (
-    "subject",
-    "phases",
-    "accepted",
-    "rejected",
-    "SE of c_s",
-    "largest",
-    "repeats",
-    "samples",
-    "E (kPa)",
-    "rejected, by reason",
-)
-LEGEND: Final = (
-    "phases: measured of gated. SE of c_s: standard error of a phase's mean shear-wave speed, median and\n"
-    "largest. repeats, samples: relative standard deviation between repeats, and between samples of one.\n"
-    "E: apparent Young's modulus of the measured phases, lowest to highest."
-)
+    files = folder.iterdir() if folder.is_dir() else ()
+    return sorted(path for path in files if not path.name.startswith(("_", ".")))
 
 
 def summary(report: CohortReport) -> str:

@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from swesbi.context import Context
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
-from swesbi.recording.table import SAVE_AS_CSV, Table, read_table
+from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
 
 CONTEXT_COLUMNS: Final = tuple(ContextRow.model_fields)
 REMEDIES: Final = {
@@ -27,6 +27,11 @@ REMEDIES: Final = {
     "lvesv_ml": "correct the cell (units? the column is in mL)",
     "ivsd_cm": "correct the cell (units? the column is in cm)",
 }
+SUFFIXES: Final = (".csv", ".mat")
+WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
+SUBJECTS: Final = "subjects.csv"
+PROTOCOL: Final = "recording.yaml"
+RECORDINGS: Final = "swe"
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,7 @@ def examine_subjects(path: Path) -> SubjectTable:
     numbers = {
         name: table.number(name, -np.inf, np.inf, REMEDIES[name])
         for name in CONTEXT_COLUMNS
-        if _numeric(name)
+        if ContextRow.model_fields[name].annotation is float
     }
     rows = (_context_row(table, index, numbers) for index in range(len(table.cells)))
     good = {row.subject: row for row in rows if row is not None}
@@ -84,11 +89,7 @@ def read_subjects(path: Path) -> tuple[Context, ...]:
     return tuple(row.to_context() for row in read_context_rows(path))
 
 
-def _numeric(name: str) -> bool:
-    return ContextRow.model_fields[name].annotation is float
-
-
-def _check_names(table: Table) -> None:
+def _check_names(table: TextTable) -> None:
     """Subjects are named once, and not alike: folders of results may ignore upper and lower case."""
     table.unique(["subject"])
     name = table.cells["subject"]
@@ -96,7 +97,7 @@ def _check_names(table: Table) -> None:
     table.flag("subject", alike, "differs from an earlier subject in upper and lower case only", "rename one")
 
 
-def _context_row(table: Table, index: int, numbers: Mapping[str, Any]) -> ContextRow | None:
+def _context_row(table: TextTable, index: int, numbers: Mapping[str, Any]) -> ContextRow | None:
     cells = table.cells.iloc[index]
     known = {name: float(values[index]) for name, values in numbers.items() if np.isfinite(values[index])}
     texts = {name: cells[name] for name in CONTEXT_COLUMNS if name not in numbers}
@@ -109,7 +110,7 @@ def _context_row(table: Table, index: int, numbers: Mapping[str, Any]) -> Contex
         return None
 
 
-def _note(table: Table, index: int, details: ErrorDetails) -> None:
+def _note(table: TextTable, index: int, details: ErrorDetails) -> None:
     message = details["msg"].removeprefix("Value error, ")
     column = str(details["loc"][0]) if details["loc"] else _blamed(message)
     table.note(index, column, f"is refused: {message}", REMEDIES[column])
@@ -119,13 +120,6 @@ def _blamed(message: str) -> str:
     """Return the column that a complaint about several columns names first."""
     named = {message.find(name): name for name in CONTEXT_COLUMNS if name in message}
     return named[min(named)]
-
-
-SUFFIXES: Final = (".csv", ".mat")
-WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
-SUBJECTS: Final = "subjects.csv"
-PROTOCOL: Final = "recording.yaml"
-RECORDINGS: Final = "swe"
 
 
 def find_recording(cohort: Path, subject: str) -> Path:
@@ -140,14 +134,14 @@ def find_recording(cohort: Path, subject: str) -> Path:
         remedy = "use letters, digits, '-' and '_', a letter or digit first"
         raise RecordingError(Problem(str(cohort / SUBJECTS), reason, remedy, value=subject))
     stem = cohort / RECORDINGS / subject
-    found = [path for path in _with_suffixes(stem, SUFFIXES) if path.exists() or path.is_symlink()]
-    if len(found) > 1:
-        reason = f"there is {found[1].name} beside {found[0].name}"
-        raise RecordingError(Problem(str(found[0]), reason, "keep the one that counts"))
-    if not found:
+    files = [path for path in _with_suffixes(stem, SUFFIXES) if path.exists() or path.is_symlink()]
+    if len(files) > 1:
+        reason = f"there is {files[1].name} beside {files[0].name}"
+        raise RecordingError(Problem(str(files[0]), reason, "keep the one that counts"))
+    if not files:
         raise RecordingError(_absent(stem))
-    check_file(found[0], cohort)
-    return found[0]
+    check_file(files[0], cohort)
+    return files[0]
 
 
 def check_file(path: Path, cohort: Path) -> None:

@@ -17,16 +17,18 @@ from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import Variable
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import phase_trend, repeat_means
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement
+SMALLEST_SD: Final = 1e-4
+TOLERANCE: Final = 1e-6
+STEP: Final = 0.02  # relative, of the second difference behind the standard error
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ class RepeatLevels:
         return int(self.cell.max(initial=-1)) + 1
 
 
-def repeat_levels(samples: Samples, accepted: NDArray[np.bool_]) -> RepeatLevels:
+def repeat_levels(samples: Samples, accepted: BoolArray) -> RepeatLevels:
     """Reduce the accepted samples of one recording to its repeats.
 
     Repeats at one delay fall into beats of different RR, so at slightly different phases. What they
@@ -97,12 +99,6 @@ def joined(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
     )
 
 
-LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement
-SMALLEST_SD: Final = 1e-4
-TOLERANCE: Final = 1e-6
-STEP: Final = 0.02  # relative, of the second difference behind the standard error
-
-
 @dataclass(frozen=True)
 class ComponentEstimate:
     """One variance component as a relative standard deviation of the speed, estimated by REML.
@@ -132,6 +128,8 @@ def log_restricted_likelihood(levels: RepeatLevels, repeat_sd: float, sample_sd:
         repeat_sd: s_rep.
         sample_sd: s_sam, above zero.
     """
+    # Restricted: the cells' means are integrated out, which adds the term of ``of_cell``. The likelihood with
+    # means fitted instead counts all repeats, though every cell spends one on its mean: too little noise.
     weight = 1.0 / (repeat_sd**2 + sample_sd**2 / levels.size)
     of_cell = np.bincount(levels.cell, weight)
     centre = np.bincount(levels.cell, weight * levels.mean) / of_cell
@@ -162,6 +160,7 @@ def fit_components(
 
     repeat_sd, top = _highest(given_repeat)
     sample_sd, _ = _highest(given_sample)
+    # The search is over log s_rep and cannot reach zero, where the maximum often lies: few repeats a cell.
     if given_repeat(0.0) >= top:
         repeat_sd, top = 0.0, given_repeat(0.0)
     drop = 0.5 * float(chi2.ppf(interval, 1))
@@ -179,13 +178,13 @@ def _check(levels: RepeatLevels) -> None:
 
 def _highest(function: Callable[[float], float]) -> tuple[float, float]:
     """Return where a function of a standard deviation is highest, and how high; searched in the log."""
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda x: -function(float(np.exp(x))),
         bounds=(np.log(SMALLEST_SD), np.log(LARGEST_SD)),
         method="bounded",
         options={"xatol": TOLERANCE},
     )
-    return float(np.exp(found.x)), float(-found.fun)
+    return float(np.exp(minimum.x)), float(-minimum.fun)
 
 
 def _estimate(profile: Callable[[float], float], at: float, drop: float) -> ComponentEstimate:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import analysis_grid, locate_phases, to_grid
@@ -24,14 +24,18 @@ from swesbi.recording.samples import (
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import average_speeds, youngs_modulus_kpa
 
-FloatArray = NDArray[np.float64]
 ROUNDING: Final = 1e-9
 # Beats differ in length, so neighbouring phases lie a little nearer or farther than the protocol puts them.
 BEAT_VARIATION: Final = 0.01
+# Half the time the myocardium is near its diastolic 0.9-1.5 m/s in health, and up to several times that in
+# the stiffest disease (Song et al. 2016, Santos et al. 2019); a wrong unit is off by ten at least.
+MEDIAN_SPEED_RANGE_M_S: Final = (0.5, 10.0)
+# Late diastole must have been measured, so the last push comes late in its beat.
+LEAST_REACH: Final = 0.5
 
 
 def incomplete(
-    phase: FloatArray, measured: NDArray[np.bool_], settings: RecordingSettings, source: str
+    phase: FloatArray, measured: BoolArray, settings: RecordingSettings, source: str
 ) -> tuple[Problem, ...]:
     """Return in what a recording is incomplete: missing phases, too long a gap, too little late diastole.
 
@@ -58,7 +62,7 @@ def longest_gap(measured_phase: FloatArray) -> tuple[float, float]:
     return float(steps[longest]), float(measured_phase[longest])
 
 
-def _fraction(measured: NDArray[np.bool_], settings: RecordingSettings) -> str:
+def _fraction(measured: BoolArray, settings: RecordingSettings) -> str:
     fraction, limit = float(np.mean(~measured)), settings.max_missing_fraction
     if fraction <= limit + ROUNDING:
         return ""
@@ -86,15 +90,8 @@ def _late_diastole(measured_phase: FloatArray, settings: RecordingSettings) -> s
     )
 
 
-# Half the time the myocardium is near its diastolic 0.9-1.5 m/s in health, and up to several times that in
-# the stiffest disease (Song et al. 2016, Santos et al. 2019); a wrong unit is off by ten at least.
-MEDIAN_SPEED_RANGE_M_S: Final = (0.5, 10.0)
-# Late diastole must have been measured, so the last push comes late in its beat.
-LEAST_REACH: Final = 0.5
-
-
 def implausible(
-    samples: Samples, accepted: NDArray[np.bool_], context: Context, settings: RecordingSettings
+    samples: Samples, accepted: BoolArray, context: Context, settings: RecordingSettings
 ) -> tuple[Problem, ...]:
     """Return what cannot be true of a recording: its heart rate, its delays, its speeds.
 
@@ -104,12 +101,12 @@ def implausible(
         context: The subject's context.
         settings: Holds the largest deviation of RR.
     """
-    found = (
+    problems = (
         _heart_rate(samples, context, settings.max_rr_deviation_fraction),
         _delays(samples),
         _speeds(samples, accepted),
     )
-    return tuple(problem for problem in found if problem)
+    return tuple(problem for problem in problems if problem)
 
 
 def _heart_rate(samples: Samples, context: Context, limit: float) -> Problem | None:
@@ -135,7 +132,7 @@ def _delays(samples: Samples) -> Problem | None:
     return Problem(samples.source, reason, remedy, column="trigger_delay_ms")
 
 
-def _speeds(samples: Samples, accepted: NDArray[np.bool_]) -> Problem | None:
+def _speeds(samples: Samples, accepted: BoolArray) -> Problem | None:
     median = float(np.median(samples.speed_m_s[accepted]))
     low, high = MEDIAN_SPEED_RANGE_M_S
     if low <= median <= high:
@@ -191,6 +188,3 @@ def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid
         samples_rejected=rejected[:, order],
         noise=speeds.noise,
     )
-
-
-__all__ = ["ingest", "youngs_modulus_kpa"]

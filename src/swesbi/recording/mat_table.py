@@ -13,28 +13,32 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.recording.mat_v5 import read_mat_v5
 from swesbi.recording.mat_values import SAVE_AGAIN, TEXTS, MatValueError, Vector, damaged, read_vectors
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.table import Table, check_names, read_bytes
+from swesbi.recording.table import TextTable, check_names, read_bytes
 
 MAX_VALUES: Final = 5_000_000
 OBJECTS: Final = "#subsystem#"
 NUMERIC: Final = frozenset(
     {"double", "single", "logical", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))}
 )
+HDF5_SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
+V73_USER_BLOCK: Final = 512
+LAYOUT: Final = "save vectors of these names, or one struct with these fields: save('ID.mat', '-struct', 's')"
 
 
 @dataclass(frozen=True)
 class Item:
-    """One dataset or group, a ``Variable``; its values are read when asked for."""
+    """One dataset or group, a ``MatVariable``; its values are read when asked for."""
 
     name: str
     item: h5py.Dataset | h5py.Group
 
     @property
     def kind(self) -> str:
-        """What it is, as of any ``Variable``: MATLAB notes the class, and whether it is empty."""
+        """What it is, as of any ``MatVariable``: MATLAB notes the class, and whether it is empty."""
         if not isinstance(self.item, h5py.Dataset):
             return "object" if self.name == OBJECTS else "struct"
         noted = self.item.attrs.get("MATLAB_class", b"double")
@@ -48,7 +52,7 @@ class Item:
         """Its dimensions; an empty one holds them as its values."""
         return (0,) if self._is_empty else tuple(getattr(self.item, "shape", None) or ())
 
-    def numbers(self) -> NDArray[np.float64]:
+    def numbers(self) -> FloatArray:
         """Return its numbers, one after the other."""
         values = self._values()
         return np.empty(0) if self._is_empty else values.ravel().astype(np.float64)
@@ -105,21 +109,16 @@ def read_mat_v73(path: Path, names: Sequence[str]) -> dict[str, Vector]:
 
 def _members(group: h5py.Group) -> dict[str, Item]:
     """Return what lies in a group itself; a link to elsewhere, another file even, is refused."""
-    found = {}
+    items = {}
     for name in group:
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
             raise MatValueError(name, "is a link, not a variable", SAVE_AGAIN)
         if name == OBJECTS or not name.startswith("#"):
-            found[name] = Item(name, group[name])
-    return found
+            items[name] = Item(name, group[name])
+    return items
 
 
-HDF5_SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
-V73_USER_BLOCK: Final = 512
-LAYOUT: Final = "save vectors of these names, or one struct with these fields: save('ID.mat', '-struct', 's')"
-
-
-def read_mat_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> Table:
+def read_mat_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> TextTable:
     """Read the columns of a .mat file (version 5 to 7, or 7.3) as text; other variables are ignored.
 
     Numbers become the shortest text that gives them back exactly, so a recording passes the same checks, and
@@ -138,7 +137,7 @@ def read_mat_table(path: Path, required: Sequence[str], optional: Sequence[str] 
     raise_any(check_names(str(path), list(vectors), required, LAYOUT))
     _check_lengths(path, vectors)
     cells = pd.DataFrame({name: _as_text(vectors[name]) for name in names if name in vectors}, dtype=object)
-    return Table(str(path), cells, np.arange(1, len(cells) + 1), unit="element")
+    return TextTable(str(path), cells, np.arange(1, len(cells) + 1), unit="element")
 
 
 def _check_lengths(path: Path, vectors: Mapping[str, Vector]) -> None:

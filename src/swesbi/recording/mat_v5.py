@@ -18,6 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.recording.mat_values import Vector, damaged, read_vectors
 from swesbi.recording.table import MAX_BYTES
 
@@ -34,11 +35,11 @@ Element = tuple[int, bytes]
 
 @dataclass(frozen=True)
 class Matrix:
-    """One array, a ``Variable``: what it is, and the elements that hold its values.
+    """One array, a ``MatVariable``: what it is, and the elements that hold its values.
 
     Attributes:
         name: Its name, or that of the array that it is a cell of.
-        kind: What it is, as of any ``Variable``.
+        kind: What it is, as of any ``MatVariable``.
         shape: Its dimensions; empty for objects, which are not read.
         parts: The elements after its name.
         order: Byte order, "<" or ">".
@@ -50,7 +51,7 @@ class Matrix:
     parts: tuple[Element, ...]
     order: str
 
-    def numbers(self) -> NDArray[np.float64]:
+    def numbers(self) -> FloatArray:
         """Return its numbers, one after the other."""
         numbers = _values(self.parts[0], self.order) if self.parts else np.empty(0)
         if numbers.size != math.prod(self.shape):

@@ -9,7 +9,9 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64] | NDArray[np.str_]
+from swesbi.arrays import FloatArray
+
+Vector = FloatArray | NDArray[np.str_]
 NUMBERS: Final = "save it as a real vector of numbers"
 TEXTS: Final = "save texts as a cell array, numbers as a vector"
 VECTOR: Final = "save one value per attempted sample, as a vector"
@@ -42,7 +44,7 @@ def damaged(what: str) -> MatValueError:
     return MatValueError(None, f"cannot be read as a .mat file ({what})", SAVE_AGAIN)
 
 
-class Variable(Protocol):
+class MatVariable(Protocol):
     """One variable, whatever the version of its file; every method may raise ``MatValueError``."""
 
     @property
@@ -57,20 +59,20 @@ class Variable(Protocol):
     def shape(self) -> tuple[int, ...]:
         """Its dimensions."""
 
-    def numbers(self) -> NDArray[np.float64]:
+    def numbers(self) -> FloatArray:
         """Return its numbers, one after the other."""
 
     def rows(self) -> list[str]:
         """Return the rows of a char matrix, without the blanks that fill them up."""
 
-    def cells(self) -> Sequence[Variable]:
+    def cells(self) -> Sequence[MatVariable]:
         """Return the cells of a cell array."""
 
-    def fields(self) -> Mapping[str, Variable]:
+    def fields(self) -> Mapping[str, MatVariable]:
         """Return the fields of a struct; none of an array of structs."""
 
 
-def read_vectors(variables: Mapping[str, Variable], names: Sequence[str]) -> dict[str, Vector]:
+def read_vectors(variables: Mapping[str, MatVariable], names: Sequence[str]) -> dict[str, Vector]:
     """Return those of ``names`` that a file holds, from its variables or from one struct.
 
     Raises:
@@ -78,13 +80,13 @@ def read_vectors(variables: Mapping[str, Variable], names: Sequence[str]) -> dic
             texts.
     """
     members = _members(variables, names)
-    found = {name: _vector(members[name]) for name in names if name in members}
-    if not found and any(variable.kind == "object" for variable in variables.values()):
+    vectors = {name: _vector(members[name]) for name in names if name in members}
+    if not vectors and any(variable.kind == "object" for variable in variables.values()):
         raise MatValueError(None, "holds a table or another MATLAB object", NO_TABLE)
-    return found
+    return vectors
 
 
-def _members(variables: Mapping[str, Variable], names: Sequence[str]) -> Mapping[str, Variable]:
+def _members(variables: Mapping[str, MatVariable], names: Sequence[str]) -> Mapping[str, MatVariable]:
     """Return the variables, or in their place the fields of the one struct that holds the recording."""
     structs = {name: item.fields() for name, item in variables.items() if item.kind == "struct"}
     holding = [name for name, fields in structs.items() if set(fields) & set(names)]
@@ -96,7 +98,7 @@ def _members(variables: Mapping[str, Variable], names: Sequence[str]) -> Mapping
     return structs[holding[0]]
 
 
-def _vector(variable: Variable) -> Vector:
+def _vector(variable: MatVariable) -> Vector:
     kind, shape = variable.kind, variable.shape
     if kind == "char":
         return np.array(variable.rows(), dtype=np.str_)
@@ -112,7 +114,7 @@ def _vector(variable: Variable) -> Vector:
     )
 
 
-def _text(cell: Variable) -> str:
+def _text(cell: MatVariable) -> str:
     """Return the text of one cell; an empty cell is an empty text."""
     if math.prod(cell.shape) == 0:
         return ""

@@ -1,4 +1,4 @@
-"""The noise of the measured speeds, estimated from the repeats of the whole cohort."""
+"""The noise of the measured speeds, estimated from the repeats of the whole cohort; standard errors."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Annotated, Any, Final, Protocol
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from swesbi.arrays import FloatArray, IntArray
 from swesbi.artefacts import (
     Part,
     Variable,
@@ -31,6 +31,16 @@ from swesbi.recording.components import (
     log_restricted_likelihood,
 )
 from swesbi.recording.speed import NoiseComponents
+
+COMPONENTS: Final = ("repeat", "sample")
+VALUES: Final = schema_of(ComponentEstimate)["/"]
+POOLED: Final = Part(
+    along="component",
+    words={"whose": "common to the cohort", "none": ", NaN at zero", "kind": "profile-likelihood "},
+)
+OWN: Final = Part(
+    "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
+)
 
 
 @dataclass(frozen=True)
@@ -101,7 +111,7 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
     fits = {name: _fit_one(name, levels, interval) for name, levels in recordings.items()}
     pooled, top = _fit_one("all subjects", joined(tuple(recordings.values())), interval)
     freedom = 2 * (len(fits) - 1)
-    ratio = 2.0 * (sum(own for _, own in fits.values()) - top)
+    ratio = 2.0 * (sum(alone for _, alone in fits.values()) - top)
     p_value = float(chi2.sf(max(ratio, 0.0), freedom)) if freedom else float(np.nan)
     by_subject = {name: estimate for name, (estimate, _) in fits.items()}
     return CohortNoise(pooled, by_subject, interval, p_value)
@@ -115,10 +125,7 @@ def _fit_one(name: str, levels: RepeatLevels, interval: float) -> tuple[NoiseEst
     return NoiseEstimate(repeat, sample, levels.repeats, levels.samples), top
 
 
-FloatArray = NDArray[np.float64]
-
-
-class Components(Protocol):
+class NoiseFractions(Protocol):
     """Anything with two relative standard deviations: of a cohort or of one recording."""
 
     @property
@@ -130,7 +137,7 @@ class Components(Protocol):
         """Relative standard deviation between samples of a repeat."""
 
 
-def relative_se(samples_by_repeat: NDArray[np.int64], noise: Components) -> FloatArray:
+def relative_se(samples_by_repeat: IntArray, noise: NoiseFractions) -> FloatArray:
     """Return the standard error of each phase's mean speed as a fraction of it; shape (p,).
 
     The mean is over repeat means, so with R repeats of n_r accepted samples it is
@@ -181,19 +188,10 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
     repeat, sample, top = fit_components(levels, interval)
     given = log_restricted_likelihood(levels, cohort.repeat_fraction, cohort.sample_fraction)
     ratio = max(0.0, 2.0 * (top - given))
-    own = NoiseComponents(repeat.fraction, sample.fraction)
-    return NoiseComparison(own, ratio, float(chi2.sf(ratio, 2)))
+    alone = NoiseComponents(repeat.fraction, sample.fraction)
+    return NoiseComparison(alone, ratio, float(chi2.sf(ratio, 2)))
 
 
-COMPONENTS: Final = ("repeat", "sample")
-VALUES: Final = schema_of(ComponentEstimate)["/"]
-POOLED: Final = Part(
-    along="component",
-    words={"whose": "common to the cohort", "none": ", NaN at zero", "kind": "profile-likelihood "},
-)
-OWN: Final = Part(
-    "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
-)
 COUNTS: Final = schema_of(NoiseEstimate)["/"]
 SCHEMA: Final = {
     "component": Variable("component", "1", "between repeats, between samples of a repeat"),
@@ -209,10 +207,12 @@ KIND: Final = register("noise", {"/": SCHEMA})
 
 def to_dataset(noise: CohortNoise) -> xr.Dataset:
     """Return the artefact's content; subjects in the order of the cohort."""
-    own = tuple(noise.by_subject.values())
+    estimates = tuple(noise.by_subject.values())
     values: dict[str, Any] = {name: _table((noise.pooled,), name)[0] for name in VALUES}
-    values |= {f"subject_{name}": _table(own, name) for name in VALUES}
-    values |= {f"subject_{name}": np.array([getattr(one, name) for one in own]) for name in COUNTS}
+    values |= {f"subject_{name}": _table(estimates, name) for name in VALUES}
+    values |= {
+        f"subject_{name}": np.array([getattr(estimate, name) for estimate in estimates]) for name in COUNTS
+    }
     values |= {"component": list(COMPONENTS), "subject": list(noise.by_subject)}
     return build_dataset(SCHEMA, values | values_of(noise.pooled)["/"] | values_of(noise)["/"])
 
@@ -225,15 +225,18 @@ def read_noise(path: Path) -> CohortNoise:
     """
     data, _ = load(path, KIND)
     names = [name for name in data if str(name).startswith("subject_")]
-    own = data[names].rename({name: str(name).removeprefix("subject_") for name in names})
+    subjects = data[names].rename({name: str(name).removeprefix("subject_") for name in names})
     by_subject = {
-        str(name): _estimate(own.isel(subject=index)) for index, name in enumerate(own["subject"].to_numpy())
+        str(name): _estimate(subjects.isel(subject=index))
+        for index, name in enumerate(subjects["subject"].to_numpy())
     }
     return from_dataset(CohortNoise, data, pooled=_estimate(data), by_subject=by_subject)
 
 
 def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    return np.array([[getattr(getattr(one, part), name) for part in COMPONENTS] for one in estimates])
+    return np.array(
+        [[getattr(getattr(estimate, part), name) for part in COMPONENTS] for estimate in estimates]
+    )
 
 
 def _estimate(data: xr.Dataset) -> NoiseEstimate:

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import (
     Part,
     Variable,
@@ -29,7 +30,9 @@ from swesbi.context import Context
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 
-FloatArray = NDArray[np.float64]
+SUBJECTS: Final = {"subject": Variable("subject", "1", "subjects of the cohort")}
+COHORT: Final = SUBJECTS | schema_of(Context, along="subject")["/"]
+CONTEXTS: Final = register("contexts", {"/": COHORT})
 
 
 @dataclass(frozen=True)
@@ -44,9 +47,9 @@ class Observation:
     phase: Annotated[
         FloatArray, Variable("phase", "1", "phase of the recording, fraction of the cycle from the R peak")
     ]
-    phase_index: Annotated[NDArray[np.int64], Variable("phase", "1", "index of the phase in the recording")]
+    phase_index: Annotated[IntArray, Variable("phase", "1", "index of the phase in the recording")]
     measured: Annotated[
-        NDArray[np.bool_], Variable("phase", "1", "1 where the phase was measured, 0 where it is missing")
+        BoolArray, Variable("phase", "1", "1 where the phase was measured, 0 where it is missing")
     ]
     speed_m_s: Annotated[
         FloatArray, Variable("phase", "m s-1", "mean shear-wave speed c_s, NaN where missing")
@@ -56,13 +59,9 @@ class Observation:
     stiffness_se_kpa: Annotated[FloatArray, Variable("phase", "kPa", "standard error of the stiffness")]
     grid: Annotated[FloatArray, Variable("grid", "1", "uniform analysis grid, fraction of the cycle")]
     curve_kpa: Annotated[FloatArray, Variable("grid", "kPa", "observed stiffness E_obs on the analysis grid")]
-    samples_accepted: Annotated[NDArray[np.int64], Variable("phase", "1", "accepted samples")]
-    samples_by_repeat: Annotated[
-        NDArray[np.int64], Variable("phase repeat", "1", "accepted samples of each repeat")
-    ]
-    samples_rejected: Annotated[
-        NDArray[np.int64], Variable("reason phase", "1", "rejected samples by reason")
-    ]
+    samples_accepted: Annotated[IntArray, Variable("phase", "1", "accepted samples")]
+    samples_by_repeat: Annotated[IntArray, Variable("phase repeat", "1", "accepted samples of each repeat")]
+    samples_rejected: Annotated[IntArray, Variable("reason phase", "1", "rejected samples by reason")]
     noise: Annotated[NoiseComponents, Part()]
 
     @property
@@ -92,9 +91,6 @@ class Observation:
 
 
 KIND: Final = register("observation", schema_of(Observation))
-SUBJECTS: Final = {"subject": Variable("subject", "1", "subjects of the cohort")}
-COHORT: Final = SUBJECTS | schema_of(Context, along="subject")["/"]
-CONTEXTS: Final = register("contexts", {"/": COHORT})
 
 
 def read_observation(path: Path) -> Observation:
@@ -110,7 +106,7 @@ def read_observation(path: Path) -> Observation:
 
 def contexts_dataset(contexts: Sequence[Context]) -> xr.Dataset:
     """Return the contexts of a cohort as an artefact's content; subjects in the order given."""
-    names = np.array([one.subject for one in contexts])
+    names = np.array([context.subject for context in contexts])
     return build_dataset(COHORT, {"subject": names, **context_values(contexts)})
 
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import Samples
 
-FloatArray = NDArray[np.float64]
 LATEST_BEAT_PHASE = 1.1
 # Between one step from phase to phase, where nothing is missing, and the two that one missing phase leaves.
 STEPS_OF_A_GAP = 1.5
+WRAP = 2  # neighbours on either side that the slope of a PCHIP node depends on, through the seam
+CHUNK = 2048  # rows; keeps the interpolant's coefficients within the processor's cache
 
 
 def nominal_phases(phases: int) -> FloatArray:
@@ -22,7 +23,7 @@ def nominal_phases(phases: int) -> FloatArray:
     return np.asarray((np.arange(phases) + 0.5) / phases)
 
 
-def locate_phases(samples: Samples, measured_phase: FloatArray, beats: NDArray[np.bool_]) -> FloatArray:
+def locate_phases(samples: Samples, measured_phase: FloatArray, beats: BoolArray) -> FloatArray:
     """Return the phase of every gated acquisition as a fraction of the cycle, shape (P,), in [0, 1).
 
     A measured phase keeps the mean over its accepted repeats. A phase whose attempts all failed still
@@ -48,7 +49,7 @@ def locate_phases(samples: Samples, measured_phase: FloatArray, beats: NDArray[n
     return wrapped
 
 
-def _mean_by_phase(samples: Samples, chosen: NDArray[np.bool_], phases: int) -> FloatArray:
+def _mean_by_phase(samples: Samples, chosen: BoolArray, phases: int) -> FloatArray:
     index = samples.phase_index[chosen]
     count = np.bincount(index, minlength=phases)
     total = np.bincount(index, weights=samples.beat_phase[chosen], minlength=phases)
@@ -98,10 +99,6 @@ def _check_distinct(phase: FloatArray, source: str) -> None:
         reason = f"two phase indices lie at the same phase {ordered[close[0]]:.4f}"
         remedy = "check trigger_delay_ms, or give them one phase_index and several repeats"
         raise RecordingError(Problem(source, reason, remedy))
-
-
-WRAP = 2  # neighbours on either side that the slope of a PCHIP node depends on, through the seam
-CHUNK = 2048  # rows; keeps the interpolant's coefficients within the processor's cache
 
 
 def analysis_grid(grid_points: int) -> FloatArray:
@@ -157,8 +154,8 @@ def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArr
     curves = np.empty((len(rows), grid_points))
     grid = analysis_grid(grid_points)
     for start in range(0, len(rows), CHUNK):
-        part = rows[start : start + CHUNK]
-        wrapped = np.concatenate([part[:, -WRAP:], part, part[:, :WRAP]], axis=1)
+        chunk = rows[start : start + CHUNK]
+        wrapped = np.concatenate([chunk[:, -WRAP:], chunk, chunk[:, :WRAP]], axis=1)
         curves[start : start + CHUNK] = PchipInterpolator(knots, wrapped, axis=1)(grid)
     curves[:, -1] = curves[:, 0]
     return curves.reshape(*values.shape[:-1], grid_points)

@@ -67,8 +67,8 @@ def raise_any(problems: Iterable[Problem]) -> None:
     Raises:
         RecordingError: There is.
     """
-    if found := tuple(problems):
-        raise RecordingError(*found)
+    if raised := tuple(problems):
+        raise RecordingError(*raised)
 
 
 def _shortened(value: str) -> str:

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray, IntArray
 from swesbi.recording.cohort import SUFFIXES, WORKBOOKS
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK, Samples
 from swesbi.recording.speed import shear_wave_speed_m_s, youngs_modulus_kpa
-from swesbi.recording.table import SAVE_AS_CSV, Table, read_table
+from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
 
 MEASURED: Final = (SPEED, MODULUS)
 REQUIRED: Final = tuple(name for name in COLUMNS if name != SPEED)
@@ -50,7 +50,7 @@ def read_samples(path: Path, phases: int, density_kg_m3: float) -> Samples:
     return Samples(phase_index, delay, rr, repeat, sample, speed, r2, status, str(path))
 
 
-def _table(path: Path) -> Table:
+def _table(path: Path) -> TextTable:
     suffix = path.suffix.lower()
     if suffix in WORKBOOKS:
         raise RecordingError(Problem(str(path), "is a workbook", SAVE_AS_CSV))
@@ -59,16 +59,16 @@ def _table(path: Path) -> Table:
             Problem(str(path), "is neither .csv nor .mat", "give it in one of these formats")
         )
     table = READERS[suffix](path, REQUIRED, MEASURED)
-    found = [name for name in MEASURED if name in table.cells]
-    if len(found) != 1:
-        reason = f"has {'both' if found else 'none'} of the columns {' and '.join(MEASURED)}"
+    measured = [name for name in MEASURED if name in table.cells]
+    if len(measured) != 1:
+        reason = f"has {'both' if measured else 'none'} of the columns {' and '.join(MEASURED)}"
         raise RecordingError(
             Problem(str(path), reason, "give exactly one of them, the one that was measured")
         )
     return table
 
 
-def _phase_index(table: Table, phases: int) -> NDArray[np.int64]:
+def _phase_index(table: TextTable, phases: int) -> IntArray:
     agree = f"this study expects {phases} phases, numbered 0 to {phases - 1}"
     index = table.cells["phase_index"]
     if (index == str(phases)).any() and not index.isin(["0", "0.0"]).any():
@@ -78,7 +78,7 @@ def _phase_index(table: Table, phases: int) -> NDArray[np.int64]:
     return table.integer("phase_index", 0, phases - 1, remedy)
 
 
-def _speed(table: Table, density_kg_m3: float) -> NDArray[np.float64]:
+def _speed(table: TextTable, density_kg_m3: float) -> FloatArray:
     if SPEED in table.cells:
         remedy = "give it in m/s, or leave it empty if it failed"
         return table.number(SPEED, *SPEED_RANGE_M_S, remedy, may_be_empty=True)
@@ -86,6 +86,3 @@ def _speed(table: Table, density_kg_m3: float) -> NDArray[np.float64]:
     remedy = "give it in kPa, or leave it empty if it failed"
     modulus = table.number(MODULUS, float(low), float(high), remedy, may_be_empty=True)
     return shear_wave_speed_m_s(np.maximum(modulus, 0.0), density_kg_m3)
-
-
-FloatArray = NDArray[np.float64]

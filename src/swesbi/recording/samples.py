@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.settings import RecordingSettings
 
@@ -26,6 +27,9 @@ COLUMNS: Final = (
     "fit_r2",
     "status",
 )
+ACCEPTED: Final = -1
+REASONS: Final = (*FAILED_STATUSES, "empty_speed", "low_fit_r2", "ectopic_rr", "outlier", "sparse_phase")
+MAD_TO_SD: Final = 1.4826  # of a normal distribution: 1 / Phi^-1(3/4)
 
 
 @dataclass(frozen=True)
@@ -44,13 +48,13 @@ class Samples:
         source: Where the samples come from, for messages.
     """
 
-    phase_index: NDArray[np.int64]
-    trigger_delay_ms: NDArray[np.float64]
-    rr_ms: NDArray[np.float64]
-    repeat: NDArray[np.int64]
-    sample: NDArray[np.int64]
-    speed_m_s: NDArray[np.float64]
-    fit_r2: NDArray[np.float64]
+    phase_index: IntArray
+    trigger_delay_ms: FloatArray
+    rr_ms: FloatArray
+    repeat: IntArray
+    sample: IntArray
+    speed_m_s: FloatArray
+    fit_r2: FloatArray
     status: NDArray[np.str_]
     source: str = "samples in memory"
 
@@ -64,7 +68,7 @@ class Samples:
             )
 
     @property
-    def beat_phase(self) -> NDArray[np.float64]:
+    def beat_phase(self) -> FloatArray:
         """Phase of each sample in its own beat, trigger delay / RR, not wrapped; shape (N,)."""
         return self.trigger_delay_ms / self.rr_ms
 
@@ -83,12 +87,7 @@ class Samples:
         return pd.DataFrame(dict(zip(COLUMNS, columns, strict=True)))
 
 
-ACCEPTED: Final = -1
-REASONS: Final = (*FAILED_STATUSES, "empty_speed", "low_fit_r2", "ectopic_rr", "outlier", "sparse_phase")
-MAD_TO_SD: Final = 1.4826  # of a normal distribution: 1 / Phi^-1(3/4)
-
-
-def rejection(samples: Samples, settings: RecordingSettings) -> NDArray[np.int64]:
+def rejection(samples: Samples, settings: RecordingSettings) -> IntArray:
     """Return for each sample the index into ``REASONS`` of its rejection, or ``ACCEPTED``; shape (N,).
 
     Each sample is rejected for one reason, the first that applies in the order of ``REASONS``: its
@@ -106,7 +105,7 @@ def rejection(samples: Samples, settings: RecordingSettings) -> NDArray[np.int64
     return verdict
 
 
-def ectopic(samples: Samples, max_deviation_fraction: float) -> NDArray[np.bool_]:
+def ectopic(samples: Samples, max_deviation_fraction: float) -> BoolArray:
     """Return which samples lie in a beat whose RR is too far from the recording's median RR; shape (N,).
 
     The rule is the percentage filter of heart-rate-variability analysis (Malik et al. 1989), taken
@@ -118,16 +117,14 @@ def ectopic(samples: Samples, max_deviation_fraction: float) -> NDArray[np.bool_
     return np.asarray(deviation > max_deviation_fraction)
 
 
-def count_by_phase(
-    samples: Samples, verdict: NDArray[np.int64], phases: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def count_by_phase(samples: Samples, verdict: IntArray, phases: int) -> tuple[IntArray, IntArray]:
     """Count accepted samples, shape (P,), and rejected ones by reason, shape (reasons, P)."""
     counts = np.zeros((len(REASONS) + 1, phases), dtype=np.int64)
     np.add.at(counts, (verdict, samples.phase_index), 1)
     return counts[ACCEPTED], counts[:ACCEPTED]
 
 
-def count_by_repeat(samples: Samples, accepted: NDArray[np.bool_], phases: int) -> NDArray[np.int64]:
+def count_by_repeat(samples: Samples, accepted: BoolArray, phases: int) -> IntArray:
     """Count the accepted samples of each phase and repeat; shape (P, repeats).
 
     Columns are the repeats that the recording has, in ascending order, whether or not a phase has them.
@@ -138,11 +135,11 @@ def count_by_repeat(samples: Samples, accepted: NDArray[np.bool_], phases: int) 
     return counts
 
 
-def _reject(verdict: NDArray[np.int64], wrong: NDArray[np.bool_], reason: str) -> None:
+def _reject(verdict: IntArray, wrong: BoolArray, reason: str) -> None:
     verdict[wrong & (verdict == ACCEPTED)] = REASONS.index(reason)
 
 
-def _outlier(samples: Samples, kept: NDArray[np.bool_], settings: RecordingSettings) -> NDArray[np.bool_]:
+def _outlier(samples: Samples, kept: BoolArray, settings: RecordingSettings) -> BoolArray:
     # The modified z-score of Iglewicz and Hoaglin (1993) on relative deviations from the phase median:
     # the noise is proportional to the speed, so its scale is common to all phases and estimated from all.
     speed = pd.Series(np.where(kept, samples.speed_m_s, np.nan))
@@ -154,10 +151,9 @@ def _outlier(samples: Samples, kept: NDArray[np.bool_], settings: RecordingSetti
     return np.asarray(deviation > settings.outlier_max_abs_z * scale)
 
 
-def _sparse(samples: Samples, kept: NDArray[np.bool_], settings: RecordingSettings) -> NDArray[np.bool_]:
+def _sparse(samples: Samples, kept: BoolArray, settings: RecordingSettings) -> BoolArray:
     table = pd.DataFrame({"repeat": samples.repeat[kept], "phase": samples.phase_index[kept]})
-    found = table.groupby("phase")["repeat"].agg(["size", "nunique"])
-    enough = (found["size"] >= settings.min_samples_per_phase) & (
-        found["nunique"] >= settings.min_repeats_per_phase
-    )
-    return ~np.isin(samples.phase_index, found.index[enough].to_numpy())
+    count = table.groupby("phase")["repeat"].agg(["size", "nunique"])
+    enough_samples = count["size"] >= settings.min_samples_per_phase
+    enough = enough_samples & (count["nunique"] >= settings.min_repeats_per_phase)
+    return ~np.isin(samples.phase_index, count.index[enough].to_numpy())

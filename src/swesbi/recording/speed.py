@@ -7,12 +7,11 @@ from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.artefacts import Variable
 from swesbi.recording.samples import Samples
 
-FloatArray = NDArray[np.float64]
 PA_PER_KPA: Final = 1e3
 
 
@@ -60,7 +59,7 @@ class PhaseSpeeds:
     noise: NoiseComponents
 
 
-def average_speeds(samples: Samples, accepted: NDArray[np.bool_], phases: int) -> PhaseSpeeds:
+def average_speeds(samples: Samples, accepted: BoolArray, phases: int) -> PhaseSpeeds:
     """Average the accepted samples of each phase.
 
     Samples of one repeat share that repeat's error, so the repeat means, not the samples, are
@@ -83,7 +82,7 @@ def average_speeds(samples: Samples, accepted: NDArray[np.bool_], phases: int) -
     return PhaseSpeeds(table[:, 0], table[:, 1], table[:, 2], noise)
 
 
-def repeat_means(samples: Samples, accepted: NDArray[np.bool_]) -> pd.DataFrame:
+def repeat_means(samples: Samples, accepted: BoolArray) -> pd.DataFrame:
     """Return one row per phase and repeat with accepted samples.
 
     Columns: phase_index, repeat, speed (mean, m/s), variance (of the samples; NaN for one), size, beat_phase.

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 
 if TYPE_CHECKING:
@@ -22,10 +23,18 @@ if TYPE_CHECKING:
 
 SHOWN_ROWS: Final = 5
 MISSING: Final = ("", "NaN", "nan", "NAN")  # MATLAB writes an empty number as NaN
+DELIMITERS: Final = (",", ";", "\t")
+COMMENT: Final = "#"
+MAX_BYTES: Final = 256 * 1024**2
+EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
+DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
+HEADER: Final = "name them in the first row, separated by commas (or semicolons)"
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """The cells of the columns that are used, as text, and the problems found in them so far.
 
     Attributes:
@@ -38,13 +47,13 @@ class Table:
 
     source: str
     cells: pd.DataFrame
-    rows: NDArray[np.int64]
+    rows: IntArray
     unit: str = "row"
     problems: list[Problem] = field(default_factory=list)
 
     def number(
         self, column: str, low: float, high: float, remedy: str, *, may_be_empty: bool = False
-    ) -> NDArray[np.float64]:
+    ) -> FloatArray:
         """Return a column of numbers within [low, high]; NaN where empty, which may be allowed, or wrong."""
         import pandas as pd  # a third of a second, which whoever only reads the configuration need not wait
 
@@ -53,10 +62,11 @@ class Table:
         empty = text.isin(MISSING).to_numpy() & may_be_empty
         known = np.isfinite(values)
         self.flag(column, ~known & ~empty, "is not a number", "write a number with a decimal point")
-        self.flag(column, known & ~((values >= low) & (values <= high)), _outside(low, high), remedy)
+        outside = known & ~((values >= low) & (values <= high))
+        self.flag(column, outside, f"is outside [{low:g}, {high:g}]", remedy)
         return np.where(known, values, np.nan)
 
-    def integer(self, column: str, low: int, high: int, remedy: str) -> NDArray[np.int64]:
+    def integer(self, column: str, low: int, high: int, remedy: str) -> IntArray:
         """Return a column of whole numbers within [low, high]; what is wrong becomes ``low``."""
         values = self.number(column, low, high, remedy)
         fraction = np.isfinite(values) & (values != np.round(values))
@@ -76,15 +86,13 @@ class Table:
         repeated = self.cells.duplicated(list(columns)).to_numpy()
         self.flag(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row", "keep one")
 
-    def flag(self, column: str, wrong: NDArray[np.bool_], reason: str, remedy: str) -> None:
+    def flag(self, column: str, wrong: BoolArray, reason: str, remedy: str) -> None:
         """Note a problem for each wrong row: the first few one by one, the rest as a number."""
-        found = np.flatnonzero(wrong)
-        for index in found[:SHOWN_ROWS]:
+        rows = np.flatnonzero(wrong)
+        for index in rows[:SHOWN_ROWS]:
             self.note(int(index), column, reason, remedy)
-        if more := len(found) - SHOWN_ROWS:
-            if more < 0:
-                return
-            last = self.rows[found[-1]]
+        if (more := len(rows) - SHOWN_ROWS) > 0:
+            last = self.rows[rows[-1]]
             text = f"likewise in {more} more {self.unit}s, the last of them {last}: {reason}"
             self.problems.append(Problem(self.source, text, remedy, column=column))
 
@@ -116,26 +124,12 @@ def check_names(source: str, names: Sequence[str], required: Sequence[str], reme
 
 def _close(missing: Sequence[str], names: Sequence[str]) -> str:
     lowered = {name.lower(): name for name in names}
-    found = {name: difflib.get_close_matches(name, lowered, n=1, cutoff=0.8) for name in missing}
-    pairs = [f"{lowered[close[0]]!r} should be {name!r}" for name, close in found.items() if close]
+    alike = {name: difflib.get_close_matches(name, lowered, n=1, cutoff=0.8) for name in missing}
+    pairs = [f"{lowered[close[0]]!r} should be {name!r}" for name, close in alike.items() if close]
     return f" ({', '.join(pairs)}?)" if pairs else ""
 
 
-def _outside(low: float, high: float) -> str:
-    return f"is outside [{low:g}, {high:g}]"
-
-
-DELIMITERS: Final = (",", ";", "\t")
-COMMENT: Final = "#"
-MAX_BYTES: Final = 256 * 1024**2
-EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
-DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
-DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
-HEADER: Final = "name them in the first row, separated by commas (or semicolons)"
-
-
-def read_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> Table:
+def read_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> TextTable:
     """Read the columns of a CSV file that are used; others are ignored, and so are lines from ``#`` on.
 
     The delimiter is the one (comma, semicolon, tab) under which the header names most of the columns. Behind
@@ -196,8 +190,8 @@ def _text(path: Path) -> str:
 def _delimiter(text: str, names: Sequence[str]) -> str:
     lines = io.StringIO(text, newline="")
     header = next((line for line in lines if line.strip() and not line.startswith(COMMENT)), "")
-    found = {sign: {cell.strip().strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
-    return max(DELIMITERS, key=lambda sign: len(found[sign] & set(names)))
+    cells = {sign: {cell.strip().strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
+    return max(DELIMITERS, key=lambda sign: len(cells[sign] & set(names)))
 
 
 def _records(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
@@ -219,7 +213,7 @@ def _records(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[
 
 def _table(
     path: Path, records: Iterable[tuple[int, list[str]]], names: Sequence[str], wanted: Sequence[str]
-) -> Table:
+) -> TextTable:
     """Collect the wanted cells; rows of another length are refused, but for blank ones at the end."""
     pick = operator.itemgetter(*(names.index(name) for name in wanted))
     cells: list[tuple[str, ...]] = []
@@ -241,7 +235,7 @@ def _table(
     import pandas as pd
 
     frame = pd.DataFrame(cells, columns=list(wanted), dtype=object).map(str.strip)
-    return Table(str(path), frame, np.array(rows, dtype=np.int64))
+    return TextTable(str(path), frame, np.array(rows, dtype=np.int64))
 
 
 def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list[Problem]:
@@ -256,7 +250,7 @@ def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list
     return problems
 
 
-def _with_decimal_points(table: Table) -> Table:
+def _with_decimal_points(table: TextTable) -> TextTable:
     """Turn decimal commas into points; a file that uses both is left to the check of its numbers."""
     comma = table.cells.apply(lambda column: column.str.fullmatch(DECIMAL_COMMA))
     if not comma.to_numpy().any():
@@ -268,4 +262,4 @@ def _with_decimal_points(table: Table) -> Table:
             table.flag(str(name), comma[name].to_numpy(bool), reason, "use one decimal sign throughout")
         table.finish()
     changed = table.cells.where(~comma, table.cells.apply(lambda column: column.str.replace(",", ".")))
-    return Table(table.source, changed, table.rows)
+    return TextTable(table.source, changed, table.rows)

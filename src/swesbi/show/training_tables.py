@@ -12,7 +12,7 @@ import pandas as pd
 from swesbi.show.csv import write_csv
 
 if TYPE_CHECKING:
-    from swesbi.networks.spline.training import FlowEpoch
+    from swesbi.networks.spline.training import SplineEpoch
 
 NAN: Final = float("nan")
 VALIDATION_LOSS: Final = "validation_loss"
@@ -59,7 +59,7 @@ def epochs_table(rows: Sequence[EpochRow]) -> pd.DataFrame:
     return pd.DataFrame([asdict(row) for row in rows]).astype({"best": int})
 
 
-def write_epochs(path: Path, epochs: Sequence[FlowEpoch]) -> None:
+def write_epochs(path: Path, epochs: Sequence[SplineEpoch]) -> None:
     """Write the losses of every epoch of a flow's training."""
     frame = pd.DataFrame([asdict(epoch) for epoch in epochs]).rename(columns={"number": "epoch"})
     frame["best_so_far"] = frame["best_so_far"].astype(int)

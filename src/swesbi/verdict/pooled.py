@@ -33,7 +33,7 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import summary_names
 from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
-from swesbi.networks.spline.net import TrainedFlow
+from swesbi.networks.spline.net import TrainedSpline
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.recordings import (
     OWN,
@@ -165,7 +165,7 @@ class PopulationNull:
 
 def draw_null(
     index: Sequence[int],
-    flow: TrainedFlow,
+    flow: TrainedSpline,
     fresh: FreshSettings,
     conditioning: ConditioningSettings,
     settings: NullSettings,
@@ -200,7 +200,7 @@ def draw_null(
 
 def _check(
     model: SpeedModel,
-    flow: TrainedFlow,
+    flow: TrainedSpline,
     conditioning: ConditioningSettings,
     settings: NullSettings,
     seed: int,

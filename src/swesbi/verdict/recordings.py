@@ -25,10 +25,10 @@ from swesbi.artefacts import (
     values_of,
 )
 from swesbi.context import Context
-from swesbi.measurement.likelihood import RememberingModel, SpeedModel
+from swesbi.measurement.likelihood import CachedModel, SpeedModel
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
 from swesbi.networks.spline.conditioning import ConditioningSettings
-from swesbi.networks.spline.net import TrainedFlow
+from swesbi.networks.spline.net import TrainedSpline
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.importance import WeightedDraws, flow_proposal, weigh
 from swesbi.progress import Progress
@@ -58,19 +58,19 @@ class WeighingSettings(Protocol):
 
 
 def weighted_posterior(
-    model: SpeedModel, flow: TrainedFlow, settings: WeighingSettings, seed: int
+    model: SpeedModel, flow: TrainedSpline, settings: WeighingSettings, seed: int
 ) -> PosteriorDraws:
     """Weight draws of the flow and the prior to the exact posterior of the model's recording."""
-    remembering = RememberingModel(model)
+    cached = CachedModel(model)
     proposal = flow_proposal(flow, model.recording)
-    weighted = weigh(remembering, proposal, settings.draws, settings.prior_fraction, seed)
-    return _posterior(weighted, remembering.predict(weighted.phi))
+    weighted = weigh(cached, proposal, settings.draws, settings.prior_fraction, seed)
+    return _posterior(weighted, cached.predict(weighted.phi))
 
 
 def check_recordings(
     model: SpeedModel,
     recordings: Sequence[SpeedRecording],
-    flow: TrainedFlow,
+    flow: TrainedSpline,
     conditioning: ConditioningSettings,
     settings: SyntheticSettings,
     seed: int,

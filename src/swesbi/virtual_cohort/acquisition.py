@@ -14,6 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.parameters import THETA_NAMES
 from swesbi.recording.phases import nominal_phases
@@ -23,7 +24,6 @@ from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import Truth, TruthCurve
 
-FloatArray = NDArray[np.float64]
 SLOWEST_M_S: Final = 0.1
 FASTEST_M_S: Final = 12.0
 FAILURE_SHARES: Final = (0.35, 0.25, 0.30, 0.10)  # in the order of FAILED_STATUSES
@@ -125,7 +125,7 @@ def _clean_speed(truth: TruthCurve, beat_phase: FloatArray, density_kg_m3: float
     return shear_wave_speed_m_s(curve(beat_phase), density_kg_m3)
 
 
-def _fates(settings: AcquisitionSettings, draws: _Draws) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _fates(settings: AcquisitionSettings, draws: _Draws) -> tuple[BoolArray, BoolArray]:
     failed = draws.fate < settings.failed_fraction
     failed[list(settings.missing_phases)] = True
     wrong = ~failed & (draws.fate > 1.0 - settings.outlier_fraction)
@@ -153,7 +153,7 @@ def record(truth: Truth, seed: int) -> Samples:
     return acquire(truth.curve, volunteer.context, volunteer.acquisition, stream)
 
 
-def read_true_theta(path: Path) -> dict[str, NDArray[np.float64]]:
+def read_true_theta(path: Path) -> dict[str, FloatArray]:
     """Read the true theta, shape (3,) in the order of ``THETA_NAMES``, of each subject of ``truth.csv``."""
     table = pd.read_csv(path, dtype={"subject": str}).set_index("subject")
     values = table[list(THETA_NAMES)].to_numpy(dtype=np.float64)

@@ -30,6 +30,27 @@ MEDIAN_COLOUR = "#0b3c6f"
 FAILED_COLOUR = "#d55e00"
 PUBLISHED_COLOUR = "#009e73"
 TOP_M_S = 7.2
+WHOLE: Final = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}  # rounded to the millisecond when acquired
+RECORDING: Final = """\
+# How the recordings of this cohort were made
+origin: virtual volunteers, simulated by swesbi.virtual_cohort; not measured on people
+acquisition_seed: {seed}
+protocol:               # as in the paper, Sec. 2.1, which the simulation stands for
+  system: Verasonics Vantage
+  probe: GE 6S-D
+  push_frequency_mhz: 4.0
+  push_duration_us: 300.0
+  push_f_number: 1.0
+  view: parasternal long axis
+  region: basal anteroseptal interventricular septum, mid-myocardium
+  phases: 20
+  repeats: 3
+  samples_per_repeat: 12
+density_kg_m3: 1000.0
+sources:
+  protocol: paper, Sec. 2.1
+  speeds: see README.md
+"""
 
 
 def draw_recordings(volunteers: Sequence[Volunteer], recordings: Sequence[Samples]) -> Figure:
@@ -68,28 +89,6 @@ def _draw_recording(axis: Axes, samples: Samples) -> None:
     axis.tick_params(labelsize=9)
 
 
-RECORDING: Final = """\
-# How the recordings of this cohort were made
-origin: virtual volunteers, simulated by swesbi.virtual_cohort; not measured on people
-acquisition_seed: {seed}
-protocol:               # as in the paper, Sec. 2.1, which the simulation stands for
-  system: Verasonics Vantage
-  probe: GE 6S-D
-  push_frequency_mhz: 4.0
-  push_duration_us: 300.0
-  push_f_number: 1.0
-  view: parasternal long axis
-  region: basal anteroseptal interventricular septum, mid-myocardium
-  phases: 20
-  repeats: 3
-  samples_per_repeat: 12
-density_kg_m3: 1000.0
-sources:
-  protocol: paper, Sec. 2.1
-  speeds: see README.md
-"""
-
-
 def write_cohort(folder: Path, seed: int) -> None:
     """Write contexts, recordings, truth, picture and README of the six volunteers into ``folder``.
 
@@ -99,7 +98,7 @@ def write_cohort(folder: Path, seed: int) -> None:
     recordings = [record(truth, seed) for truth in truths]
     (folder / "swe").mkdir(parents=True, exist_ok=True)
     for truth, samples in zip(truths, recordings, strict=True):
-        _write_csv(folder / "swe" / f"{truth.volunteer.context.subject}.csv", _plain(samples))
+        _write_csv(folder / "swe" / f"{truth.volunteer.context.subject}.csv", samples.frame().astype(WHOLE))
     _write_csv(folder / "subjects.csv", context_table(truths).astype(object))
     _write_csv(folder / "truth.csv", truth_table(truths))
     _write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
@@ -108,11 +107,6 @@ def write_cohort(folder: Path, seed: int) -> None:
     shown = pd.read_csv(medians, dtype=str, keep_default_na=False) if medians.is_file() else None
     _write_text(folder / "README.md", readme(truths, recordings, seed, shown))
     _write_picture(folder / "recordings.png", recordings)
-
-
-def _plain(samples: Samples) -> pd.DataFrame:
-    whole = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}  # rounded to the millisecond when acquired
-    return samples.frame().astype(whole)
 
 
 def _write_csv(path: Path, table: pd.DataFrame, float_format: str | None = None) -> None:

@@ -168,24 +168,24 @@ def markdown(table: pd.DataFrame) -> str:
 def _truth_rows(truths: Sequence[Truth]) -> pd.DataFrame:
     rows = []
     for truth in truths:
-        own = truth.volunteer
-        k_0, k_atp, k_sr = own.theta
+        volunteer = truth.volunteer
+        k_0, k_atp, k_sr = volunteer.theta
         rows.append(
             {
-                "": own.context.subject,
+                "": volunteer.context.subject,
                 "k_0 (kPa)": f"{k_0:g}",
                 "k_ATP (1/s)": f"{k_atp:g}",
                 "k_SR (1/s)": f"{k_sr:g}",
-                "late diastole (kPa)": f"{own.late_diastolic_kpa:g}",
+                "late diastole (kPa)": f"{volunteer.late_diastolic_kpa:g}",
                 "a (kPa)": f"{truth.passive_scale_kpa:.2f}",
-                "b": f"{own.passive_exponent_b:g}",
-                "sigma_0 (kPa)": f"{own.sigma_0_kpa:g}",
-                "alpha": f"{own.destruction_alpha:g}",
-                "wall": f"{own.wall_stiffness:g}",
-                "R_d (1e8 Pa s/m3)": f"{own.distal_resistance_pa_s_m3 / 1e8:.2f}",
-                "C_s (1e-8 m3/Pa)": f"{own.systemic_capacitance_m3_pa / 1e-8:.2f}",
-                "onset (ms)": f"{1e3 * own.activation_onset_s:.0f}",
-                "duration (ms)": f"{1e3 * own.activation_duration_s:.0f}",
+                "b": f"{volunteer.passive_exponent_b:g}",
+                "sigma_0 (kPa)": f"{volunteer.sigma_0_kpa:g}",
+                "alpha": f"{volunteer.destruction_alpha:g}",
+                "wall": f"{volunteer.wall_stiffness:g}",
+                "R_d (1e8 Pa s/m3)": f"{volunteer.distal_resistance_pa_s_m3 / 1e8:.2f}",
+                "C_s (1e-8 m3/Pa)": f"{volunteer.systemic_capacitance_m3_pa / 1e-8:.2f}",
+                "onset (ms)": f"{1e3 * volunteer.activation_onset_s:.0f}",
+                "duration (ms)": f"{1e3 * volunteer.activation_duration_s:.0f}",
             }
         )
     return pd.DataFrame(rows)
@@ -223,8 +223,8 @@ def _sample_rows(truths: Sequence[Truth], recordings: Sequence[Samples]) -> pd.D
 def _speed_rows(truths: Sequence[Truth], recordings: Sequence[Samples]) -> pd.DataFrame:
     rows = []
     for truth, samples in zip(truths, recordings, strict=True):
-        found = summarise_speeds(samples, truth)
-        values = (found.late_diastolic_m_s, found.peak_m_s, found.closure_m_s, found.stiffness_ratio)
+        speeds = summarise_speeds(samples, truth)
+        values = (speeds.late_diastolic_m_s, speeds.peak_m_s, speeds.closure_m_s, speeds.stiffness_ratio)
         rows.append((truth.volunteer.context.subject, *(f"{value:.2f}" for value in values)))
     ranges = (LATE_DIASTOLIC_SPEED_M_S, PEAK_SPEED_M_S, CLOSURE_SPEED_M_S, STIFFNESS_RATIO)
     rows.append(("published", *(f"{low:g} to {high:g}" for low, high in ranges)))

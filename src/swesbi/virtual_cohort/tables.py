@@ -8,14 +8,13 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.parameters import THETA_NAMES
 from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import Samples
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, Truth
 
-FloatArray = NDArray[np.float64]
 FINE_GRID: Final = 2001
 LATE_DIASTOLIC_SPEED_M_S: Final = (0.87, 1.51)
 PEAK_SPEED_M_S: Final = (2.1, 5.5)
@@ -105,9 +104,9 @@ def haemodynamics(truth: Truth) -> dict[str, float]:
 def _truth_row(truth: Truth) -> dict[str, str | float]:
     volunteer = truth.volunteer
     theta = dict(zip(THETA_NAMES, volunteer.theta, strict=True))
-    own = {name: getattr(volunteer, name) for name in OWN_PARAMETERS}
+    physiology = {name: getattr(volunteer, name) for name in OWN_PARAMETERS}
     scale = round(truth.passive_scale_kpa, 4)
-    return {"subject": volunteer.context.subject, **theta, "passive_scale_kpa": scale, **own}
+    return {"subject": volunteer.context.subject, **theta, "passive_scale_kpa": scale, **physiology}
 
 
 def _curve_rows(truth: Truth) -> pd.DataFrame:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
@@ -65,6 +65,7 @@ COMMON: Final[Mapping[str, str | bool | float]] = {
     "maximum_step_s": 1e-3,
 }
 """What the volunteers share; kept here since it does not change with the study's configuration."""
+_PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ class Volunteer:
 
 def forward_model_of(volunteer: Volunteer) -> ForwardModelSettings:
     """Return the forward-model settings of one volunteer."""
-    own = {
+    physiology = {
         "sigma_0_pa": 1e3 * volunteer.sigma_0_kpa,
         "destruction_alpha": volunteer.destruction_alpha,
         "passive_c0_pa": PASSIVE_C0_PA * volunteer.wall_stiffness,
@@ -114,17 +115,16 @@ def forward_model_of(volunteer: Volunteer) -> ForwardModelSettings:
         "activation_onset_s": volunteer.activation_onset_s,
         "activation_duration_s": volunteer.activation_duration_s,
     }
-    return ForwardModelSettings.from_plain({**COMMON, **own})
+    return ForwardModelSettings.from_plain({**COMMON, **physiology})
 
 
 def _acquisition(
     outliers: float, missing: tuple[int, ...] = (), ectopic: tuple[EctopicBeat, ...] = ()
 ) -> AcquisitionSettings:
-    own = {"outlier_fraction": outliers, "missing_phases": missing, "ectopic_beats": ectopic}
-    return ACQUISITION.model_copy(update=own)
+    changes = {"outlier_fraction": outliers, "missing_phases": missing, "ectopic_beats": ectopic}
+    return ACQUISITION.model_copy(update=changes)
 
 
-_PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
 VOLUNTEERS: Final = (
     Volunteer(
         Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88),
@@ -217,7 +217,6 @@ VOLUNTEERS: Final = (
         design="k_ATP far above the prior's bound",
     ),
 )
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.spline.net import TrainedFlow
+from swesbi.networks.spline.net import TrainedSpline
 from swesbi.posterior.exact import ExactPosterior
 from swesbi.posterior.importance import Proposal, flow_proposal
 from swesbi.posterior.settings import ExactSettings
@@ -149,7 +149,7 @@ class LocalRun:
 
 def calibrate_locally(
     model: SpeedModel,
-    flow: TrainedFlow,
+    flow: TrainedSpline,
     posterior: ExactPosterior,
     sizes: LocalSettings,
     exact: ExactSettings,

@@ -22,9 +22,9 @@ from swesbi.checks.calibration.ranks import (
 )
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.draws import equal_weights, resampled_rows
-from swesbi.measurement.likelihood import RememberingModel, SpeedModel, residuals
+from swesbi.measurement.likelihood import CachedModel, SpeedModel, residuals
 from swesbi.measurement.speeds import PredictedSpeeds
-from swesbi.networks.spline.net import TrainedFlow, draw_phi
+from swesbi.networks.spline.net import TrainedSpline, draw_phi
 from swesbi.population.synthetic import Synthetic
 from swesbi.posterior.exact import exact_posterior, weight_failures
 from swesbi.posterior.importance import FlowProposal, LikelihoodModel, Proposal, k_hat_limit, weigh
@@ -123,7 +123,7 @@ def exact_draws(
 def infer_recordings(
     model: SpeedModel,
     synthetic: Synthetic,
-    flow: TrainedFlow,
+    flow: TrainedSpline,
     settings: RecordingsSettings,
     exact: ExactSettings,
     seed: int,
@@ -194,14 +194,14 @@ def _infer(
     model, duration_s = case.model, case.model.activation_duration_s
     phi = np.concatenate([case.phi[None], network_phi])
     truth, *draws = quantities(phi, model.log_likelihood(phi), duration_s)
-    remembering = RememberingModel(model)
-    drawn = exact_draws(remembering, proposal, settings.weighted_draws, exact, case.seed, refinement)
+    cached = CachedModel(model)
+    drawn = exact_draws(cached, proposal, settings.weighted_draws, exact, case.seed, refinement)
     values = quantities(drawn.phi, drawn.log_likelihood, duration_s)
     return _Result(
         truth=truth,
         network=case.score(truth, np.stack(draws), equal_weights(len(draws))),
         weighted=case.score(truth, values, drawn.weight),
-        diagnostics=_diagnose(case, drawn, remembering.predict(drawn.phi), settings),
+        diagnostics=_diagnose(case, drawn, cached.predict(drawn.phi), settings),
     )
 
 

@@ -107,6 +107,8 @@ class LeanFlow:
     def differentiate(self) -> None:
         """Put the gradient of the mean of the last losses into ``gradient``, masked weights included."""
         rows = self._z.shape[0]
+        # The loss is 1/2 |noise|^2 - sum log scale. Its derivative by the last outputs is noise / B; by a
+        # scale it is -1 / (B scale), beside what the outputs pass on. That of the softplus is the sigmoid.
         torch.sigmoid(self._raw[:, : self._scale.shape[1]], out=self._sigmoid)
         torch.reciprocal(self._scale, out=self._inverse).mul_(-1.0 / rows)
         noise, features = self._inputs[-1, :-1], self._sizes[3]
@@ -118,6 +120,7 @@ class LeanFlow:
     def _weight_gradients(self) -> None:
         """Multiply the layers' gradients with their inputs, all transforms at once."""
         transforms, blocks, units, _, columns = self._sizes
+        # d loss / d W = (d loss / d sums) (inputs)^T; the row of ones in the inputs gives d loss / d b.
         gradient, inputs = self.gradient, self._activations.transpose(2, 3)
         torch.bmm(self._raw_gradient, inputs[:, blocks], out=gradient.last)
         for block in range(blocks):
@@ -161,36 +164,53 @@ class LeanFlow:
         )
 
 
-def _forward(flow: _Transform) -> None:
+def _forward(transform: _Transform) -> None:
     """Compute units, scale and outputs = scale * features + shift."""
     _tanh_of_half_(
-        torch.addmm(flow.context, flow.first.weight, flow.inputs, beta=2, alpha=2, out=flow.units[0])
+        torch.addmm(
+            transform.context,
+            transform.first.weight,
+            transform.inputs,
+            beta=2,
+            alpha=2,
+            out=transform.units[0],
+        )
     )
-    for layer, below, above in zip(flow.hidden, flow.activations, flow.units[1:], strict=False):
+    for layer, below, above in zip(
+        transform.hidden, transform.activations, transform.units[1:], strict=False
+    ):
         _tanh_of_half_(torch.addmm(above, layer.weight, below, beta=0, alpha=2, out=above))
-    torch.mm(flow.last.weight, flow.activations[-1], out=flow.raw)
-    features = len(flow.scale)
-    _softplus(flow.raw[:features], out=flow.scale).add_(SCALE_FLOOR)
-    torch.addcmul(flow.raw[features:], flow.features, flow.scale, out=flow.outputs)
+    torch.mm(transform.last.weight, transform.activations[-1], out=transform.raw)
+    features = len(transform.scale)
+    _softplus(transform.raw[:features], out=transform.scale).add_(SCALE_FLOOR)
+    torch.addcmul(transform.raw[features:], transform.features, transform.scale, out=transform.outputs)
 
 
-def _backward(flow: _Transform) -> None:
+def _backward(transform: _Transform) -> None:
     """Go from the gradient of the outputs to those of units and features.
 
     With y = s x + t the gradient of t is that of y, that of s is x times it less 1 / s.
     """
-    features = len(flow.scale)
-    outputs = flow.raw_gradient[features:]
-    scale = torch.addcmul(flow.inverse, outputs, flow.features, out=flow.raw_gradient[:features])
-    scale.mul_(flow.sigmoid)
-    above = flow.raw_gradient
+    features = len(transform.scale)
+    outputs = transform.raw_gradient[features:]
+    scale = torch.addcmul(
+        transform.inverse, outputs, transform.features, out=transform.raw_gradient[:features]
+    )
+    scale.mul_(transform.sigmoid)
+    above = transform.raw_gradient
     for layer, units, gradient in zip(
-        (flow.last, *reversed(flow.hidden)), reversed(flow.units), reversed(flow.units_gradient), strict=True
+        (transform.last, *reversed(transform.hidden)),
+        reversed(transform.units),
+        reversed(transform.units_gradient),
+        strict=True,
     ):
         torch.mm(layer.transposed, above, out=gradient)
-        above = _tanh_backward(gradient, units, grad_input=gradient)
-    if flow.features_gradient is not None:
-        torch.mul(outputs, flow.scale, out=flow.features_gradient).addmm_(flow.first.transposed, above)
+        above = _tanh_backward(gradient, units, grad_input=gradient)  # times 1 - tanh^2, of the stored tanh
+    # Features reach the loss directly, by the scale, and through the layers; the first transform's are data.
+    if transform.features_gradient is not None:
+        torch.mul(outputs, transform.scale, out=transform.features_gradient).addmm_(
+            transform.first.transposed, above
+        )
 
 
 def _tanh_of_half_(twice: Tensor) -> Tensor:

@@ -44,7 +44,7 @@ class Blocks:
 
 
 @dataclass(frozen=True)
-class _Layer:
+class _PlacedLayer:
     """A layer of the flow and where it lies in the blocks: a row of the layer is ``rows`` of its place."""
 
     linear: nn.Linear
@@ -77,12 +77,13 @@ class FlowWeights:
         """
         transforms = _check_parts(flow)
         mades = [
-            part.autoregressive_net
-            for part in transforms
-            if isinstance(part, MaskedAffineAutoregressiveTransform)
+            transform.autoregressive_net
+            for transform in transforms
+            if isinstance(transform, MaskedAffineAutoregressiveTransform)
         ]
         shapes = _shapes(mades)
-        vector = torch.zeros(_size(shapes), dtype=mades[0].final_layer.weight.dtype, device=_device(mades))
+        size = sum(torch.Size(shape).numel() for shape in shapes)
+        vector = mades[0].final_layer.weight.new_zeros(size)
         self.blocks = _blocks(shapes, vector)
         self.mask = self.blocks.like()
         self._layers = list(_layers(self.blocks, transforms))
@@ -137,40 +138,31 @@ def _shapes(mades: list[MADE]) -> list[tuple[int, ...]]:
     ]
 
 
-def _size(shapes: list[tuple[int, ...]]) -> int:
-    return sum(torch.Size(shape).numel() for shape in shapes)
-
-
-def _device(mades: list[MADE]) -> torch.device:
-    device: torch.device = mades[0].final_layer.weight.device
-    return device
-
-
 def _blocks(shapes: list[tuple[int, ...]], vector: Tensor) -> Blocks:
     parts = torch.split(vector, [torch.Size(shape).numel() for shape in shapes])
     views = [part.view(shape) for part, shape in zip(parts, shapes, strict=True)]
     return Blocks(vector, *views)
 
 
-def _layers(blocks: Blocks, transforms: list[nn.Module]) -> Iterator[_Layer]:
+def _layers(blocks: Blocks, transforms: list[nn.Module]) -> Iterator[_PlacedLayer]:
     """Yield every layer with its place; ``order`` is where the features of a transform come from."""
     order = torch.arange(blocks.first.shape[2] - 1, device=blocks.vector.device)
     index = 0
-    for part in transforms:
-        if isinstance(part, RandomPermutation):
-            order = order[part._permutation]
+    for transform in transforms:
+        if isinstance(transform, RandomPermutation):
+            order = order[transform._permutation]
         else:
-            yield from _transform_layers(blocks, index, part.autoregressive_net, order)
+            yield from _transform_layers(blocks, index, transform.autoregressive_net, order)
             index += 1
 
 
-def _transform_layers(blocks: Blocks, index: int, made: MADE, order: Tensor) -> Iterator[_Layer]:
+def _transform_layers(blocks: Blocks, index: int, made: MADE, order: Tensor) -> Iterator[_PlacedLayer]:
     units = torch.arange(blocks.first.shape[1], device=order.device)
     components = torch.arange(blocks.context.shape[2] - 1, device=order.device)
-    yield _Layer(made.context_layer, blocks.context[index], units, components)
-    yield _Layer(made.initial_layer, blocks.first[index], units, order)
+    yield _PlacedLayer(made.context_layer, blocks.context[index], units, components)
+    yield _PlacedLayer(made.initial_layer, blocks.first[index], units, order)
     for block, place in zip(made.blocks, blocks.hidden[index], strict=True):
-        yield _Layer(block.linear, place, units, units)
+        yield _PlacedLayer(block.linear, place, units, units)
     # The flow's outputs alternate: scale and shift of its first feature, of its second, ...
     scale_and_shift = torch.stack([order, order + len(order)], dim=1).flatten()
-    yield _Layer(made.final_layer, blocks.last[index], scale_and_shift, units)
+    yield _PlacedLayer(made.final_layer, blocks.last[index], scale_and_shift, units)

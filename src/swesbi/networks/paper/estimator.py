@@ -27,6 +27,7 @@ from swesbi.networks.settings import EstimatorSettings
 from swesbi.parameters import THETA_NAMES
 
 ESTIMATOR: Final = "estimator"
+CHECKPOINTS: Final = "checkpoints"
 
 
 @dataclass(frozen=True)
@@ -104,9 +105,6 @@ def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
     )
 
 
-CHECKPOINTS: Final = "checkpoints"
-
-
 @dataclass(frozen=True)
 class Weights:
     """The weights after one epoch, on the CPU.
@@ -154,10 +152,10 @@ def save_checkpoints(
         **provenance.attributes(),
         **describe_net(settings, components),
         "best_epoch": best_epoch,
-        "epochs": [one.epoch for one in weights],
-        "validation_losses": [one.validation_loss for one in weights],
+        "epochs": [kept.epoch for kept in weights],
+        "validation_losses": [kept.validation_loss for kept in weights],
     }
-    states = {str(one.epoch): dict(one.state) for one in weights}
+    states = {str(kept.epoch): dict(kept.state) for kept in weights}
     write_plain(path, {"metadata": metadata, "state_dicts": states})
 
 

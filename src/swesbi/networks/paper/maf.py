@@ -29,12 +29,15 @@ from nflows.transforms import (
     Transform,
 )
 from nflows.transforms.made import MADE, MaskedLinear
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from swesbi.arrays import FloatArray
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.prior import PriorSettings, in_bounds
+
+ROWS_PER_BATCH = 10_000
+"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 
 
 class MaskedFlow(nn.Module):
@@ -190,11 +193,6 @@ def _is_plain(transform: MaskedAffineAutoregressiveTransform) -> bool:
     )
 
 
-FloatArray = NDArray[np.float64]
-ROWS_PER_BATCH = 10_000
-"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
-
-
 class Sampler(Protocol):
     """A density estimator that can be sampled: the trained one, or a checkpoint of its training."""
 
@@ -229,7 +227,7 @@ def draw_candidates(estimator: Sampler, z: FloatArray, draws: int, seed: int) ->
         raise ValueError(f"z has shape {z.shape}, the estimator takes {len(estimator.components)} components")
     condition, net = torch.from_numpy(z.astype(np.float32)), for_drawing(estimator.net)
     with reproducible(seed), torch.no_grad():
-        sampled = [_draw(net, row[None], draws) for row in condition]
+        sampled = [np.concatenate(list(_batches(net, row[None], draws))) for row in condition]
     return np.stack(sampled)
 
 
@@ -254,12 +252,12 @@ def draw_until(
     """
     condition, net = torch.from_numpy(z[None].astype(np.float32)), for_drawing(estimator.net)
     drawn: list[FloatArray] = []
-    found = 0
+    inside = 0
     with reproducible(seed), torch.no_grad():
         for batch in _batches(net, condition, at_most):
             drawn.append(batch)
-            found += int(in_bounds(batch, prior).sum())
-            if found >= enough:
+            inside += int(in_bounds(batch, prior).sum())
+            if inside >= enough:
                 break
     return np.concatenate(drawn)
 
@@ -270,10 +268,6 @@ def losses(estimator: Sampler, theta: FloatArray, z: FloatArray) -> FloatArray:
     with reproducible(0), torch.no_grad():
         density: FloatArray = estimator.net.log_prob(*rows).numpy().astype(np.float64)
     return -density
-
-
-def _draw(net: MaskedFlow, row: torch.Tensor, draws: int) -> FloatArray:
-    return np.concatenate(list(_batches(net, row, draws)))
 
 
 def _batches(net: MaskedFlow, row: torch.Tensor, draws: int) -> Iterator[FloatArray]:

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray, IntArray
 from swesbi.artefacts import (
     Labels,
     Part,
@@ -27,8 +28,6 @@ from swesbi.networks.settings import ObservationModelSettings
 from swesbi.networks.standardisation import MIXED, Standardisation, fit_standardisation
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 from swesbi.seeds import generator
-
-FloatArray = NDArray[np.float64]
 
 
 def noise_sd(names: Sequence[str], feature_noise_sd: Mapping[str, float]) -> FloatArray:
@@ -76,7 +75,7 @@ class SubjectFeatures:
     """
 
     context: Context
-    draw_index: NDArray[np.int64]
+    draw_index: IntArray
     theta: FloatArray
     features: FloatArray
     observed: FloatArray

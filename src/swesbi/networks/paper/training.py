@@ -8,7 +8,6 @@ import logging
 import warnings
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import torch
@@ -16,16 +15,14 @@ from numpy.typing import NDArray
 from sbi.inference import NPE_C
 from torch import Tensor
 
-from swesbi.networks.accelerated.trainer import FastTrainer
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.paper.estimator import TrainedEstimator, Weights
 from swesbi.networks.paper.maf import MaskedFlow
 from swesbi.networks.paper.sbi_trainer import SbiTrainer, on_cpu
-from swesbi.networks.settings import EstimatorSettings
+from swesbi.networks.settings import EstimatorSettings, Procedure
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 
-TRAINERS: Final = {"sbi": SbiTrainer, "fast": FastTrainer}
 LOGGER = logging.getLogger("swesbi")
 
 
@@ -89,7 +86,7 @@ def train(
     _check_rows(len(theta), settings)
     with reproducible(seed), contextlib.redirect_stdout(io.StringIO()) as printed:
         record = _EpochRecord(label, settings.max_num_epochs + 1)
-        trainer = TRAINERS[settings.procedure](record, prior, settings, device, keep)
+        trainer = trainer_of(settings.procedure)(record, prior, settings, device, keep)
         _append(trainer, torch.from_numpy(theta), torch.from_numpy(z))
         trainer.train(
             training_batch_size=settings.batch_size,
@@ -108,6 +105,16 @@ def train(
     losses = [epoch.validation_loss for epoch in record.epochs]
     weights = tuple(Weights(number, losses[number - 1], states[number]) for number in sorted(states))
     return Training(estimator, tuple(record.epochs), weights)
+
+
+def trainer_of(procedure: Procedure) -> type[SbiTrainer]:
+    """Return the class that trains by a procedure of the settings."""
+    if procedure == "sbi":
+        return SbiTrainer
+    # Only here: sbi's own procedure must give the study without the derivatives written by hand.
+    from swesbi.networks.accelerated.trainer import FastTrainer
+
+    return FastTrainer
 
 
 def _append(trainer: NPE_C, theta: Tensor, z: Tensor) -> None:

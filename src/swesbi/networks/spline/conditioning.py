@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.base import Settings
 from swesbi.context import CONTEXT_NAMES, CONTEXT_RANGES, Context
 from swesbi.measurement.likelihood import SpeedModelSettings
@@ -24,9 +24,10 @@ from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.recording.phases import nominal_phases, to_grid
 from swesbi.recording.speed import youngs_modulus_kpa
 
-FloatArray = NDArray[np.float64]
 LEAST_KPA: Final = 1e-3  # a flat curve has no amplitude and no slope, hence no logarithm of them
 LARGEST_Z: Final = 8.0  # what lies farther out is judged by the misspecification tests, not by the network
+CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
+"""What the simulator takes of a context; nothing else can change a posterior."""
 
 
 class RecordingConditioner(Protocol):
@@ -122,14 +123,6 @@ def fit_conditioner(
     return Conditioner(settings, fit_standardisation(raw), fit_standardisation(values))
 
 
-BoolArray = NDArray[np.bool_]
-CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
-"""What the simulator takes of a context; nothing else can change a posterior."""
-LARGEST_PHASE_Z: Final = (
-    8.0  # a recording farther out is judged by the misspecification tests, not by the network
-)
-
-
 class PhaseSettings(Settings):
     """The phases at which the network sees a recording, and the noise that it was trained on."""
 
@@ -170,7 +163,7 @@ class PhaseConditioner:
 
     def standardise(self, inputs: FloatArray) -> FloatArray:
         """Standardise inputs (n, C), within bounds."""
-        return np.clip(self.inputs.apply(inputs), -LARGEST_PHASE_Z, LARGEST_PHASE_Z)
+        return np.clip(self.inputs.apply(inputs), -LARGEST_Z, LARGEST_Z)
 
 
 def fit_phase_conditioner(inputs: FloatArray, settings: PhaseSettings) -> PhaseConditioner:
@@ -220,10 +213,10 @@ def recording_inputs(recording: SpeedRecording, settings: PhaseSettings) -> Floa
     Each measured phase counts in the part of the cycle where it lies, where there are several the one
     nearest to its centre; so none counts twice.
     """
-    part = np.floor(recording.phase * settings.phases).astype(np.int64)
-    nearest_last = np.argsort(-np.abs(recording.phase - settings.phase[part]), kind="stable")
+    interval = np.floor(recording.phase * settings.phases).astype(np.int64)
+    nearest_last = np.argsort(-np.abs(recording.phase - settings.phase[interval]), kind="stable")
     chosen = np.full(settings.phases, -1)
-    chosen[part[nearest_last]] = nearest_last
+    chosen[interval[nearest_last]] = nearest_last
     return phase_inputs(
         context_inputs(recording.context)[None],
         np.log(recording.speed_m_s)[None, chosen],
@@ -233,7 +226,7 @@ def recording_inputs(recording: SpeedRecording, settings: PhaseSettings) -> Floa
     )
 
 
-def _neighbours(measured: BoolArray, direction: int) -> NDArray[np.int64]:
+def _neighbours(measured: BoolArray, direction: int) -> IntArray:
     """Return the index of the next measured phase in a direction around the cycle, its own if measured."""
     phases = measured.shape[1]
     turned = measured[:, ::-direction]

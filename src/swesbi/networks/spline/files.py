@@ -11,7 +11,7 @@ import numpy as np
 from swesbi.artefacts import Provenance
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.files import read_plain, write_plain
-from swesbi.networks.settings import FlowSettings
+from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.conditioning import (
     Conditioner,
     ConditioningSettings,
@@ -19,7 +19,7 @@ from swesbi.networks.spline.conditioning import (
     PhaseSettings,
     RecordingConditioner,
 )
-from swesbi.networks.spline.net import TrainedFlow, build_net
+from swesbi.networks.spline.net import TrainedSpline, build_net
 from swesbi.networks.standardisation import Standardisation
 from swesbi.parameters import PHI_NAMES
 from swesbi.prior import JointPriorSettings
@@ -29,24 +29,24 @@ FEATURES: Final = "features"
 PHASES: Final = "phases"
 
 
-def save_flow(path: Path, flow: TrainedFlow, provenance: Provenance) -> None:
+def save_spline(path: Path, spline: TrainedSpline, provenance: Provenance) -> None:
     """Write the flow atomically; equal flows give equal bytes."""
     metadata = {
         **provenance.attributes(),
-        "flow": flow.settings.model_dump_json(),
-        "prior": flow.prior.model_dump_json(),
+        "flow": spline.settings.model_dump_json(),
+        "prior": spline.prior.model_dump_json(),
         "parameters": list(PHI_NAMES),
-        "components": list(flow.components),
-        **_conditioner_metadata(flow.conditioner),
-        **_statistics_metadata(eta=flow.eta),
-        "best_epoch": flow.best_epoch,
-        "epochs_run": flow.epochs_run,
-        "best_validation_loss": flow.best_validation_loss,
+        "components": list(spline.components),
+        **_conditioner_metadata(spline.conditioner),
+        **_statistics_metadata(eta=spline.eta),
+        "best_epoch": spline.best_epoch,
+        "epochs_run": spline.epochs_run,
+        "best_validation_loss": spline.best_validation_loss,
     }
-    write_plain(path, {"metadata": metadata, "state_dict": dict(flow.net.state_dict())})
+    write_plain(path, {"metadata": metadata, "state_dict": dict(spline.net.state_dict())})
 
 
-def load_flow(path: Path) -> tuple[TrainedFlow, Provenance]:
+def load_spline(path: Path) -> tuple[TrainedSpline, Provenance]:
     """Rebuild a flow from its file, on the CPU, ready to draw.
 
     Raises:
@@ -55,7 +55,7 @@ def load_flow(path: Path) -> tuple[TrainedFlow, Provenance]:
     return read_plain(path, KIND, _rebuild)
 
 
-def load_flow_provenance(path: Path) -> Provenance:
+def load_spline_provenance(path: Path) -> Provenance:
     """Return how a flow was made, without building it.
 
     Raises:
@@ -64,14 +64,14 @@ def load_flow_provenance(path: Path) -> Provenance:
     return read_plain(path, KIND, dict)[1]
 
 
-def _rebuild(content: Mapping[str, Any]) -> TrainedFlow:
+def _rebuild(content: Mapping[str, Any]) -> TrainedSpline:
     metadata = content["metadata"]
-    settings = FlowSettings.model_validate_json(metadata["flow"])
+    settings = SplineSettings.model_validate_json(metadata["flow"])
     with reproducible(0):
         net = build_net(settings, len(metadata["components"]))
     net.load_state_dict(dict(content["state_dict"]))
     net.eval()
-    return TrainedFlow(
+    return TrainedSpline(
         net=net,
         settings=settings,
         prior=JointPriorSettings.model_validate_json(metadata["prior"]),
@@ -113,8 +113,8 @@ def _conditioner(metadata: Mapping[str, Any]) -> RecordingConditioner:
 
 
 def _statistics_metadata(**statistics: Standardisation) -> dict[str, list[float]]:
-    means = {f"{name}_mean": part.mean.tolist() for name, part in statistics.items()}
-    return means | {f"{name}_scale": part.scale.tolist() for name, part in statistics.items()}
+    means = {f"{name}_mean": values.mean.tolist() for name, values in statistics.items()}
+    return means | {f"{name}_scale": values.scale.tolist() for name, values in statistics.items()}
 
 
 def _statistics(metadata: Mapping[str, Any], name: str) -> Standardisation:

@@ -8,7 +8,7 @@ coordinate needs and no earlier pass has: the same sums of the same terms, hence
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,18 +17,21 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 import zuko
-from numpy.typing import NDArray
 from torch import Tensor
 from zuko.flows.autoregressive import MaskedAutoregressiveTransform
 from zuko.nn import MaskedLinear
 from zuko.utils import unpack
 
+from swesbi.arrays import FloatArray
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.settings import FlowSettings
+from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.conditioning import RecordingConditioner
 from swesbi.networks.standardisation import Standardisation
 from swesbi.parameters import PHI_NAMES
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
+
+DRAWS_PER_BATCH = 50_000
+"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 
 
 @dataclass(frozen=True)
@@ -58,13 +61,16 @@ class InverseTransform:
 
     def __call__(self, y: Tensor, condition: Tensor) -> Tensor:
         """Return x (n, d) for y (n, d) under conditions (n, C)."""
+        # Coordinates not yet found are zero; what a pass evaluates does not depend on them.
         known = torch.cat((torch.zeros_like(y), condition), dim=1)
         hidden = [torch.zeros(len(y), width) for width in self.widths]
-        for one in self.passes:
-            parameters = _evaluate(one.layers, known, hidden)
+        for step in self.passes:
+            parameters = _evaluate(step.layers, known, hidden)
+            # In closed form: a spline is inverted by a quadratic equation in the bin that y falls into
+            # (Durkan et al. 2019, Neural Spline Flows, App. A.1), and is the identity outside its bins.
             parts = unpack(parameters.view(len(y), -1, self.transform.total), self.transform.shapes)
             univariate: Any = self.transform.univariate(*parts)
-            known[:, one.coordinates] = univariate.inv(y[:, one.coordinates])
+            known[:, step.coordinates] = univariate.inv(y[:, step.coordinates])
         return known[:, : y.shape[1]]
 
 
@@ -107,23 +113,19 @@ def _inverse(transform: torch.nn.Module) -> InverseTransform:
 
 def _new_units(layers: Sequence[MaskedLinear], outputs: Tensor, done: Sequence[Tensor]) -> tuple[_Units, ...]:
     """Return the units that these outputs depend on and that are not in ``done``, where they are added."""
-    needed, found = outputs, []
+    needed, new_units = outputs, []
     for layer, before in zip(reversed(layers), reversed(done), strict=True):
+        # Backwards from the outputs: what a layer must have is what the one above reads through its mask.
         rows = torch.nonzero(needed & ~before).squeeze(1)
         before |= needed
         weight = (layer.mask * layer.weight).detach()
-        found.append(_Units(rows, weight[rows], layer.bias.detach()[rows]))
+        new_units.append(_Units(rows, weight[rows], layer.bias.detach()[rows]))
         needed = layer.mask[needed].any(dim=0)
-    return tuple(reversed(found))
-
-
-FloatArray = NDArray[np.float64]
-DRAWS_PER_BATCH = 50_000
-"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
+    return tuple(reversed(new_units))
 
 
 @dataclass(frozen=True)
-class TrainedFlow:
+class TrainedSpline:
     """A trained flow q(phi | z) and how it was trained.
 
     Attributes:
@@ -138,7 +140,7 @@ class TrainedFlow:
     """
 
     net: zuko.flows.Flow
-    settings: FlowSettings
+    settings: SplineSettings
     prior: JointPriorSettings
     conditioner: RecordingConditioner
     eta: Standardisation
@@ -157,7 +159,7 @@ class TrainedFlow:
         return inverse_transforms(self.net)
 
 
-def build_net(settings: FlowSettings, components: int) -> zuko.flows.Flow:
+def build_net(settings: SplineSettings, components: int) -> zuko.flows.Flow:
     """Build an untrained flow of the four parameters, conditioned on ``components`` numbers."""
     shape = {
         "features": len(PHI_NAMES),
@@ -170,11 +172,11 @@ def build_net(settings: FlowSettings, components: int) -> zuko.flows.Flow:
     return zuko.flows.NSF(**shape, bins=settings.bins)
 
 
-def draw_phi(flow: TrainedFlow, condition: FloatArray, draws: int, seed: int) -> FloatArray:
+def draw_phi(spline: TrainedSpline, condition: FloatArray, draws: int, seed: int) -> FloatArray:
     """Draw phi ~ q(phi | z) for each conditioning vector; always inside the prior's box.
 
     Args:
-        flow: The trained flow.
+        spline: The trained flow.
         condition: Conditioning vectors z; shape (B, C).
         draws: Draws for each.
         seed: Seed of the draws.
@@ -185,46 +187,42 @@ def draw_phi(flow: TrainedFlow, condition: FloatArray, draws: int, seed: int) ->
     Raises:
         ValueError: z has another number of components than the flow, or holds NaN.
     """
-    _check(condition, len(flow.components))
+    _check(condition, len(spline.components))
     rows = max(DRAWS_PER_BATCH // draws, 1)
     with reproducible(seed), torch.no_grad():
-        parts = [_draw(flow, _tensor(part), draws) for part in _split(condition, rows)]
-    eta = np.concatenate(parts) * flow.eta.scale + flow.eta.mean
-    return from_logit(eta, flow.prior)
+        starts = range(0, len(condition), rows)
+        parts = [_draw(spline, _tensor(condition[start : start + rows]), draws) for start in starts]
+    eta = np.concatenate(parts) * spline.eta.scale + spline.eta.mean
+    return from_logit(eta, spline.prior)
 
 
-def log_q(flow: TrainedFlow, condition: FloatArray, phi: FloatArray) -> FloatArray:
+def log_q(spline: TrainedSpline, condition: FloatArray, phi: FloatArray) -> FloatArray:
     """Return log q(phi | z), per unit of phi, of phi (n, 4) under one conditioning vector (C,); shape (n,).
 
     Raises:
         ValueError: z has another number of components than the flow, or holds NaN.
     """
-    _check(condition[None], len(flow.components))
-    eta = to_logit(phi, flow.prior)
-    row, standardised = _tensor(condition), _tensor(flow.eta.apply(eta))
+    _check(condition[None], len(spline.components))
+    eta = to_logit(phi, spline.prior)
+    row, standardised = _tensor(condition), _tensor(spline.eta.apply(eta))
     with reproducible(0), torch.no_grad():
         parts = [
-            flow.net(row.expand(len(part), -1)).log_prob(part)
+            spline.net(row.expand(len(part), -1)).log_prob(part)
             for part in torch.split(standardised, DRAWS_PER_BATCH)
         ]
     log_density = torch.cat(parts).numpy().astype(np.float64)
-    return np.asarray(log_density - np.log(flow.eta.scale).sum() - log_jacobian(eta, flow.prior))
+    return np.asarray(log_density - np.log(spline.eta.scale).sum() - log_jacobian(eta, spline.prior))
 
 
-def _draw(flow: TrainedFlow, condition: Tensor, draws: int) -> FloatArray:
+def _draw(spline: TrainedSpline, condition: Tensor, draws: int) -> FloatArray:
     """Draw standardised eta for conditions (B, C); shape (B, draws, 4)."""
-    base = flow.net(condition).base.sample((draws,))
+    base = spline.net(condition).base.sample((draws,))
     eta = base.flatten(0, 1)
     conditions = condition.expand(draws, *condition.shape).flatten(0, 1)
-    for inverse in flow.inverse:
+    for inverse in spline.inverse:
         eta = inverse(eta, conditions)
     drawn: FloatArray = eta.view(base.shape).transpose(0, 1).numpy().astype(np.float64)
     return drawn
-
-
-def _split(condition: FloatArray, rows: int) -> Iterator[FloatArray]:
-    for start in range(0, len(condition), rows):
-        yield condition[start : start + rows]
 
 
 def _tensor(values: FloatArray) -> Tensor:

@@ -9,8 +9,8 @@ from typing import Annotated, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.artefacts import (
     ArtefactError,
     Variable,
@@ -29,8 +29,6 @@ from swesbi.prior import draw_passive_scale
 from swesbi.recording.observation import Observation
 from swesbi.simulations import PriorSimulations
 
-FloatArray = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class SubjectSimulations:
@@ -48,9 +46,9 @@ class SubjectSimulations:
 
     def rows(self, start: int, stop: int) -> SubjectSimulations:
         """Return the simulations from ``start`` to before ``stop``."""
-        part = slice(start, stop)
-        active = ActivePhases(self.active.stiffness_kpa[part], self.active.slope_kpa[part])
-        return SubjectSimulations(self.model, self.theta[part], active)
+        rows = slice(start, stop)
+        active = ActivePhases(self.active.stiffness_kpa[rows], self.active.slope_kpa[rows])
+        return SubjectSimulations(self.model, self.theta[rows], active)
 
 
 def at_phases(simulations: PriorSimulations, model: SpeedModel) -> SubjectSimulations:
@@ -92,7 +90,7 @@ class StoredSubject:
     """The same as the pool stores it: n simulations at all P phases, NaN at those that were not measured."""
 
     phase: Annotated[FloatArray, Variable("phase", "1", "phases of the recording, fraction of the cycle")]
-    measured: Annotated[NDArray[np.bool_], Variable("phase", "1", "1 measured, 0 missing")]
+    measured: Annotated[BoolArray, Variable("phase", "1", "1 measured, 0 missing")]
     theta: Annotated[FloatArray, Variable("simulation parameter", THETA_COLUMNS, "prior draws")]
     active_stiffness_kpa: Annotated[
         FloatArray, Variable("simulation phase", "kPa", "active stiffness at the measured phases")
@@ -107,18 +105,18 @@ KIND: Final = register("speed_pool", {"/": SCHEMA}, ("subject", "parameter"))
 
 
 def pool_dataset(
-    parts: Sequence[tuple[Observation, PriorSimulations]], measurement: MeasurementSettings
+    pairs: Sequence[tuple[Observation, PriorSimulations]], measurement: MeasurementSettings
 ) -> xr.Dataset:
     """Return every subject's simulations at its own phases; NaN at phases that were not measured.
 
     Raises:
         ValueError: The subjects have different numbers of phases or simulations.
     """
-    shapes = {(len(observed.phase), len(simulated.theta)) for observed, simulated in parts}
+    shapes = {(len(observed.phase), len(simulated.theta)) for observed, simulated in pairs}
     if len(shapes) > 1:
         raise ValueError(f"subjects have different numbers of phases and simulations: {sorted(shapes)}")
-    values = stacked_values([_of_subject(*part, measurement) for part in parts])["/"]
-    subjects = [observed.subject for observed, _ in parts]
+    values = stacked_values([_of_subject(*pair, measurement) for pair in pairs])["/"]
+    subjects = [observed.subject for observed, _ in pairs]
     return build_dataset(SCHEMA, values, {"subject": subjects, "parameter": list(THETA_NAMES)})
 
 

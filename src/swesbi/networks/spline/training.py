@@ -12,11 +12,11 @@ from typing import Final, TypeVar
 import numpy as np
 import torch
 import zuko
-from numpy.typing import NDArray
 from torch import Tensor
 
+from swesbi.arrays import FloatArray
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.settings import FlowSettings
+from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.conditioning import (
     Conditioner,
     ConditioningSettings,
@@ -24,14 +24,18 @@ from swesbi.networks.spline.conditioning import (
     fit_conditioner,
     raw_features,
 )
-from swesbi.networks.spline.net import TrainedFlow, build_net
+from swesbi.networks.spline.net import TrainedSpline, build_net
 from swesbi.networks.spline.pool import SubjectSimulations, noisy_speeds
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.prior import JointPriorSettings, to_logit
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 
-FloatArray = NDArray[np.float64]
+LOGGER = logging.getLogger("swesbi")
+Part = TypeVar("Part")
+"""Simulations on one side of a split."""
+VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs
+MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
 
 
 @dataclass(frozen=True)
@@ -58,15 +62,15 @@ def split_by_theta(
     Raises:
         ValueError: A side would be empty.
     """
-    counts = [len(part.theta) for part in subjects]
+    counts = [len(subject.theta) for subject in subjects]
     edges = [n - round(validation_fraction * n) for n in counts]
     if any(not 0 < edge < n for edge, n in zip(edges, counts, strict=True)):
         raise ValueError(
             f"{min(counts)} simulations cannot be split with validation_fraction = {validation_fraction}; "
             "simulate more or change the fraction"
         )
-    training = [part.rows(0, edge) for part, edge in zip(subjects, edges, strict=True)]
-    held_out = [part.rows(edge, n) for part, edge, n in zip(subjects, edges, counts, strict=True)]
+    training = [subject.rows(0, edge) for subject, edge in zip(subjects, edges, strict=True)]
+    held_out = [subject.rows(edge, n) for subject, edge, n in zip(subjects, edges, counts, strict=True)]
     return training, held_out
 
 
@@ -74,10 +78,10 @@ def fit_statistics(
     subjects: Sequence[SubjectSimulations], settings: ConditioningSettings, seed: int
 ) -> tuple[Conditioner, Standardisation]:
     """Take the statistics of z and eta over one epoch of training rows."""
-    raw = [_raw(part, settings, seed, "statistics") for part in subjects]
-    contexts = tuple(part.model.recording.context for part in subjects)
-    conditioner = fit_conditioner(np.concatenate([part.features for part in raw]), contexts, settings)
-    return conditioner, fit_standardisation(np.concatenate([part.eta for part in raw]))
+    raw = [_raw(subject, settings, seed, "statistics") for subject in subjects]
+    contexts = tuple(subject.model.recording.context for subject in subjects)
+    conditioner = fit_conditioner(np.concatenate([rows.features for rows in raw]), contexts, settings)
+    return conditioner, fit_standardisation(np.concatenate([rows.eta for rows in raw]))
 
 
 def make_rows(
@@ -88,12 +92,12 @@ def make_rows(
     *name: str | int,
 ) -> Rows:
     """Make one epoch's rows; the stream of each subject depends on the seed, the name and the subject."""
-    raw = [_raw(part, conditioner.settings, seed, *name) for part in subjects]
+    raw = [_raw(subject, conditioner.settings, seed, *name) for subject in subjects]
     z = [
-        conditioner.standardise(rows.features, part.model.recording.context)
-        for rows, part in zip(raw, subjects, strict=True)
+        conditioner.standardise(rows.features, subject.model.recording.context)
+        for rows, subject in zip(raw, subjects, strict=True)
     ]
-    return Rows(eta.apply(np.concatenate([part.eta for part in raw])), np.concatenate(z))
+    return Rows(eta.apply(np.concatenate([rows.eta for rows in raw])), np.concatenate(z))
 
 
 def _raw(
@@ -106,19 +110,12 @@ def _raw(
     return _Raw(to_logit(phi, prior), raw_features(speeds, recording.phase, settings))
 
 
-LOGGER = logging.getLogger("swesbi")
-Part = TypeVar("Part")
-"""Simulations on one side of a split."""
-VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs
-MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
-
-
 class TrainingDivergedError(RuntimeError):
     """Too many batches had no finite loss; the message says what to do."""
 
 
 @dataclass(frozen=True)
-class FlowEpoch:
+class SplineEpoch:
     """One epoch: its number from 1, mean -log q over training and held-out rows, batches left out."""
 
     number: int
@@ -129,20 +126,20 @@ class FlowEpoch:
 
 
 @dataclass(frozen=True)
-class FlowTraining:
+class SplineTraining:
     """The trained flow and every epoch in order."""
 
-    flow: TrainedFlow
-    epochs: tuple[FlowEpoch, ...]
+    spline: TrainedSpline
+    epochs: tuple[SplineEpoch, ...]
 
 
-def train_flow(
+def train_spline(
     subjects: Sequence[SubjectSimulations],
     conditioning: ConditioningSettings,
-    settings: FlowSettings,
+    settings: SplineSettings,
     seed: int,
     label: str = "training",
-) -> FlowTraining:
+) -> SplineTraining:
     """Fit q(phi | z) on the simulations of all subjects, noise drawn anew every epoch.
 
     Theta are split into training and held-out ones; standardisation comes from the training ones; the
@@ -165,12 +162,12 @@ def train_flow(
     def rows_of(part: Sequence[SubjectSimulations], name: str, number: int) -> Rows:
         return make_rows(part, conditioner, eta, seed, name, number)
 
-    parts = FlowParts(conditioner, eta, subjects[0].model.settings.prior)
-    return fit_flow(training, held_out, rows_of, parts, settings, seed, label)
+    parts = SplineParts(conditioner, eta, subjects[0].model.settings.prior)
+    return fit_spline(training, held_out, rows_of, parts, settings, seed, label)
 
 
 @dataclass(frozen=True)
-class FlowParts:
+class SplineParts:
     """What a flow has beside its net: how it sees recordings, and the parameters that it is a density of.
 
     Attributes:
@@ -184,15 +181,15 @@ class FlowParts:
     prior: JointPriorSettings
 
 
-def fit_flow(
+def fit_spline(
     training: Part,
     held_out: Part,
     rows_of: Callable[[Part, str, int], Rows],
-    parts: FlowParts,
-    settings: FlowSettings,
+    parts: SplineParts,
+    settings: SplineSettings,
     seed: int,
     label: str,
-) -> FlowTraining:
+) -> SplineTraining:
     """Fit a flow to fresh rows every epoch and keep the weights of the best epoch on the held-out rows.
 
     Args:
@@ -210,15 +207,15 @@ def fit_flow(
     validation = [rows_of(held_out, "validation", k) for k in range(VALIDATION_COPIES)]
     with reproducible(integer_seed(seed, "flow", "torch")):
         rows = rows_of(training, "epoch", 1)
-        course = _Course(settings, len(rows.eta), rows.z.shape[1], label)
-        course.run(rows, validation)
+        trainer = _Trainer(settings, len(rows.eta), rows.z.shape[1], label)
+        trainer.run(rows, validation)
         for number in range(2, settings.epochs + 1):
             rows = rows_of(training, "epoch", number)
-            course.run(rows, validation)
-    best = min(course.epochs, key=lambda epoch: epoch.validation_loss)
-    LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, course.best_loss)
-    flow = TrainedFlow(
-        net=course.best_net(),
+            trainer.run(rows, validation)
+    best = min(trainer.epochs, key=lambda epoch: epoch.validation_loss)
+    LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, trainer.best_loss)
+    spline = TrainedSpline(
+        net=trainer.best_net(),
         settings=settings,
         prior=parts.prior,
         conditioner=parts.conditioner,
@@ -227,14 +224,14 @@ def fit_flow(
         epochs_run=settings.epochs,
         best_validation_loss=best.validation_loss,
     )
-    return FlowTraining(flow, tuple(course.epochs))
+    return SplineTraining(spline, tuple(trainer.epochs))
 
 
-class _Course:
-    """The course of one training: network, optimiser, schedule, and the epochs so far."""
+class _Trainer:
+    """Trains one network: its optimiser, its schedule, and the epochs so far."""
 
-    def __init__(self, settings: FlowSettings, rows: int, components: int, label: str) -> None:
-        self.epochs: list[FlowEpoch] = []
+    def __init__(self, settings: SplineSettings, rows: int, components: int, label: str) -> None:
+        self.epochs: list[SplineEpoch] = []
         self.best_loss = float("inf")
         self._settings = settings
         self._net = build_net(settings, components)
@@ -254,11 +251,11 @@ class _Course:
         """Train one epoch on these rows and judge it on the held-out ones."""
         start = time.monotonic()
         training_loss, skipped = self._pass(_tensor(rows.eta), _tensor(rows.z))
-        loss = float(np.mean([self._judge(part) for part in validation]))
+        loss = float(np.mean([self._judge(rows_held_out) for rows_held_out in validation]))
         improved = loss < self.best_loss
         if improved:
             self.best_loss, self._best = loss, copy.deepcopy(self._net.state_dict())
-        self.epochs.append(FlowEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
+        self.epochs.append(SplineEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
         note = f"loss {training_loss:.4f}, validation {loss:.4f}{' (best)' if improved else ''}"
         self._progress.step(note=f"{note}, {time.monotonic() - start:.1f} s")
 
@@ -301,5 +298,5 @@ class _Course:
         return float(loss)
 
 
-def _tensor(values: np.typing.NDArray[np.float64]) -> Tensor:
+def _tensor(values: FloatArray) -> Tensor:
     return torch.from_numpy(values.astype(np.float32))

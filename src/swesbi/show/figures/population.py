@@ -20,7 +20,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.checks.calibration.ranks import NETWORK, SAMPLERS, WEIGHTED
 from swesbi.context import CONTEXT, Context
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.population.contexts import Drawn
+from swesbi.population.contexts import DrawnContext
 from swesbi.population.settings import DECLARED_NAMES, DeclaredRange
 from swesbi.show.figures.style import (
     CMAES,
@@ -63,7 +63,7 @@ MARGIN_FRACTION: Final = 0.06
 
 
 def population_figure(
-    drawn: Sequence[Drawn], shown: Sequence[Context], declared: DeclaredRange, cohort_title: str
+    drawn: Sequence[DrawnContext], shown: Sequence[Context], declared: DeclaredRange, cohort_title: str
 ) -> Figure:
     """Draw the distributions (above) and pairs (below) of a population, with a cohort's subjects marked.
 
@@ -86,7 +86,7 @@ def population_figure(
 
 
 def _distribution(
-    axes: Axes, name: str, drawn: Sequence[Drawn], shown: Sequence[Context], declared: DeclaredRange
+    axes: Axes, name: str, drawn: Sequence[DrawnContext], shown: Sequence[Context], declared: DeclaredRange
 ) -> None:
     everything = _values([one.context for one in drawn], name)
     for (group, sex), colour in _colours(drawn).items():
@@ -108,7 +108,7 @@ def _pair(
     axes: Axes,
     horizontal: str,
     vertical: str,
-    drawn: Sequence[Drawn],
+    drawn: Sequence[DrawnContext],
     shown: Sequence[Context],
     declared: DeclaredRange,
 ) -> None:
@@ -148,7 +148,7 @@ def _limits(values: FloatArray, marks: FloatArray, name: str, declared: Declared
     return float(everything.min()) - margin, float(everything.max()) + margin
 
 
-def _colours(drawn: Sequence[Drawn]) -> dict[tuple[str, Literal["F", "M"]], Colour]:
+def _colours(drawn: Sequence[DrawnContext]) -> dict[tuple[str, Literal["F", "M"]], Colour]:
     """Return a colour for every group and sex: the hue is the sex, later groups are paler."""
     groups = sorted({one.group for one in drawn})
     paleness = np.linspace(0.0, PALEST, len(groups))
@@ -164,7 +164,7 @@ def _pale(colour: str, paleness: float) -> Colour:
     return red, green, blue
 
 
-def _members(drawn: Sequence[Drawn], group: str, sex: Literal["F", "M"]) -> list[Drawn]:
+def _members(drawn: Sequence[DrawnContext], group: str, sex: Literal["F", "M"]) -> list[DrawnContext]:
     return [one for one in drawn if one.group == group and one.context.sex == sex]
 
 
@@ -172,7 +172,7 @@ def _values(contexts: Sequence[Context], name: str) -> FloatArray:
     return np.array([getattr(context, name) for context in contexts], dtype=np.float64)
 
 
-def _legend(drawn: Sequence[Drawn], cohort_title: str) -> list[Line2D | Patch]:
+def _legend(drawn: Sequence[DrawnContext], cohort_title: str) -> list[Line2D | Patch]:
     people: list[Line2D | Patch] = [
         Line2D([], [], color=colour, label=f"{group}, {SEXES[sex][0]}")
         for (group, sex), colour in _colours(drawn).items()

@@ -22,10 +22,10 @@ from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.measurement.subjects import read_speed_model, read_speed_models
-from swesbi.networks.spline.files import load_flow
-from swesbi.networks.spline.net import TrainedFlow
+from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.net import TrainedSpline
 from swesbi.networks.spline.pool import SubjectSimulations, at_phases
-from swesbi.networks.spline.training import train_flow
+from swesbi.networks.spline.training import train_spline
 from swesbi.parameters import SCALE
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior.exact import ExactPosterior, exact_to_groups
@@ -75,7 +75,7 @@ def exact_posterior(
         ArtefactError: An input is no such artefact.
         NoLikelihoodError: Every simulation fails.
     """
-    model, (flow, _) = read_speed_model(observation, noise, settings.model), load_flow(estimator)
+    model, (flow, _) = read_speed_model(observation, noise, settings.model), load_spline(estimator)
     proposal = flow_proposal(flow, model.recording)
     exact = infer_exactly(
         model, proposal, settings.exact, integer_seed(origin.seed, "exact", model.recording.subject)
@@ -135,7 +135,7 @@ def sensitivity_run(
     simulated = [_simulations(model, settings) for model in models]
     seed = integer_seed(settings.seed, "flow training")
     label = f"variant {posteriors.stem}"
-    flow = train_flow(simulated, settings.train.conditioning, settings.train.estimator, seed, label).flow
+    flow = train_spline(simulated, settings.train.conditioning, settings.train.estimator, seed, label).spline
     scales = {load(path, PASSIVE)[1].subject: read_passive(path).scale_kpa for path in passives}
     found = [_infer(model, flow, scales, settings) for model in models]
     save(posteriors, to_dataset(found), origin.provenance(KIND, settings))
@@ -152,7 +152,7 @@ def _simulations(model: SpeedModel, settings: SensitivityRunStageSettings) -> Su
 
 
 def _infer(
-    model: SpeedModel, flow: TrainedFlow, scales: dict[str, float], settings: SensitivityRunStageSettings
+    model: SpeedModel, flow: TrainedSpline, scales: dict[str, float], settings: SensitivityRunStageSettings
 ) -> VariantPosterior:
     subject = model.recording.subject
     if settings.fix_passive_scale:
@@ -164,7 +164,7 @@ def _infer(
 
 
 def _with_fixed_scale(
-    model: SpeedModel, flow: TrainedFlow, scale_kpa: float, settings: SensitivityRunStageSettings
+    model: SpeedModel, flow: TrainedSpline, scale_kpa: float, settings: SensitivityRunStageSettings
 ) -> VariantPosterior:
     """Sample the posterior with the passive scale held, by MCMC: the flow has no such proposal."""
     low, high = (scale_kpa * factor for factor in FIXED_BOUNDS)
@@ -214,7 +214,7 @@ def calibration_recordings(
     """
     observed, components = read_observation(observation), read_noise(noise).components
     model = speed_model(measured_speeds(observed, components), settings.model)
-    flow, _ = load_flow(estimator)
+    flow, _ = load_spline(estimator)
     sizes, subject = settings.recordings, observed.subject
     own = own_recordings(model, sizes.own, origin.seed, STREAM)
     acquisition = _acquisition(observed, components, settings)

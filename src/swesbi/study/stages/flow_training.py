@@ -10,11 +10,11 @@ from swesbi.base import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.settings import SummarySettings
 from swesbi.measurement.subjects import read_speed_models
-from swesbi.networks.settings import FlowSettings
+from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.conditioning import ConditioningSettings, PhaseSettings, conditioning_of
-from swesbi.networks.spline.files import KIND, save_flow
+from swesbi.networks.spline.files import KIND, save_spline
 from swesbi.networks.spline.pool import SubjectSimulations, of_subject, read_pool
-from swesbi.networks.spline.training import train_flow as train_on_pool
+from swesbi.networks.spline.training import train_spline as train_on_pool
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import read_population
 from swesbi.population.training import RowMaker
@@ -33,7 +33,7 @@ class TrainFlowStageSettings(Settings):
 
     model: SpeedModelSettings
     summary: SummarySettings
-    estimator: FlowSettings
+    estimator: SplineSettings
 
     @property
     def conditioning(self) -> ConditioningSettings:
@@ -67,7 +67,7 @@ def train_flow(
     ]
     seed = integer_seed(origin.seed, "flow training")
     result = train_on_pool(subjects, settings.conditioning, settings.estimator, seed, label)
-    save_flow(estimator, result.flow, origin.provenance(KIND, settings))
+    save_spline(estimator, result.spline, origin.provenance(KIND, settings))
     write_epochs(training, result.epochs)
 
 
@@ -78,7 +78,7 @@ class TrainPopulationStageSettings(Settings):
     conditions: ConditionSettings
     acquisition: AcquisitionSettings
     recording: RecordingSettings
-    estimator: FlowSettings
+    estimator: SplineSettings
 
 
 def train_population(
@@ -108,5 +108,5 @@ def train_population(
     )
     label = f"training {estimator.parent.name}"
     result = train_on_population(read_population(shards), maker, settings.estimator, label)
-    save_flow(estimator, result.flow, origin.provenance(KIND, settings))
+    save_spline(estimator, result.spline, origin.provenance(KIND, settings))
     write_epochs(training, result.epochs)

@@ -15,7 +15,7 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_
 from swesbi.measurement.settings import SummarySettings, summary_names
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.spline.conditioning import ConditioningSettings, conditioning_of, raw_features
-from swesbi.networks.spline.files import load_flow
+from swesbi.networks.spline.files import load_spline
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.settings import NullSettings
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
@@ -88,7 +88,7 @@ def misspecification(
     """
     observed, components = read_observation(observation), read_noise(noise).components
     model = speed_model(measured_speeds(observed, components), settings.model)
-    flow, _ = load_flow(estimator)
+    flow, _ = load_spline(estimator)
     conditioning, sizes = settings.conditioning, settings.synthetic
     made = _make(model, observed, components, settings, origin.seed)
     names = summary_names(conditioning.summary)
@@ -157,7 +157,7 @@ def population_null(
         ArtefactError: The network is no such artefact.
     """
     conditioning = conditioning_of(settings.summary, settings.fresh.model)
-    flow, _ = load_flow(estimator)
+    flow, _ = load_spline(estimator)
     found = draw_null(
         range(settings.sizes.recordings), flow, settings.fresh, conditioning, settings.sizes, settings.rule,
         origin.seed,

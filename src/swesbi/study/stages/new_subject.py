@@ -20,7 +20,7 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.measurement.subjects import read_speed_model
-from swesbi.networks.spline.files import load_flow, load_flow_provenance
+from swesbi.networks.spline.files import load_spline, load_spline_provenance
 from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.importance import FlowProposal, flow_proposal
 from swesbi.posterior.refine import refined_posterior
@@ -201,7 +201,7 @@ def check_network(estimator: Path, settings: Settings) -> None:
     Raises:
         OtherNetworkError: Names the first setting that differs.
     """
-    provenance = load_flow_provenance(estimator)
+    provenance = load_spline_provenance(estimator)
     here, there = flatten(settings.to_plain()), flatten(dict(provenance.settings))
     for key in sorted(here.keys() | there.keys()):
         if here.get(key) != there.get(key):
@@ -310,7 +310,7 @@ def _proposal_of_cohort(
 ) -> FlowProposal:
     """Return the posterior of the network, which is shown the nearest context that it knows."""
     shown = replace(recording, context=nearest_known(recording.context, trained))
-    return flow_proposal(load_flow(estimator)[0], shown)
+    return flow_proposal(load_spline(estimator)[0], shown)
 
 
 def _reference_of_cohort(
@@ -396,7 +396,7 @@ def new_subject_of_population(
 
 
 def _proposal_of_population(estimator: Path, recording: SpeedRecording) -> FlowProposal:
-    return flow_proposal(load_flow(estimator)[0], recording)
+    return flow_proposal(load_spline(estimator)[0], recording)
 
 
 def _reference_of_population(

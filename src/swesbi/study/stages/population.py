@@ -20,8 +20,8 @@ from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSett
 from swesbi.checks.predictive_speeds import Recorder
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.subjects import build_speed_model
-from swesbi.networks.spline.files import load_flow
-from swesbi.networks.spline.net import TrainedFlow
+from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.net import TrainedSpline
 from swesbi.population.recordings import ACQUIRED, OWN, FreshSettings
 from swesbi.population.settings import StrataSettings
 from swesbi.posterior.importance import flow_proposal
@@ -64,7 +64,7 @@ def population_calibration(
     Raises:
         ArtefactError: The network is no such artefact.
     """
-    flow, _ = load_flow(estimator)
+    flow, _ = load_spline(estimator)
     numbers = {OWN: range(*settings.own), ACQUIRED: range(*settings.acquired)}
     groups = {
         kind: fresh_dataset(
@@ -179,7 +179,7 @@ def population_answers(
         ArtefactError: An input is no such artefact.
         NoLikelihoodError: Every simulation of a subject fails.
     """
-    flow, others, components = load_flow(estimator)[0], read_null(null), read_noise(noise).components
+    flow, others, components = load_spline(estimator)[0], read_null(null), read_noise(noise).components
     progress = Progress(f"answers {estimator.parent.name}", len(observations), unit="subject")
     for paths in zip(observations, posteriors, supports, predictives, strict=True):
         _answer(*paths, components, flow, others, settings, origin)
@@ -192,7 +192,7 @@ def _answer(
     support: Path,
     predictive: Path,
     components: NoiseComponents,
-    flow: TrainedFlow,
+    flow: TrainedSpline,
     others: PopulationNull,
     settings: PopulationAnswersStageSettings,
     origin: Origin,
@@ -206,7 +206,7 @@ def _answer(
 
 def _infer(
     model: SpeedModel,
-    flow: TrainedFlow,
+    flow: TrainedSpline,
     posterior: Path,
     settings: PopulationAnswersStageSettings,
     origin: Origin,

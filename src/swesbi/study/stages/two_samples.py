@@ -19,7 +19,7 @@ from swesbi.checks.calibration.ranks import NETWORK, WEIGHTED
 from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.subjects import read_speed_model
-from swesbi.networks.spline.files import load_flow
+from swesbi.networks.spline.files import load_spline
 from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.result import read_exact_result
@@ -57,7 +57,7 @@ def calibration_local(
     Raises:
         ArtefactError: An input is no such artefact, or the posterior holds too few draws.
     """
-    model, (flow, _) = read_speed_model(observation, noise, settings.model), load_flow(estimator)
+    model, (flow, _) = read_speed_model(observation, noise, settings.model), load_spline(estimator)
     exact, sizes = read_exact_posterior(posterior), settings.local
     least = max(2 * sizes.replicates, sizes.two_sample_draws)
     if min(len(exact.phi), len(exact.npe_phi)) < least:
