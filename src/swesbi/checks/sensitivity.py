@@ -18,6 +18,20 @@ from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_COLUMNS, PHI_NAMES, THETA_NAMES
 
 FloatArray = NDArray[np.float64]
+COLUMNS: Final = (
+    "variant",
+    "label",
+    "subject",
+    "parameter",
+    "median",
+    "ci_low",
+    "ci_high",
+    "shift_in_widths",
+    "width_ratio",
+    "sampler",
+    "k_hat",
+    "efficiency",
+)
 
 
 @dataclass(frozen=True)
@@ -56,22 +70,6 @@ def read_posteriors(path: Path) -> tuple[VariantPosterior, ...]:
     dataset = load(path, KIND)[0]
     names = [str(name) for name in dataset["subject"].to_numpy()]
     return tuple(from_rows(VariantPosterior, dataset, "subject", subject=names))
-
-
-COLUMNS: Final = (
-    "variant",
-    "label",
-    "subject",
-    "parameter",
-    "median",
-    "ci_low",
-    "ci_high",
-    "shift_in_widths",
-    "width_ratio",
-    "sampler",
-    "k_hat",
-    "efficiency",
-)
 
 
 def sensitivity_table(

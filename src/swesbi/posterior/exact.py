@@ -35,6 +35,8 @@ from swesbi.seeds import generator, integer_seed
 FloatArray = NDArray[np.float64]
 Sampler = Literal["importance", "mcmc"]
 PARAMETERS: Final = 4
+SCALE_NAME: Final = PHI_NAMES[-1:]
+SEPARATOR: Final = "; "
 
 
 @dataclass(frozen=True)
@@ -176,7 +178,6 @@ def mcmc_failures(sampled: McmcDraws, settings: McmcSettings) -> tuple[str, ...]
 
 
 OWN: Final = schema_of(ExactPosterior)
-SCALE_NAME: Final = PHI_NAMES[-1:]
 SCHEMA: Final = {
     "/": arranged(
         OWN["/"]
@@ -193,7 +194,6 @@ SCHEMA: Final = {
     "weighted": columns_along("draw", PHI_NAMES) | OWN["weighted"],
 }
 """What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior."""
-SEPARATOR: Final = "; "
 
 
 def exact_to_groups(

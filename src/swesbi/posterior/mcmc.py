@@ -19,6 +19,11 @@ FloatArray = NDArray[np.float64]
 INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their spread
 LEAST_SD: Final = 0.1  # in eta; a few dominating weights have no spread of their own
 ATTEMPTS: Final = 100
+State = Any  # emcee.State: coords (walkers, d), log_prob (walkers,)
+GAMMA_SD: Final = 0.1  # relative spread of the step's factor: keeps proposals off a lattice
+JUMP_SHARE: Final = 0.1  # of the steps, with factor one: from mode to mode (ter Braak 2006)
+STRETCH_SHARE: Final = 0.3  # of the steps: they bring walkers back that started or strayed far off
+STRAY_PROBABILITY: Final = 1e-4
 
 
 def starting_points(
@@ -62,9 +67,6 @@ def overdispersed(
         f"only {len(found)} of {count} starting points for MCMC have a likelihood: nearly every simulation "
         "fails about the weighted draws; check the subject's context"
     )
-
-
-State = Any  # emcee.State: coords (walkers, d), log_prob (walkers,)
 
 
 class HalfMove(Protocol):
@@ -126,12 +128,6 @@ class SideBySide:
         state.coords[rows[taken]] = coords[taken]
         state.log_prob[rows[taken]] = log_prob[taken]
         accepted[rows] = taken
-
-
-GAMMA_SD: Final = 0.1  # relative spread of the step's factor: keeps proposals off a lattice
-JUMP_SHARE: Final = 0.1  # of the steps, with factor one: from mode to mode (ter Braak 2006)
-STRETCH_SHARE: Final = 0.3  # of the steps: they bring walkers back that started or strayed far off
-STRAY_PROBABILITY: Final = 1e-4
 
 
 @dataclass(frozen=True)

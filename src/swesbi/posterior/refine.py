@@ -27,6 +27,7 @@ DEGREES_OF_FREEDOM: Final = 4  # heavy tails, so that weights stay bounded
 WIDENING: Final = 1.5  # of the covariance
 RIDGE: Final = 1e-4  # least variance of a proposal, in eta
 TEMPERED_DRAWS: Final = 40.0  # effective draws behind a proposal, of a flattened posterior where it has fewer
+KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 
 
 @dataclass(frozen=True)
@@ -69,9 +70,6 @@ def _tempering(log_weight: FloatArray) -> float:
     return float(
         brentq(lambda power: effective_draws(normalised(power * finite)) - wanted, 0.0, 1.0, xtol=1e-6)
     )
-
-
-KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 
 
 @dataclass(frozen=True)

@@ -18,19 +18,6 @@ from swesbi.posterior.truncated import Posterior
 from swesbi.verdict.answers import status
 from swesbi.verdict.support import Support
 
-
-@dataclass(frozen=True)
-class Case:
-    """One subject in one experiment: predictive check, posterior, support, and the CMA-ES fit beside them."""
-
-    experiment: str
-    subject: str
-    check: PredictiveCheck
-    posterior: Posterior
-    support: Support
-    fit: CmaesFit
-
-
 PPC_COLUMNS: Final = (
     "experiment",
     "subject",
@@ -45,6 +32,60 @@ PPC_COLUMNS: Final = (
     "coverage_phases",
     "rmse_cmaes_kpa",
 )
+FEATURE_COLUMNS: Final = (
+    "experiment",
+    "subject",
+    "supported",
+    "feature",
+    "observed",
+    "noise_sd",
+    "prior_median",
+    "prior_pi_low",
+    "prior_pi_high",
+    "median",
+    "pi_low",
+    "pi_high",
+    "inside",
+)
+FloatArray = NDArray[np.float64]
+CORRELATIONS: Final = tuple(f"correlation_{name}" for name in THETA_NAMES)
+POSTERIOR_COLUMNS: Final = (
+    "experiment",
+    "subject",
+    "supported",
+    "parameter",
+    "unit",
+    "median",
+    "ci_low",
+    "ci_high",
+    "measured",
+    *CORRELATIONS,
+    "unfiltered_median",
+    "cmaes",
+)
+TRUTH_COLUMNS: Final = (
+    "experiment",
+    "subject",
+    "status",
+    "parameter",
+    "truth",
+    "median",
+    "low",
+    "high",
+    "inside",
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One subject in one experiment: predictive check, posterior, support, and the CMA-ES fit beside them."""
+
+    experiment: str
+    subject: str
+    check: PredictiveCheck
+    posterior: Posterior
+    support: Support
+    fit: CmaesFit
 
 
 def ppc_table(cases: Sequence[Case]) -> pd.DataFrame:
@@ -71,23 +112,6 @@ def _row(case: Case) -> dict[str, Any]:
         "coverage_phases": case.check.posterior.phase_scores.coverage,
         "rmse_cmaes_kpa": case.fit.rmse_kpa,
     }
-
-
-FEATURE_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "supported",
-    "feature",
-    "observed",
-    "noise_sd",
-    "prior_median",
-    "prior_pi_low",
-    "prior_pi_high",
-    "median",
-    "pi_low",
-    "pi_high",
-    "inside",
-)
 
 
 def features_table(cases: Sequence[Case]) -> pd.DataFrame:
@@ -119,25 +143,6 @@ def _feature_rows(case: Case) -> Iterator[dict[str, Any]]:
             "pi_high": missing * posterior.high[j],
             "inside": bool(check.posterior.features.inside[j]) if check.supported else None,
         }
-
-
-FloatArray = NDArray[np.float64]
-
-CORRELATIONS: Final = tuple(f"correlation_{name}" for name in THETA_NAMES)
-POSTERIOR_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "supported",
-    "parameter",
-    "unit",
-    "median",
-    "ci_low",
-    "ci_high",
-    "measured",
-    *CORRELATIONS,
-    "unfiltered_median",
-    "cmaes",
-)
 
 
 def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
@@ -197,19 +202,6 @@ def _identity(case: Case, name: str, unit: str) -> dict[str, Any]:
         "parameter": name,
         "unit": unit,
     }
-
-
-TRUTH_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "status",
-    "parameter",
-    "truth",
-    "median",
-    "low",
-    "high",
-    "inside",
-)
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,14 @@ from snakemake.exceptions import WorkflowError
 
 from swesbi.artefacts.atomic import is_alive, write_fault
 
+POLL_S: Final = 0.2
+EXIT_ORPHAN: Final = 3
+RUN: Final = "current_run"
+"""Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
+LOGGER = logging.getLogger("swesbi")
+STATE: Final = Path(".snakemake")
+LOCK: Final = "swesbi-run.lock"
+
 
 @contextmanager
 def held_with_others(path: Path, when_alone: Callable[[], None]) -> Iterator[None]:
@@ -57,12 +65,6 @@ def _lock(handle: int, mode: int) -> bool:
     return True
 
 
-POLL_S: Final = 0.2
-EXIT_ORPHAN: Final = 3
-RUN: Final = "current_run"
-"""Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
-
-
 def end_with(run: int) -> None:
     """End this process at once, from now on, when the process with this number is gone.
 
@@ -77,11 +79,6 @@ def _watch(run: int) -> None:
         time.sleep(POLL_S)
     # not sys.exit, which ends the thread alone: nothing of this process is wanted any more
     os._exit(EXIT_ORPHAN)
-
-
-LOGGER = logging.getLogger("swesbi")
-STATE: Final = Path(".snakemake")
-LOCK: Final = "swesbi-run.lock"
 
 
 class Workflow(Protocol):

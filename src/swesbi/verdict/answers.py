@@ -41,6 +41,11 @@ TEST_LABELS: Final = {
     "context_leave_one_out": "context of the others",
     "context_ranges": "context range",
 }
+FloatArray = NDArray[np.float64]
+REFUSED: Final = "refused"
+OUTCOMES: Final = (*STATUSES, REFUSED)
+LIMITS: Final = ("median", "low", "high")
+SEPARATOR: Final = "; "
 
 
 def is_exact(support: Support) -> bool:
@@ -92,13 +97,6 @@ def _short(test: SupportTest) -> str:
         return label_of_test(test.name)
     small = test.p_value < 0.001
     return f"{label_of_test(test.name)}, p {'< 0.001' if small else f'= {test.p_value:.3f}'}"
-
-
-FloatArray = NDArray[np.float64]
-REFUSED: Final = "refused"
-OUTCOMES: Final = (*STATUSES, REFUSED)
-LIMITS: Final = ("median", "low", "high")
-SEPARATOR: Final = "; "
 
 
 @dataclass(frozen=True)

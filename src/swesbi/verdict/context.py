@@ -27,6 +27,7 @@ FloatArray = NDArray[np.float64]
 CONTINUOUS: Final = tuple(name for name in CONTEXT_NAMES if name != "sex_male")
 LEAST_OTHERS: Final = 3
 """Two others give a standard deviation, but a t distribution with one degree of freedom flags nothing."""
+SIMULATED: Final = tuple(CONTEXT_RANGES)
 
 
 def context_tests(
@@ -89,9 +90,6 @@ def _ranges_test(context: Context, settings: ContextCheckSettings) -> SupportTes
 
 def _value(context: Context, name: str) -> float:
     return float(context.as_array()[CONTEXT_NAMES.index(name)])
-
-
-SIMULATED: Final = tuple(CONTEXT_RANGES)
 
 
 class ContextRefusedError(ValueError):

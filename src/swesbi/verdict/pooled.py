@@ -55,6 +55,13 @@ from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import DISTANCES, MEMBERS, Checks, check_recording, stack_checks
 
 FloatArray = NDArray[np.float64]
+STREAM = "population null"
+ALONG: Final = "recording"
+LABELS: Final[dict[str, Any]] = {
+    "distance": list(DISTANCES),
+    "parameter": list(PHI_NAMES),
+    "bound": list(BOUNDS),
+}
 
 
 @dataclass(frozen=True)
@@ -152,9 +159,6 @@ def _distance_level(one: SubjectChecks, settings: RuleSettings) -> FloatArray:
     return np.stack(columns, axis=1)
 
 
-STREAM = "population null"
-
-
 @dataclass(frozen=True)
 class PopulationNull:
     """Well-specified recordings of fresh contexts, n of them, and what the tests look at in each."""
@@ -224,13 +228,7 @@ def _levels(
     return np.array([(np.sum(null[name] < own[name]) + 0.5) / (len(made.null) + 1.0) for name in DISTANCES])
 
 
-ALONG: Final = "recording"
 SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationNull)["/"]
-LABELS: Final[dict[str, Any]] = {
-    "distance": list(DISTANCES),
-    "parameter": list(PHI_NAMES),
-    "bound": list(BOUNDS),
-}
 KIND: Final = register(
     "population_null", {"/": SCHEMA}, (*LABELS, *labels_of(PopulationNull), Labels(ALONG, "subject"))
 )

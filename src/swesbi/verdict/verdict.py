@@ -25,6 +25,9 @@ from swesbi.verdict.settings import VolumeSettings
 from swesbi.verdict.statistics import FEATURE_TESTS, TESTS, Checks
 from swesbi.verdict.support import Support, SupportTest
 
+FloatArray = NDArray[np.float64]
+NAMED_FEATURES: Final = 3
+
 
 def network_test(efficiency: Sequence[float], min_efficiency: float) -> SupportTest:
     """Say how well the network knew the recording; the weights make good for it, so it is never flagged.
@@ -45,9 +48,6 @@ def network_test(efficiency: Sequence[float], min_efficiency: float) -> SupportT
         flagged=False,
         detail=f"{efficiency[0]:.1%} of the network's own draws are effective{after}",
     )
-
-
-FloatArray = NDArray[np.float64]
 
 
 def volume_tests(beats: Beats, context: Context, settings: VolumeSettings) -> tuple[SupportTest, ...]:
@@ -88,9 +88,6 @@ def _volume_test(
     return SupportTest(
         name=name, statistic=z, p_value=None, threshold=limit, flagged=abs(z) > limit, detail=detail
     )
-
-
-NAMED_FEATURES: Final = 3
 
 
 class ExactPosterior(Protocol):

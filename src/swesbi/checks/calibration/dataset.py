@@ -44,6 +44,11 @@ RECORDINGS_KIND: Final = register("calibration_recordings", RECORDINGS, REQUIRED
 LOCAL_KIND: Final = register("calibration_local", LOCAL, REQUIRED)
 KIND: Final = register("calibration", RECORDINGS | LOCAL, REQUIRED)
 JOINED: Final = {"own": "recording", "acquired": "recording", "local": "recording", "two_samples": "subject"}
+ALONG: Final = "recording"
+OF_FRESH: Final = schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
+SCHEMA: Final = schema_of(Inferred)["/"] | OF_FRESH
+FRESH: Final = register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
+REFUSED: Final = "refused"
 
 
 def inferred_dataset(inferred: Inferred) -> xr.Dataset:
@@ -81,13 +86,6 @@ def ranked_of(dataset: xr.Dataset) -> Ranked:
 def diagnostics_of(dataset: xr.Dataset) -> Diagnostics:
     """Rebuild the diagnostics from a group."""
     return from_dataset(Diagnostics, dataset)
-
-
-ALONG: Final = "recording"
-OF_FRESH: Final = schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
-SCHEMA: Final = schema_of(Inferred)["/"] | OF_FRESH
-FRESH: Final = register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
-REFUSED: Final = "refused"
 
 
 def fresh_dataset(found: FreshInferred) -> xr.Dataset:

@@ -35,6 +35,7 @@ from swesbi.progress import Progress
 
 FloatArray = NDArray[np.float64]
 STREAM = "population calibration"
+ALL: Final = "all"
 
 
 @dataclass(frozen=True)
@@ -145,9 +146,6 @@ def _scores(parts: Sequence[Scores]) -> Scores:
 
 def _stacked(parts: Sequence[object], name: str) -> Any:  # noqa: ANN401
     return np.concatenate([getattr(one, name) for one in parts])
-
-
-ALL: Final = "all"
 
 
 @dataclass(frozen=True)

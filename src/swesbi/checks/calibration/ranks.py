@@ -22,6 +22,12 @@ from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES
 from swesbi.prior import BoxPrior, even_quantiles, quantile
 
 FloatArray = NDArray[np.float64]
+LOG_LIKELIHOOD: Final = "log_likelihood"
+QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED, LOG_LIKELIHOOD)
+EACH: Final = "as named in quantity"
+NETWORK: Final = "npe"
+WEIGHTED: Final = "weighted"
+SAMPLERS: Final = (NETWORK, WEIGHTED)
 
 
 @dataclass(frozen=True)
@@ -64,10 +70,6 @@ def moments(draws: FloatArray, weight: FloatArray) -> Moments:
     kept, share = draws[used], weight[used]
     mean = share @ kept
     return Moments(mean, np.sqrt(share @ (kept - mean) ** 2))
-
-
-LOG_LIKELIHOOD: Final = "log_likelihood"
-QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED, LOG_LIKELIHOOD)
 
 
 def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: float) -> FloatArray:
@@ -124,9 +126,6 @@ def tarp_level(
     of_truth = np.linalg.norm(standardised(truth[None], prior) - reference, axis=1)
     of_draws = np.linalg.norm(standardised(draws, prior) - reference, axis=1)
     return float(level_of_truth(of_truth, of_draws[:, None], weight)[0])
-
-
-EACH: Final = "as named in quantity"
 
 
 @dataclass(frozen=True)
@@ -190,11 +189,6 @@ def stack_scores(scores: Sequence[Score]) -> Scores:
         mean=np.stack([one.mean for one in scores]),
         sd=np.stack([one.sd for one in scores]),
     )
-
-
-NETWORK: Final = "npe"
-WEIGHTED: Final = "weighted"
-SAMPLERS: Final = (NETWORK, WEIGHTED)
 
 
 @dataclass(frozen=True)

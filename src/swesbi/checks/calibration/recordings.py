@@ -34,6 +34,8 @@ from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.distances import strip_mass
 
+FloatArray = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class Misfit:
@@ -48,9 +50,6 @@ def misfit(model: SpeedModel, predicted: PredictedSpeeds) -> Misfit:
     z = residuals(predicted, model.recording, model.settings.discrepancy)
     chi2 = (z**2).sum(axis=1)
     return Misfit(float(np.nanmin(chi2)), float(np.nanmean(chi2)))
-
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

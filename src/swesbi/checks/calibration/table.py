@@ -29,6 +29,26 @@ POINTS: Final = 100
 """Intervals between the points of evaluation; ranks among L draws fit them where L + 1 is a multiple."""
 NULL_SAMPLES: Final = 10_000
 NULL_SEED: Final = 2022
+JOINT = "joint"
+SBC, COVERAGE, TARP, CONTRACTION, C2ST = "sbc", "coverage", "tarp", "contraction", "c2st"
+REPORTED_LEVEL = 0.9
+POOLED: Final = "pooled"
+LOCAL: Final = "local"
+NONE_LOST: Final = 0.0  # a second recording must not widen the posterior that the first one gave
+COLUMNS: Final = (
+    "subject",
+    "recordings",
+    "sampler",
+    "test",
+    "quantity",
+    "n",
+    "statistic",
+    "p_value",
+    "limit",
+    "flagged",
+    "coverage_90",
+    "contraction",
+)
 
 
 @dataclass(frozen=True)
@@ -106,11 +126,6 @@ def _null_tails(n: int) -> FloatArray:
     rng = generator(NULL_SEED, "uniformity", n)
     counts = rng.multinomial(n, np.full(POINTS, 1.0 / POINTS), size=NULL_SAMPLES)
     return np.sort(_smallest_tail(counts.cumsum(axis=1)[:, :-1], n))
-
-
-JOINT = "joint"
-SBC, COVERAGE, TARP, CONTRACTION, C2ST = "sbc", "coverage", "tarp", "contraction", "c2st"
-REPORTED_LEVEL = 0.9
 
 
 @dataclass(frozen=True)
@@ -209,25 +224,6 @@ def _contracted(names: Sequence[str], held: FloatArray, n: int, least: float) ->
         if not np.isnan(value):
             value = float(value)
             yield Check(CONTRACTION, name, n, value, np.nan, least, value < least, np.nan, value)
-
-
-POOLED: Final = "pooled"
-LOCAL: Final = "local"
-NONE_LOST: Final = 0.0  # a second recording must not widen the posterior that the first one gave
-COLUMNS: Final = (
-    "subject",
-    "recordings",
-    "sampler",
-    "test",
-    "quantity",
-    "n",
-    "statistic",
-    "p_value",
-    "limit",
-    "flagged",
-    "coverage_90",
-    "contraction",
-)
 
 
 def calibration_table(

@@ -32,6 +32,8 @@ from swesbi.recording.speed import NoiseComponents
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+NO_NOISE: Final = 1e-10
+"""Squared relative standard error of infinitely many repeats: invertible even without a discrepancy."""
 
 
 def uniform_phases(count: int, offset: float = 0.5) -> FloatArray:
@@ -157,10 +159,6 @@ def _cost(
     )
     variance = expected_variance(precision, information, gradient).mean(axis=-2)
     return np.asarray(np.log(variance).sum(axis=-1))
-
-
-NO_NOISE: Final = 1e-10
-"""Squared relative standard error of infinitely many repeats: invertible even without a discrepancy."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,13 @@ from numpy.typing import NDArray
 from swesbi.measurement.likelihood import normal_log_density
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+MAXIMUM_ROUNDS: Final = 60
+TOLERANCE: Final = 1e-4  # of the log likelihood; likelihood-ratio levels differ by more than 0.2
+FIRST_DAMPING: Final = 1e-2
+GREATEST_DAMPING: Final = 1e8
+EASE: Final = 0.2
+HARDEN: Final = 5.0
 
 
 @dataclass(frozen=True)
@@ -101,15 +108,6 @@ def information_by_datum(at: Differentiated) -> FloatArray:
     mean_by = at.mean_by * np.exp(-at.moments.log_sd)[:, None]
     own = np.einsum("njp,nkp->npjk", mean_by, mean_by)
     return np.asarray(own + 2.0 * np.einsum("njp,nkp->npjk", at.log_sd_by, at.log_sd_by))
-
-
-BoolArray = NDArray[np.bool_]
-MAXIMUM_ROUNDS: Final = 60
-TOLERANCE: Final = 1e-4  # of the log likelihood; likelihood-ratio levels differ by more than 0.2
-FIRST_DAMPING: Final = 1e-2
-GREATEST_DAMPING: Final = 1e8
-EASE: Final = 0.2
-HARDEN: Final = 5.0
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ ZOOM_LEVEL: Final = 0.999  # the grid spans the region of this level for two coo
 CLOSING_ROUNDS: Final = 8
 STILL_CLOSING: Final = 0.7
 NEIGHBOUR_ROUNDS: Final = 2
+PAIR = (K_0, K_ATP)
 
 
 @dataclass(frozen=True)
@@ -169,9 +170,6 @@ def _from_neighbours(
     result = replace(found, x=found.x.copy(), log_likelihood=found.log_likelihood.copy())
     result.x[rows], result.log_likelihood[rows] = again.x, again.log_likelihood
     return result
-
-
-PAIR = (K_0, K_ATP)
 
 
 @dataclass(frozen=True)

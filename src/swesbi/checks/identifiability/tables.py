@@ -54,6 +54,7 @@ SCHEMA: Final = {group: arranged(OF_SUBJECTS.get(group, {}) | ADDED[group]) for 
     Placement
 )
 KIND: Final = register("identifiability", SCHEMA, ("subject", "quantity", "parameter", "bound"))
+PLACEMENTS: Final = ("even", "chosen")
 
 
 def to_groups(found: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, xr.Dataset]:
@@ -126,9 +127,6 @@ def _designs(found: CohortIdentifiability) -> dict[str, Any]:
         "own_repeats": np.array([one.equivalent_repeats for one in found.recorded]),
         "own_phases": np.array([int(one.measured.sum()) for one in found.recorded]),
     }
-
-
-PLACEMENTS: Final = ("even", "chosen")
 
 
 def summary_table(root: xr.Dataset, profile: xr.Dataset) -> pd.DataFrame:

@@ -23,6 +23,9 @@ HEIGHT_IN: Final = 4.2
 CHANCE: Final = 0.9  # mass of the band in which coverage lies by chance
 EXPLANATION: Final = r"$\delta$: relative error of the speed; $\tau$: error in phase, of the cycle"
 MARKERS: Final = "osD^vPX*"
+ROW_HEIGHT_IN: Final = 0.17
+FRAME_HEIGHT_IN: Final = 1.3
+COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C8C8C", "#000000")
 
 
 def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
@@ -116,11 +119,6 @@ def _coverage(axes: Axes, table: pd.DataFrame, column: str, interval: float) -> 
     axes.axhline(interval, color=PRIOR, ls="--", lw=0.8, zorder=0)
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
-
-
-ROW_HEIGHT_IN: Final = 0.17
-FRAME_HEIGHT_IN: Final = 1.3
-COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C8C8C", "#000000")
 
 
 def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:

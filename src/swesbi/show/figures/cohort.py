@@ -31,6 +31,10 @@ LONGEST_LEVEL_NAME: Final = 3
 PRIOR_TAIL: Final = 0.05
 MARGIN: Final = 1.15  # of a logarithmic axis, as a factor
 LIGHT: Final = 0.22  # opacity of intervals behind their medians
+COLORS: Final = {**STATUS_COLORS, REFUSED: "#BDBDBD"}
+MOST_TESTS: Final = 7
+BINS: Final = 20
+OUTSIDE: Final = "outside the declared range"
 
 
 @dataclass(frozen=True)
@@ -203,12 +207,6 @@ def _label(panels: NDArray[np.object_], overview: Overview) -> None:
     if overview.truth:
         panels[0, -1].set_title("known truth")
         panels[-2, -1].set_xlabel("truth")
-
-
-COLORS: Final = {**STATUS_COLORS, REFUSED: "#BDBDBD"}
-MOST_TESTS: Final = 7
-BINS: Final = 20
-OUTSIDE: Final = "outside the declared range"
 
 
 def _draw_counts(panels: Sequence[Axes], table: pd.DataFrame) -> None:

@@ -56,6 +56,14 @@ FRAME_HEIGHT_IN: Final = 1.5
 MARGIN: Final = 1.15
 TOP_INCREASE: Final = 0.6  # the end of the colour scale: a phase without which the sd grows by 60 %
 DOT_AREA: Final = 30.0  # points^2 at the end of the colour scale
+SHOWN: Final = (*THETA_NAMES, ATTAINED)
+WIDTH_IN: Final = 6.9
+ROW_HEIGHT_IN: Final = 1.45
+DESIGN_FRAME_HEIGHT_IN: Final = 1.35
+MOST_NAMED: Final = 8
+CONTOURS: Final = 7
+SPREAD: Final = 0.12
+FLOOR_LABEL: Final = "no noise: the model's errors alone"
 
 
 def draw_identifiability(groups: dict[str, xr.Dataset], cohort_title: str) -> Figure:
@@ -193,16 +201,6 @@ def _draw_heat_map(axes: Axes, phases: xr.Dataset, norm: PowerNorm, colors: List
     axes.tick_params(axis="y", length=0)
     for row in range(1, len(expected)):
         axes.axhline(row - 0.5, color=PRIOR, lw=0.3)
-
-
-SHOWN: Final = (*THETA_NAMES, ATTAINED)
-WIDTH_IN: Final = 6.9
-ROW_HEIGHT_IN: Final = 1.45
-DESIGN_FRAME_HEIGHT_IN: Final = 1.35
-MOST_NAMED: Final = 8
-CONTOURS: Final = 7
-SPREAD: Final = 0.12
-FLOOR_LABEL: Final = "no noise: the model's errors alone"
 
 
 def half_width(sd_log: FloatArray | xr.DataArray, mass: float) -> FloatArray:

@@ -60,6 +60,24 @@ PANEL_COLUMNS: Final = 3
 HEIGHT_IN: Final = 7.0
 MARGIN_FRACTION: Final = 0.06
 """How far an axis reaches beyond everything shown, so that the limits of the declared range are seen."""
+STRATA_COLUMNS: Final = (
+    "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "median_efficiency",
+)  # fmt: skip
+NAMES: Final = {"all": "all", "sex F": "female", "sex M": "male"}
+QUANTITIES: Final = {
+    "age_years": ("age", "years"),
+    "hr_bpm": ("heart rate", "/min"),
+    "relative_se": ("noise of a speed", ""),
+}
+BANDS: Final = (
+    (0.05, "#EFEFEF", "5 points: asked of each stratum"),
+    (0.02, "#D2D2D2", "2 points: asked of all"),
+)
+LOOKS: Final = {NETWORK: (CMAES, "network alone"), WEIGHTED: (POSTERIOR, "exact posterior")}
+WIDTH_IN: Final = 7.2
+FRAME_HEIGHT_IN: Final = 1.1
+ROW_HEIGHT_IN: Final = 0.24
+OFFSET: Final = 0.17
 
 
 def population_figure(
@@ -180,26 +198,6 @@ def _legend(drawn: Sequence[Drawn], cohort_title: str) -> list[Line2D | Patch]:
     cohort = Line2D([], [], linestyle="none", marker="v", **MARK, label=cohort_title)
     outside = Patch(color=EXCLUDED_BACKGROUND, label="outside the declared range: refused")
     return [*people, cohort, outside]
-
-
-STRATA_COLUMNS: Final = (
-    "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "median_efficiency",
-)  # fmt: skip
-NAMES: Final = {"all": "all", "sex F": "female", "sex M": "male"}
-QUANTITIES: Final = {
-    "age_years": ("age", "years"),
-    "hr_bpm": ("heart rate", "/min"),
-    "relative_se": ("noise of a speed", ""),
-}
-BANDS: Final = (
-    (0.05, "#EFEFEF", "5 points: asked of each stratum"),
-    (0.02, "#D2D2D2", "2 points: asked of all"),
-)
-LOOKS: Final = {NETWORK: (CMAES, "network alone"), WEIGHTED: (POSTERIOR, "exact posterior")}
-WIDTH_IN: Final = 7.2
-FRAME_HEIGHT_IN: Final = 1.1
-ROW_HEIGHT_IN: Final = 0.24
-OFFSET: Final = 0.17
 
 
 def read_strata(path: Path) -> pd.DataFrame:

@@ -47,6 +47,16 @@ FIT_OFFSET = 0.22
 LONGEST_LEVEL_NAME = 3
 FEWEST_SLOTS = 3
 SHOWN_QUANTILES = (0.005, 0.995)
+PARAMETERS = len(PHI_LABELS)
+ACTIVE = len(THETA_LABELS)
+EXACT_ROW_HEIGHT_IN = 1.0
+EXACT_FRAME_HEIGHT_IN = 1.3
+EXACT_FRAME_WIDTH_IN = 1.2
+EXACT_SLOT_WIDTH_IN = 0.5
+RELIABILITY = 0.6
+OFFSET = 0.24
+TOP_K_HAT = 1.15
+EXACT_SHOWN_QUANTILES = (0.002, 0.998)
 
 
 def draw_cohort_posteriors(
@@ -200,18 +210,6 @@ def _prior_scale(axes: Axes, prior: ParameterPrior, exact: bool = False) -> None
     _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density", exact)
     for bound in (prior.low, prior.high):
         axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")
-
-
-PARAMETERS = len(PHI_LABELS)
-ACTIVE = len(THETA_LABELS)
-EXACT_ROW_HEIGHT_IN = 1.0
-EXACT_FRAME_HEIGHT_IN = 1.3
-EXACT_FRAME_WIDTH_IN = 1.2
-EXACT_SLOT_WIDTH_IN = 0.5
-RELIABILITY = 0.6
-OFFSET = 0.24
-TOP_K_HAT = 1.15
-EXACT_SHOWN_QUANTILES = (0.002, 0.998)
 
 
 def draw_exact_posteriors(

@@ -41,6 +41,9 @@ from swesbi.verdict.support import support_numbers
 FloatArray = NDArray[np.float64]
 
 SIDE_IN = 5.2
+EXACT_SIDE_IN = 6.2
+PARAMETERS = 4
+ACTIVE = 3  # fit and truth have no passive scale that would be the same quantity
 
 
 def draw_subject_posterior(
@@ -102,11 +105,6 @@ def _legend(figure: Figure, panel: PosteriorPanel, color: str, interval: float) 
         Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)
-
-
-EXACT_SIDE_IN = 6.2
-PARAMETERS = 4
-ACTIVE = 3  # fit and truth have no passive scale that would be the same quantity
 
 
 def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_title: str) -> Figure:

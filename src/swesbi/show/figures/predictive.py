@@ -37,6 +37,15 @@ from swesbi.verdict.answers import is_exact, sampler_in_words, status, verdict_n
 from swesbi.verdict.support import Support
 
 FloatArray = NDArray[np.float64]
+PANEL_HEIGHT_IN = 1.35
+FRAME_HEIGHT_IN = 0.95
+COHORT_HEAD_ROOM = 1.15
+HEAD_ROOM_OF_REASONS = 1.45
+SHOWN_TESTS = 2
+SIZE_IN = (7.2, 4.4)
+HEAD_ROOM = 1.05
+LINE_HEIGHT = 0.047
+Row = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -136,13 +145,6 @@ def _draw_band(
     axes.fill_between(grid, values.low, values.high, color=color, alpha=0.25, lw=0, label=labels[1])
 
 
-PANEL_HEIGHT_IN = 1.35
-FRAME_HEIGHT_IN = 0.95
-COHORT_HEAD_ROOM = 1.15
-HEAD_ROOM_OF_REASONS = 1.45
-SHOWN_TESTS = 2
-
-
 def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> Figure:
     """Draw the predictive checks of a cohort.
 
@@ -208,12 +210,6 @@ def _note(panel: PredictivePanel) -> str:
         inside = panel.check.posterior.phase_scores.coverage
         lines += [errors, f"{as_percent(round(inside, 2))} of phases inside"]
     return "\n".join(lines)
-
-
-SIZE_IN = (7.2, 4.4)
-HEAD_ROOM = 1.05
-LINE_HEIGHT = 0.047
-Row = tuple[str, ...]
 
 
 def draw_subject_check(panel: PredictivePanel, cohort_title: str) -> Figure:

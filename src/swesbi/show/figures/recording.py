@@ -30,6 +30,18 @@ from swesbi.show.numbers import as_percent
 
 HEIGHT_IN: Final = 2.3
 NAMED_SUBJECTS: Final = 30
+MARKS: Final = dict(zip(REASONS, ("x", "+", "1", "2", "3", "v", "D", "s", "o"), strict=True))
+COLOURS: Final = (CMAES, TRUTH, "#CC79A7", "#56B4E9", "#E69F00", "#B22222", POSTERIOR, "#6A3D9A", "#8B4513")
+WITHOUT_SPEED: Final = -0.04  # below the axis of speeds, as a fraction of its height
+ORIGIN_WIDTH: Final = 110
+MEAN: Final[dict[str, Any]] = {
+    "fmt": "o",
+    "color": OBSERVED,
+    "ms": 2.2,
+    "elinewidth": 0.8,
+    "capsize": 1.5,
+    "zorder": 4,
+}
 
 
 def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | None = None) -> Figure:
@@ -74,20 +86,6 @@ def _panel(
     axes.set_xlabel("subject")
     axes.set_ylim(0.0, 1.12 * max(one.high for one in (*own, pooled)))
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
-
-
-MARKS: Final = dict(zip(REASONS, ("x", "+", "1", "2", "3", "v", "D", "s", "o"), strict=True))
-COLOURS: Final = (CMAES, TRUTH, "#CC79A7", "#56B4E9", "#E69F00", "#B22222", POSTERIOR, "#6A3D9A", "#8B4513")
-WITHOUT_SPEED: Final = -0.04  # below the axis of speeds, as a fraction of its height
-ORIGIN_WIDTH: Final = 110
-MEAN: Final[dict[str, Any]] = {
-    "fmt": "o",
-    "color": OBSERVED,
-    "ms": 2.2,
-    "elinewidth": 0.8,
-    "capsize": 1.5,
-    "zorder": 4,
-}
 
 
 def draw_recording_sheet(subject: Checked, origin: str) -> Figure:

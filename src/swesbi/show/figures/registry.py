@@ -12,6 +12,10 @@ from enum import StrEnum
 from typing import Final, Literal
 
 Texts = tuple[str, str]
+_PPC: Final = (
+    "Predictive check of {subject} in the experiment *{experiment}* ({cohort}): observed stiffness with its "
+    "standard error, medians and bands of the prior and the posterior prediction, CMA-ES fit."
+)
 
 
 @dataclass(frozen=True)
@@ -37,10 +41,6 @@ class FigureSpec:
     subcategory: str = "Whole cohort"
 
 
-_PPC: Final = (
-    "Predictive check of {subject} in the experiment *{experiment}* ({cohort}): observed stiffness with its "
-    "standard error, medians and bands of the prior and the posterior prediction, CMA-ES fit."
-)
 FIGURES: Final = (
     FigureSpec(
         "workflow_figure",

@@ -30,6 +30,22 @@ from swesbi.show.training_tables import COVERAGE_PHASES, FRESH_LOSS, RECOVERY_CO
 
 HISTORY_COLUMNS: Final = ("epoch", "training_loss", "validation_loss")
 HEIGHT_IN = 2.4
+EPOCHS_HEIGHT_IN: Final = 4.2
+MARKER_SIZE: Final = 2.8
+EPOCH_COLUMNS: Final = (
+    "epoch",
+    "best",
+    "quantity",
+    "subject",
+    "parameter",
+    "value",
+    "ci_low",
+    "ci_high",
+    "n",
+)
+PARAMETER_LOOKS: Final = tuple(zip(THETA_SYMBOLS, (POSTERIOR, CMAES, TRUTH), "os^", strict=True))
+SUBJECT_MARKERS: Final = "osD^vPX*"
+NAMED_SUBJECTS: Final = len(SUBJECT_MARKERS)
 
 
 def read_history(path: Path) -> pd.DataFrame:
@@ -68,24 +84,6 @@ def draw_training(history: pd.DataFrame, cohort_title: str) -> Figure:
         figure.suptitle(titled("Training of the estimator", cohort_title), fontsize=7.5)
         shared_legend(figure, [axes], entries_a_row=3)
     return figure
-
-
-EPOCHS_HEIGHT_IN: Final = 4.2
-MARKER_SIZE: Final = 2.8
-EPOCH_COLUMNS: Final = (
-    "epoch",
-    "best",
-    "quantity",
-    "subject",
-    "parameter",
-    "value",
-    "ci_low",
-    "ci_high",
-    "n",
-)
-PARAMETER_LOOKS: Final = tuple(zip(THETA_SYMBOLS, (POSTERIOR, CMAES, TRUTH), "os^", strict=True))
-SUBJECT_MARKERS: Final = "osD^vPX*"
-NAMED_SUBJECTS: Final = len(SUBJECT_MARKERS)
 
 
 def read_epochs(path: Path) -> pd.DataFrame:

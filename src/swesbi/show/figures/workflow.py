@@ -48,6 +48,15 @@ LARGEST_Z = 4.5
 GROUP_COLORS = {"scalars": "#E69F00", "trajectory": "#56B4E9", "context": "#CC79A7"}
 EXCLUDED = "#6E6E6E"
 KEY_STEP = 0.105
+HEIGHT_IN: Final = 3.52
+TITLE_PT: Final = 6.2
+PANEL_HEIGHT_IN: Final = 0.94
+TITLE_ABOVE_IN: Final = 0.10
+ARROW_ABOVE_IN: Final = 0.18
+HEAD_ABOVE_IN: Final = 0.37
+LONGEST_NAME: Final = 24
+ROW_A: Final = 2.11
+ROW_B: Final = 0.32
 
 
 @dataclass(frozen=True)
@@ -269,15 +278,6 @@ def _write_key(axes: Axes, colors: Mapping[str, str]) -> None:
         )
 
 
-HEIGHT_IN: Final = 3.52
-TITLE_PT: Final = 6.2
-PANEL_HEIGHT_IN: Final = 0.94
-TITLE_ABOVE_IN: Final = 0.10
-ARROW_ABOVE_IN: Final = 0.18
-HEAD_ABOVE_IN: Final = 0.37
-LONGEST_NAME: Final = 24
-
-
 class Box(NamedTuple):
     """Where a panel's axes lie, in inches from the lower left corner."""
 
@@ -292,8 +292,6 @@ class Box(NamedTuple):
         return self.left + self.width / 2.0
 
 
-ROW_A: Final = 2.11
-ROW_B: Final = 0.32
 PRIOR_BOX: Final = Box(0.38, ROW_A, 0.56)
 CURVES_BOX: Final = Box(1.20, ROW_A, 0.92)
 FEATURES_BOX: Final = Box(2.38, ROW_A, 1.30)

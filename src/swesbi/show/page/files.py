@@ -31,6 +31,22 @@ EXPERIMENT_MEANING: Final = (
     "training set, network and losses of the experiment; verdict, posterior, predictive check and figures "
     "of each subject."
 )
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+SIZE_AT = slice(16, 24)
+SOFTWARE: Final = (
+    "numpy",
+    "scipy",
+    "numba",
+    "torch",
+    "sbi",
+    "cma",
+    "pandas",
+    "h5py",
+    "xarray",
+    "arviz",
+    "matplotlib",
+    "snakemake",
+)
 
 
 def relative(path: Path, page: Path) -> str:
@@ -66,10 +82,6 @@ def _group(folder: str, rows: dict[str, list[Link]]) -> Table:
     )
 
 
-PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-SIZE_AT = slice(16, 24)
-
-
 @dataclass(frozen=True)
 class Figure:
     """One figure: where it lies, its size in pixels, what it says to who cannot see it, and its caption."""
@@ -99,22 +111,6 @@ def _size(png: Path) -> tuple[int, int]:
         raise ArtefactError(f"{png}: is not a PNG image; delete it and rerun")
     width, height = struct.unpack(">II", head[SIZE_AT])
     return width, height
-
-
-SOFTWARE: Final = (
-    "numpy",
-    "scipy",
-    "numba",
-    "torch",
-    "sbi",
-    "cma",
-    "pandas",
-    "h5py",
-    "xarray",
-    "arviz",
-    "matplotlib",
-    "snakemake",
-)
 
 
 def provenance_table(paths: Sequence[Path]) -> Table:

@@ -19,6 +19,19 @@ from swesbi.show.numbers import MINUS, MISSING, count, estimate, fixed, mean_sd,
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Cell, Column, Row, Table, body, words
 
+_KINDS: Final = {False: "noise on features", True: "noise on the measured speeds"}
+PAIRS: Final = tuple(combinations(THETA_NAMES, 2))
+SCORES: Final = (
+    ("RMSE, prior predictive (kPa)", "rmse_prior_kpa", 1.0, 2),
+    ("RMSE, posterior predictive (kPa)", "rmse_kpa", 1.0, 2),
+    ("RMSE reduction (%)", "rmse_reduction_percent", 1.0, 1),
+    ("R²", "r2", 1.0, 3),
+    ("Post-peak RMSE (kPa)", "post_peak_rmse_kpa", 1.0, 2),
+    ("Coverage of the predictive band, grid (%)", "coverage_grid", 100.0, 0),
+    ("Coverage of the predictive band, measured phases (%)", "coverage_phases", 100.0, 0),
+)
+COLUMNS: Final = ("quantity", "paper", "this_study", "note")
+
 
 def level(table: pd.DataFrame, experiment: Experiment) -> dict[str, float]:
     """Return the coverage of each parameter at the nominal level of the experiment's credible intervals.
@@ -94,19 +107,6 @@ def _rows(experiment: Experiment, nominal: float) -> list[Row]:
 def _recovery_cells(row: Mapping[Hashable, Any]) -> tuple[Cell, ...]:
     interval = span(percent(row["ci_low"]), percent(row["ci_high"]))
     return f"{percent(row['coverage'])} ({interval})", count(row["n"])
-
-
-_KINDS: Final = {False: "noise on features", True: "noise on the measured speeds"}
-PAIRS: Final = tuple(combinations(THETA_NAMES, 2))
-SCORES: Final = (
-    ("RMSE, prior predictive (kPa)", "rmse_prior_kpa", 1.0, 2),
-    ("RMSE, posterior predictive (kPa)", "rmse_kpa", 1.0, 2),
-    ("RMSE reduction (%)", "rmse_reduction_percent", 1.0, 1),
-    ("R²", "r2", 1.0, 3),
-    ("Post-peak RMSE (kPa)", "post_peak_rmse_kpa", 1.0, 2),
-    ("Coverage of the predictive band, grid (%)", "coverage_grid", 100.0, 0),
-    ("Coverage of the predictive band, measured phases (%)", "coverage_phases", 100.0, 0),
-)
 
 
 def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Table:
@@ -254,9 +254,6 @@ def _row(experiment: Experiment) -> Row:
             fixed(history["validation_loss"].iloc[-1], 2),
         )
     )
-
-
-COLUMNS: Final = ("quantity", "paper", "this_study", "note")
 
 
 def read_comparison(path: Path) -> pd.DataFrame:

@@ -21,6 +21,10 @@ DIFFERENCES: Final = ("file", "array", "units", "max abs", "max rel", "meaning")
 VERDICTS: Final = "support.json"
 SHOWN_TEXTS: Final = 4
 SHOWN_FILES: Final = 3
+ARTEFACTS: Final = (".h5", ".pt")
+EXIT_EQUAL: Final = 0
+EXIT_DIFFERENT: Final = 1
+EXIT_ERROR: Final = 2
 
 
 def as_lines(content: Content) -> list[str]:
@@ -130,12 +134,6 @@ def _changed_arrays(files: Iterable[FileDifference]) -> list[str]:
 def _changed_array(array: ArrayDifference) -> tuple[str, str, str, str, str]:
     numbers = ("", "") if array.note else (f"{array.max_abs:.3g}", f"{array.max_rel:.3g}")
     return (array.name, array.units, *numbers, array.note)
-
-
-ARTEFACTS: Final = (".h5", ".pt")
-EXIT_EQUAL: Final = 0
-EXIT_DIFFERENT: Final = 1
-EXIT_ERROR: Final = 2
 
 
 def main(arguments: Sequence[str]) -> int:

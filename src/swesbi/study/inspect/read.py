@@ -71,6 +71,20 @@ FILES: Final = {
     "subjects.csv": "the subjects of a cohort",
     "recording.yaml": "how the recordings of a cohort were made",
 }
+OF_PROVENANCE: Final = tuple(Provenance("").attributes())
+UNITS: Final = {
+    "_kpa": "kPa",
+    "_per_s": "s-1",
+    "_percent": "%",
+    "_m_s": "m s-1",
+    "_ml": "mL",
+    "_ms": "ms",
+    "_cm": "cm",
+    "_m2": "m2",
+    "_bpm": "min-1",
+    "_years": "year",
+}
+"""Units by how the name of a column ends."""
 
 
 @dataclass(frozen=True)
@@ -125,22 +139,6 @@ def _leaves(plain: object, key: str) -> Iterator[tuple[str, str]]:
         yield key, ", ".join(map(str, plain))
     else:
         yield key, str(plain)
-
-
-OF_PROVENANCE: Final = tuple(Provenance("").attributes())
-UNITS: Final = {
-    "_kpa": "kPa",
-    "_per_s": "s-1",
-    "_percent": "%",
-    "_m_s": "m s-1",
-    "_ml": "mL",
-    "_ms": "ms",
-    "_cm": "cm",
-    "_m2": "m2",
-    "_bpm": "min-1",
-    "_years": "year",
-}
-"""Units by how the name of a column ends."""
 
 
 def read(path: Path) -> Content:
