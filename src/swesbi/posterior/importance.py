@@ -74,8 +74,7 @@ class WeightedDraws:
         FloatArray, Variable("draw", "1", "exact log likelihood of the log speeds", group="weighted")
     ]
     log_weight: Annotated[
-        FloatArray,
-        Variable("draw", "1", "log of the smoothed weights, which sum to one", group="weighted"),
+        FloatArray, Variable("draw", "1", "log of the smoothed weights, which sum to one", group="weighted")
     ]
     k_hat: Annotated[float, Variable("", "1", "Pareto shape of the importance weights")]
     efficiency: Annotated[float, Variable("", "1", "effective share of the weighted draws")]

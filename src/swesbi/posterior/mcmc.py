@@ -168,11 +168,7 @@ class McmcDraws:
 
 
 def sample_mcmc(
-    model: LikelihoodModel,
-    start_phi: FloatArray,
-    settings: McmcSettings,
-    seed: int,
-    least_effective: int = 0,
+    model: LikelihoodModel, start_phi: FloatArray, settings: McmcSettings, seed: int, least_effective: int = 0
 ) -> McmcDraws:
     """Sample the exact posterior in eta = logit(phi) by several ensembles of walkers.
 

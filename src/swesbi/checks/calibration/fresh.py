@@ -52,9 +52,7 @@ class FreshInferred:
     relative_se: Annotated[
         FloatArray,
         Variable(
-            "recording",
-            "1",
-            "standard error of the mean speed of a phase without failed samples, over it",
+            "recording", "1", "standard error of the mean speed of a phase without failed samples, over it"
         ),
     ]
     inferred: Inferred

@@ -150,8 +150,7 @@ class Scores:
     """The posteriors of n recordings under one sampler; arrays as in :class:`Score`, recordings first."""
 
     level: Annotated[
-        FloatArray,
-        Variable("recording quantity", "1", "mid-rank of the truth among the draws of {sampler}"),
+        FloatArray, Variable("recording quantity", "1", "mid-rank of the truth among the draws of {sampler}")
     ]
     tarp: Annotated[
         FloatArray, Variable("recording", "1", "mass of {sampler} nearer to a random point than the truth")
@@ -232,8 +231,7 @@ class Diagnostics:
     ]
     phases: Annotated[NDArray[np.int64], Variable("recording", "1", "measured phases")]
     min_chi2: Annotated[
-        FloatArray,
-        Variable("recording", "1", "smallest sum of squared residuals over posterior draws"),
+        FloatArray, Variable("recording", "1", "smallest sum of squared residuals over posterior draws")
     ]
     mean_chi2: Annotated[
         FloatArray, Variable("recording", "1", "mean sum of squared residuals over posterior draws")

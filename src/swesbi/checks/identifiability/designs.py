@@ -195,15 +195,11 @@ class Placement:
     sd_log: Annotated[
         FloatArray,
         Variable(
-            "subject quantity placed",
-            "1",
-            "expected sd of the log with the first so many",
-            group="placement",
+            "subject quantity placed", "1", "expected sd of the log with the first so many", group="placement"
         ),
     ]
     sd_log_even: Annotated[
-        FloatArray,
-        Variable("subject quantity placed", "1", "with as many, evenly spaced", group="placement"),
+        FloatArray, Variable("subject quantity placed", "1", "with as many, evenly spaced", group="placement")
     ]
 
 

@@ -182,8 +182,7 @@ class Profiles:
     log_likelihood: Annotated[float, Variable("", "1", "log likelihood there")]
     value: Annotated[FloatArray, Variable("parameter point", PHI_COLUMNS, "grid of each parameter")]
     deviance: Annotated[
-        FloatArray,
-        Variable("parameter point", "1", "2 (log L_max - log L), maximised over the others"),
+        FloatArray, Variable("parameter point", "1", "2 (log L_max - log L), maximised over the others")
     ]
     interval: Annotated[FloatArray, Variable("parameter bound", PHI_COLUMNS, "likelihood-ratio interval")]
     closed: Annotated[
@@ -221,11 +220,7 @@ def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int)
 
 
 def _intervals(
-    single: list[Profile],
-    best: FloatArray,
-    maximum: float,
-    level: float,
-    prior: JointPriorSettings,
+    single: list[Profile], best: FloatArray, maximum: float, level: float, prior: JointPriorSettings
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     crossings = np.array([interval(one, best, maximum, level) for one in single])
     ends = np.stack([_phi_of(row, j, prior) for j, row in enumerate(crossings)])

@@ -39,11 +39,7 @@ from swesbi.show.figures.style import (
 FloatArray = NDArray[np.float64]
 HEIGHT_IN: Final = 6.9
 BAND: Final = "#DCDCDC"
-LABELS: Final = {
-    **PHI_SYMBOLS,
-    ATTAINED: ATTAINED_SYMBOL,
-    "log_likelihood": "log-likelihood",
-}
+LABELS: Final = {**PHI_SYMBOLS, ATTAINED: ATTAINED_SYMBOL, "log_likelihood": "log-likelihood"}
 PARAMETERS: Final = PHI_NAMES
 COLORS: Final = dict(zip(PARAMETERS, ("#009E73", "#CC79A7", "#000000", "#E69F00"), strict=True))
 SAMPLER_COLORS: Final = {NETWORK: CMAES, WEIGHTED: POSTERIOR}

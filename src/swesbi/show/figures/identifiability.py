@@ -332,11 +332,7 @@ def _label_places(
 
 
 def _finish(grid: NDArray[np.object_], phases: int, repeats: int, mass: float) -> None:
-    titles = (
-        f"{phases} phases",
-        f"{repeats} repeats",
-        f"median; dash-dotted: {phases * repeats} pushes",
-    )
+    titles = (f"{phases} phases", f"{repeats} repeats", f"median; dash-dotted: {phases * repeats} pushes")
     for axes, title in zip(grid[0], titles, strict=True):
         axes.set_title(title, fontsize=6.5, pad=3.0)
     for axes, label in zip(grid[-1], ("repeats", "phases", "repeats"), strict=True):

@@ -354,11 +354,7 @@ PAGE_FIGURES: Final = (
         "What a recording tells: exact likelihood along two parameters, and what is lost without a phase "
         "({title}).",
     ),
-    PageFigure(
-        "design",
-        PagePart.SPEEDS,
-        "What more repeats or more phases would buy ({title}).",
-    ),
+    PageFigure("design", PagePart.SPEEDS, "What more repeats or more phases would buy ({title})."),
     PageFigure(
         "cohort",
         PagePart.POPULATION,

@@ -57,10 +57,7 @@ RC: Final[Any] = {
 PNG_DPI: Final = 300
 MAX_PIXELS: Final = 30_000
 """Longest side of an image: a cohort of hundreds keeps within what image libraries open."""
-NO_TIMESTAMP: Final = {
-    ".pdf": {"CreationDate": None, "ModDate": None},
-    ".png": {"Software": None},
-}
+NO_TIMESTAMP: Final = {".pdf": {"CreationDate": None, "ModDate": None}, ".png": {"Software": None}}
 
 
 @contextmanager

@@ -17,11 +17,7 @@ PAPER_RECORDINGS: Final = 400
 
 Reading = Callable[[PaperNumber, Measured, str], str]
 COLUMNS: Final = ("quantity", "paper", "this_study", "note")
-MEASURES: Final[Mapping[str, Measure]] = {
-    **DESIGN_MEASURES,
-    **RESULT_MEASURES,
-    **STATEMENT_MEASURES,
-}
+MEASURES: Final[Mapping[str, Measure]] = {**DESIGN_MEASURES, **RESULT_MEASURES, **STATEMENT_MEASURES}
 
 
 class ReadingError(ValueError):

@@ -216,10 +216,7 @@ def calibration_summary(exact: Exact) -> Table:
         "is a draw of its posterior and the recording a new one from it."
     )
     return Table(
-        "Calibration on recordings of known parameters.",
-        columns,
-        tuple(rows),
-        f"{note} {two_samples(table)}",
+        "Calibration on recordings of known parameters.", columns, tuple(rows), f"{note} {two_samples(table)}"
     )
 
 

@@ -272,14 +272,7 @@ def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
     """Return the comparison; numbers keep the digits that the table of the study gives them."""
     columns = words("Quantity", "Paper", "This study", "Reading")
     rows = tuple(
-        Row(
-            (
-                str(row["quantity"]),
-                _number(row["paper"]),
-                _number(row["this_study"]),
-                str(row["note"]),
-            )
-        )
+        Row((str(row["quantity"]), _number(row["paper"]), _number(row["this_study"]), str(row["note"])))
         for row in records(comparison)
     )
     return Table(f"Every number of the paper, and of this study ({cohort_title}).", columns, rows)
