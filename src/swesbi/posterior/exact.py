@@ -1,7 +1,7 @@
 """The exact posterior: importance weights, and MCMC where they are not reliable.
 
 The file is a posterior like any other, for :func:`swesbi.posterior.truncated.read_posterior` and whatever
-reads it, with the passive scale, the weights and how the draws were come by beside it.
+reads it, with the passive scale, the weights and how the draws were obtained beside it.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ SEPARATOR: Final = "; "
 
 @dataclass(frozen=True)
 class ExactPosterior:
-    """Equally weighted draws of the exact posterior of one recording, and how they were come by.
+    """Equally weighted draws of the exact posterior of one recording, and how they were obtained.
 
     Attributes:
         phi: Draws; shape (n, 4).

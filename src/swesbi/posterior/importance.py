@@ -115,6 +115,7 @@ def weigh(
         ]
     )
     log_prior = log_density(phi, prior)
+    # where q is too narrow, the prior's share keeps the mixture above f p(phi), and so the weight bounded
     log_mixture = _log_mixture(proposal.log_density(phi), log_prior, of_prior / draws)
     log_likelihood = model.log_likelihood(phi)
     log_ratio = log_prior + log_likelihood - log_mixture
@@ -122,6 +123,8 @@ def weigh(
         raise NoLikelihoodError(
             f"none of {draws} draws has a likelihood: every simulation failed; check the subject's context"
         )
+    # a few extreme weights would dominate every mean: smoothing bounds them, at the price of a small bias, so
+    # the evidence, whose estimate the raw ratios leave unbiased, is taken from these
     log_weight, k_hat = smooth(log_ratio)
     log_evidence, error = _evidence(log_ratio)
     return WeightedDraws(

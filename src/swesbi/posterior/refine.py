@@ -1,6 +1,6 @@
 """A proposal that fits a recording badly, refined by the recording's own likelihood before it is weighted.
 
-Adaptive importance sampling (Cappe, Guillin, Marin and Robert 2004, J Comput Graph Stat 13:907): draws are
+Adaptive importance sampling (Cappé, Guillin, Marin and Robert 2004, J Comput Graph Stat 13:907): draws are
 weighted, a Student distribution is fitted to them, and takes most of the network's place in the next round.
 """
 
@@ -136,16 +136,16 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
     Raises:
         NoLikelihoodError: The likelihood is zero at every draw of a round.
     """
-    proposal, found, prior = first, [], model.settings.prior
+    proposal, efficiencies, prior = first, [], model.settings.prior
     for number in range(settings.max_rounds + 1):
         stream = integer_seed(seed, "refinement", number)
         weighted = weigh(model, proposal, settings.draws, settings.prior_fraction, stream)
-        found.append(weighted.efficiency)
+        efficiencies.append(weighted.efficiency)
         if weighted.efficiency >= settings.min_efficiency or number == settings.max_rounds:
             break
         student = fitted_proposal(to_logit(weighted.phi, prior), weighted.log_weight)
         proposal = PairProposal(first, FittedProposal(student, prior))
-    return Refined(proposal, tuple(found))
+    return Refined(proposal, tuple(efficiencies))
 
 
 def refined_posterior(

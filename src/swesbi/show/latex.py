@@ -142,9 +142,9 @@ def _excluded(row: Mapping[Hashable, Any], reasons: Mapping[tuple[str, str], str
     return f"        {' & '.join(cells)} \\\\"
 
 
-def _mean_and_sd(part: pd.DataFrame) -> Iterator[str]:
+def _mean_and_sd(supported: pd.DataFrame) -> Iterator[str]:
     """Two rows, since mean and standard deviation side by side would not fit the text width."""
-    numbers = part.select_dtypes("number")
+    numbers = supported.select_dtypes("number")
     yield _line(r"\addlinespace mean", numbers.mean().to_dict())
     yield _line("sd", numbers.std(ddof=1).to_dict())
 

@@ -205,7 +205,7 @@ def _identity(case: Case, name: str, unit: str) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Answer:
+class JudgedPosterior:
     """The posterior of one subject in one experiment, with its verdict."""
 
     experiment: str
@@ -214,7 +214,7 @@ class Answer:
     support: Support
 
 
-def truth_table(answers: Sequence[Answer], truths: Mapping[str, FloatArray]) -> pd.DataFrame:
+def truth_table(answers: Sequence[JudgedPosterior], truths: Mapping[str, FloatArray]) -> pd.DataFrame:
     """Return one row an experiment, subject and active parameter.
 
     ``low`` and ``high`` are the ends of the credible interval; they and the median are missing where the
@@ -228,7 +228,7 @@ def truth_table(answers: Sequence[Answer], truths: Mapping[str, FloatArray]) -> 
     return pd.DataFrame(rows, columns=list(TRUTH_COLUMNS))
 
 
-def _truth_rows(answer: Answer, truths: Mapping[str, FloatArray]) -> Iterator[dict[str, Any]]:
+def _truth_rows(answer: JudgedPosterior, truths: Mapping[str, FloatArray]) -> Iterator[dict[str, Any]]:
     reported = 1.0 if answer.support.supported else np.nan
     for j, name in enumerate(THETA_NAMES):
         truth = float(truths[answer.subject][j])

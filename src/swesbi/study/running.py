@@ -65,17 +65,17 @@ def _lock(handle: int, mode: int) -> bool:
     return True
 
 
-def end_with(run: int) -> None:
+def exit_when_gone(pid: int) -> None:
     """End this process at once, from now on, when the process with this number is gone.
 
     A job that outlives a killed run would write its result later, beside or over that of the next run,
     which may have other settings by then.
     """
-    threading.Thread(target=_watch, args=(run,), daemon=True, name="run").start()
+    threading.Thread(target=_watch, args=(pid,), daemon=True, name="run").start()
 
 
-def _watch(run: int) -> None:
-    while is_alive(run):
+def _watch(pid: int) -> None:
+    while is_alive(pid):
         time.sleep(POLL_S)
     # not sys.exit, which ends the thread alone: nothing of this process is wanted any more
     os._exit(EXIT_ORPHAN)

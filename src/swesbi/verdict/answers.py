@@ -154,7 +154,9 @@ def cohort_table(
     Raises:
         ArtefactError: A subject has neither an answer nor a reason.
     """
-    return pd.DataFrame([asdict(one) | _outcome(one.subject, answers, refused) for one in contexts])
+    return pd.DataFrame(
+        [asdict(context) | _outcome(context.subject, answers, refused) for context in contexts]
+    )
 
 
 def _outcome(subject: str, answers: Mapping[str, Answer], refused: Mapping[str, str]) -> dict[str, object]:
@@ -169,7 +171,7 @@ def _outcome(subject: str, answers: Mapping[str, Answer], refused: Mapping[str, 
 
 
 def answer_columns() -> tuple[str, ...]:
-    """Return the columns of an answer: limits of each parameter, then how the draws were come by."""
+    """Return the columns of an answer: limits of each parameter, then how the draws were obtained."""
     limits = [f"{name}_{limit}" for name in PHI_NAMES for limit in LIMITS]
     return (*limits, "k_hat", "efficiency", "sampler")
 

@@ -90,7 +90,7 @@ def _volume_test(
     )
 
 
-class ExactPosterior(Protocol):
+class CertifiedPosterior(Protocol):
     """What the verdict says of the making of the posterior."""
 
     @property
@@ -155,7 +155,7 @@ def make_support(
     tests: tuple[SupportTest, ...],
     z_obs: FloatArray,
     component_names: tuple[str, ...],
-    exact: ExactPosterior,
+    exact: CertifiedPosterior,
 ) -> Support:
     """Put the verdict together.
 

@@ -31,7 +31,7 @@ SAMPLERS: Final = (NETWORK, WEIGHTED)
 
 
 @dataclass(frozen=True)
-class Moments:
+class WeightedMoments:
     """Weighted mean and standard deviation of q quantities; shape (q,) each."""
 
     mean: FloatArray
@@ -64,19 +64,19 @@ def central_level(level: FloatArray) -> FloatArray:
     return np.abs(2.0 * level - 1.0)
 
 
-def moments(draws: FloatArray, weight: FloatArray) -> Moments:
+def moments(draws: FloatArray, weight: FloatArray) -> WeightedMoments:
     """Return the weighted moments of draws (n, q) that carry weight; others may hold anything."""
     used = weight > 0.0
     kept, share = draws[used], weight[used]
     mean = share @ kept
-    return Moments(mean, np.sqrt(share @ (kept - mean) ** 2))
+    return WeightedMoments(mean, np.sqrt(share @ (kept - mean) ** 2))
 
 
 def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: float) -> FloatArray:
     """Return the six quantities of ``QUANTITY_NAMES`` for n draws; shape (n, 6).
 
     k_0 (1 - exp(-k_ATP D_T)) is what the data know best of k_0 and k_ATP. The log-likelihood depends on the
-    data, and so finds posteriors that are calibrated in every parameter without having seen them (Modrak
+    data, and so finds posteriors that are calibrated in every parameter without having seen them (Modrák
     et al. 2023, Simulation-based calibration checking for Bayesian computation: the choice of test quantities
     shapes sensitivity).
 
@@ -129,7 +129,7 @@ def tarp_level(
 
 
 @dataclass(frozen=True)
-class Score:
+class RankScore:
     """One posterior against its truth.
 
     Attributes:
@@ -146,8 +146,8 @@ class Score:
 
 
 @dataclass(frozen=True)
-class Scores:
-    """The posteriors of n recordings under one sampler; arrays as in :class:`Score`, recordings first."""
+class RankScores:
+    """The posteriors of n recordings under one sampler; arrays as in :class:`RankScore`, recordings first."""
 
     level: Annotated[
         FloatArray, Variable("recording quantity", "1", "mid-rank of the truth among the draws of {sampler}")
@@ -158,14 +158,14 @@ class Scores:
     mean: Annotated[FloatArray, Variable("recording quantity", EACH, "mean of {sampler}")]
     sd: Annotated[FloatArray, Variable("recording quantity", EACH, "standard deviation of {sampler}")]
 
-    def rows(self, chosen: NDArray[np.bool_]) -> Scores:
+    def rows(self, chosen: NDArray[np.bool_]) -> RankScores:
         """Return the recordings that are chosen; shape (n,)."""
-        return Scores(self.level[chosen], self.tarp[chosen], self.mean[chosen], self.sd[chosen])
+        return RankScores(self.level[chosen], self.tarp[chosen], self.mean[chosen], self.sd[chosen])
 
 
 def score(
     truth: FloatArray, draws: FloatArray, weight: FloatArray, reference: FloatArray, prior: BoxPrior
-) -> Score:
+) -> RankScore:
     """Rank one truth among its posterior draws.
 
     Args:
@@ -177,16 +177,16 @@ def score(
     """
     d, moment = len(prior.parameters), moments(draws, weight)
     tarp = tarp_level(truth[:d], draws[:, :d], weight, reference, prior)
-    return Score(level_of_truth(truth, draws, weight), tarp, moment.mean, moment.sd)
+    return RankScore(level_of_truth(truth, draws, weight), tarp, moment.mean, moment.sd)
 
 
-def stack_scores(scores: Sequence[Score]) -> Scores:
+def stack_scores(scores: Sequence[RankScore]) -> RankScores:
     """Put the scores of n recordings together, in order."""
-    return Scores(
-        level=np.stack([one.level for one in scores]),
-        tarp=np.array([one.tarp for one in scores]),
-        mean=np.stack([one.mean for one in scores]),
-        sd=np.stack([one.sd for one in scores]),
+    return RankScores(
+        level=np.stack([rank_score.level for rank_score in scores]),
+        tarp=np.array([rank_score.tarp for rank_score in scores]),
+        mean=np.stack([rank_score.mean for rank_score in scores]),
+        sd=np.stack([rank_score.sd for rank_score in scores]),
     )
 
 
@@ -199,10 +199,10 @@ class Ranked:
     prior_variance: Annotated[
         FloatArray, Variable("recording quantity", f"{EACH}, squared", "before the recording is seen")
     ]
-    network: Annotated[Scores, Part("npe_{}", words={"sampler": "the network"})]
-    weighted: Annotated[Scores, Part("weighted_{}", words={"sampler": "the exact posterior"})]
+    network: Annotated[RankScores, Part("npe_{}", words={"sampler": "the network"})]
+    weighted: Annotated[RankScores, Part("weighted_{}", words={"sampler": "the exact posterior"})]
 
-    def of(self, sampler: str) -> Scores:
+    def of(self, sampler: str) -> RankScores:
         """Return the scores of a sampler of ``SAMPLERS``."""
         return {NETWORK: self.network, WEIGHTED: self.weighted}[sampler]
 

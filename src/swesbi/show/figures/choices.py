@@ -161,13 +161,13 @@ def _points(axes: Axes, rows: pd.DataFrame, names: list[str], column: str) -> No
     subjects = list(dict.fromkeys(rows["subject"]))
     offsets = np.linspace(-0.28, 0.28, len(subjects)) if len(subjects) > 1 else np.zeros(1)
     for number, (subject, offset) in enumerate(zip(subjects, offsets, strict=True)):
-        own = rows[rows["subject"] == subject]
-        height = [names.index(label) + offset for label in own["label"]]
+        points = rows[rows["subject"] == subject]
+        height = [names.index(label) + offset for label in points["label"]]
         look: dict[str, Any] = {
             "color": COLOURS[number % len(COLOURS)],
             "marker": MARKERS[number % len(MARKERS)],
         }
-        axes.plot(own[column], height, linestyle="none", markersize=2.4, label=subject, **look)
+        axes.plot(points[column], height, linestyle="none", markersize=2.4, label=subject, **look)
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(axis="y", linewidth=0.3, color="#DDDDDD")

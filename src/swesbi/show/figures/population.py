@@ -106,12 +106,12 @@ def population_figure(
 def _distribution(
     axes: Axes, name: str, drawn: Sequence[Drawn], shown: Sequence[Context], declared: DeclaredRange
 ) -> None:
-    everything = _values([one.context for one in drawn], name)
+    everything = _values([person.context for person in drawn], name)
     for (group, sex), colour in _colours(drawn).items():
-        own = _values([one.context for one in _members(drawn, group, sex)], name)
-        density, edges = np.histogram(own, bins=BINS[name], density=True)
+        members = _values([person.context for person in _members(drawn, group, sex)], name)
+        density, edges = np.histogram(members, bins=BINS[name], density=True)
         # Bins within the group's own values: the ages of two groups meet at an edge.
-        axes.stairs(density * own.size / len(drawn), edges, color=colour, linewidth=0.9)
+        axes.stairs(density * members.size / len(drawn), edges, color=colour, linewidth=0.9)
     axes.set_ylim(bottom=0.0)
     marks = _values(shown, name)
     axes.plot(marks, np.full(marks.size, 0.04), "v", transform=axes.get_xaxis_transform(), **MARK)
@@ -132,10 +132,10 @@ def _pair(
 ) -> None:
     colours = _colours(drawn)
     # In the order of drawing, not by group: no group hides another.
-    points = [one.context for one in drawn[:POINTS]]
-    own = [colours[one.group, one.context.sex] for one in drawn[:POINTS]]
+    points = [person.context for person in drawn[:POINTS]]
+    point_colours = [colours[person.group, person.context.sex] for person in drawn[:POINTS]]
     x, y = _values(points, horizontal), _values(points, vertical)
-    axes.scatter(x, y, s=1.2, c=own, linewidths=0, alpha=0.7, rasterized=True)
+    axes.scatter(x, y, s=1.2, c=point_colours, linewidths=0, alpha=0.7, rasterized=True)
     marks_x, marks_y = _values(shown, horizontal), _values(shown, vertical)
     axes.plot(marks_x, marks_y, "v", **MARK)
     axes.set_xlim(*_limits(x, marks_x, horizontal, declared))
@@ -168,7 +168,7 @@ def _limits(values: FloatArray, marks: FloatArray, name: str, declared: Declared
 
 def _colours(drawn: Sequence[Drawn]) -> dict[tuple[str, Literal["F", "M"]], Colour]:
     """Return a colour for every group and sex: the hue is the sex, later groups are paler."""
-    groups = sorted({one.group for one in drawn})
+    groups = sorted({person.group for person in drawn})
     paleness = np.linspace(0.0, PALEST, len(groups))
     return {
         (group, sex): _pale(hue, pale)
@@ -178,12 +178,12 @@ def _colours(drawn: Sequence[Drawn]) -> dict[tuple[str, Literal["F", "M"]], Colo
 
 
 def _pale(colour: str, paleness: float) -> Colour:
-    red, green, blue = ((1.0 - paleness) * part + paleness for part in to_rgb(colour))
+    red, green, blue = ((1.0 - paleness) * channel + paleness for channel in to_rgb(colour))
     return red, green, blue
 
 
 def _members(drawn: Sequence[Drawn], group: str, sex: Literal["F", "M"]) -> list[Drawn]:
-    return [one for one in drawn if one.group == group and one.context.sex == sex]
+    return [person for person in drawn if person.group == group and person.context.sex == sex]
 
 
 def _values(contexts: Sequence[Context], name: str) -> FloatArray:

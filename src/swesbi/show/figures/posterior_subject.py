@@ -169,7 +169,7 @@ def _draw_references(axes: Axes, panel: ExactPanel, i: int, j: int) -> None:
 
 
 def _exact_title(panel: ExactPanel, cohort_title: str) -> str:
-    """Say what is shown, the verdict, and how the draws were come by."""
+    """Say what is shown, the verdict, and how the draws were obtained."""
     result, support = panel.result, panel.support
     made = "MCMC" if result.by_mcmc else "importance weights"
     certificate = f", R-hat {result.r_hat:.3f}" if result.by_mcmc else ""

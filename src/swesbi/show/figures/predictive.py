@@ -161,8 +161,8 @@ def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> 
         width = TEXT_WIDTH_IN * max(1.0, columns(len(panels)) / 3)
         figure = new_figure(width, FRAME_HEIGHT_IN + PANEL_HEIGHT_IN * rows(len(panels)))
         axes = panel_grid(figure, len(panels))
-        for one, panel in zip(axes, panels, strict=True):
-            _draw_panel(one, panel)
+        for panel_axes, panel in zip(axes, panels, strict=True):
+            _draw_panel(panel_axes, panel)
         axes[0].set_xlim(0.0, 1.0)
         axes[0].set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
         exact = any(is_exact(panel.support) for panel in panels)

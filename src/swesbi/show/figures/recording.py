@@ -26,7 +26,7 @@ from swesbi.show.figures.style import (
     style,
     titled,
 )
-from swesbi.show.numbers import as_percent
+from swesbi.show.numbers import as_percent, share
 
 HEIGHT_IN: Final = 2.3
 NAMED_SUBJECTS: Final = 30
@@ -56,8 +56,12 @@ def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | N
     with style():
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
         repeat, sample = figure.subplots(1, 2)
-        _panel(repeat, noise.pooled.repeat, [one.repeat for one in estimates], tuple(noise.by_subject))
-        _panel(sample, noise.pooled.sample, [one.sample for one in estimates], tuple(noise.by_subject))
+        _panel(
+            repeat, noise.pooled.repeat, [estimate.repeat for estimate in estimates], tuple(noise.by_subject)
+        )
+        _panel(
+            sample, noise.pooled.sample, [estimate.sample for estimate in estimates], tuple(noise.by_subject)
+        )
         repeat.set_title("(a) between repeats")
         sample.set_title("(b) between samples of a repeat")
         repeat.set_ylabel("relative sd of the speed")
@@ -74,17 +78,22 @@ def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | N
 
 
 def _panel(
-    axes: Axes, pooled: ComponentEstimate, own: list[ComponentEstimate], names: tuple[str, ...]
+    axes: Axes, pooled: ComponentEstimate, estimates: list[ComponentEstimate], names: tuple[str, ...]
 ) -> None:
     axes.axhspan(pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0)
-    axes.axhline(pooled.fraction, color=POSTERIOR, label=f"whole cohort: {100 * pooled.fraction:.1f} %")
-    value = np.array([one.fraction for one in own])
-    error = np.array([[one.fraction - one.low for one in own], [one.high - one.fraction for one in own]])
-    axes.errorbar(np.arange(len(own)), value, error, color=OBSERVED, ls="", marker="o", ms=2.8, lw=0.8)
+    axes.axhline(pooled.fraction, color=POSTERIOR, label=f"whole cohort: {share(pooled.fraction)}")
+    value = np.array([estimate.fraction for estimate in estimates])
+    error = np.array(
+        [
+            [estimate.fraction - estimate.low for estimate in estimates],
+            [estimate.high - estimate.fraction for estimate in estimates],
+        ]
+    )
+    axes.errorbar(np.arange(len(estimates)), value, error, color=OBSERVED, ls="", marker="o", ms=2.8, lw=0.8)
     if len(names) <= NAMED_SUBJECTS:
         axes.set_xticks(np.arange(len(names)), names)
     axes.set_xlabel("subject")
-    axes.set_ylim(0.0, 1.12 * max(one.high for one in (*own, pooled)))
+    axes.set_ylim(0.0, 1.12 * max(estimate.high for estimate in (*estimates, pooled)))
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
 
 

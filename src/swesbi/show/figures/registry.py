@@ -208,8 +208,8 @@ def figure_of(rule: str, name: str) -> FigureSpec:
     Raises:
         KeyError: It draws none.
     """
-    found = {(figure.rule, figure.name): figure for figure in FIGURES}
-    return found[rule, name]
+    by_key = {(figure.rule, figure.name): figure for figure in FIGURES}
+    return by_key[rule, name]
 
 
 def captions() -> dict[str, list[str]]:

@@ -129,8 +129,8 @@ def mark_excluded(axes: Axes) -> None:
 def shared_legend(figure: Figure, axes: Sequence[Axes], entries_a_row: int) -> None:
     """Put one legend below all panels, each label once."""
     handles: dict[str, Artist] = {}
-    for one in axes:
-        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+    for panel in axes:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
     figure.legend(
         list(handles.values()),

@@ -149,9 +149,9 @@ def _loss(axes: Axes, history: pd.DataFrame, table: pd.DataFrame) -> None:
 def _recovery(axes: Axes, table: pd.DataFrame, interval: float) -> None:
     rows = table[table["quantity"] == RECOVERY_COVERAGE]
     for name, (label, color, marker) in zip(THETA_NAMES, PARAMETER_LOOKS, strict=True):
-        own = rows[rows["parameter"] == name]
-        axes.plot(own["epoch"], own["value"], color=color, marker=marker, ms=MARKER_SIZE, label=label)
-        axes.fill_between(own["epoch"], own["ci_low"], own["ci_high"], color=color, alpha=0.15, lw=0)
+        curve = rows[rows["parameter"] == name]
+        axes.plot(curve["epoch"], curve["value"], color=color, marker=marker, ms=MARKER_SIZE, label=label)
+        axes.fill_between(curve["epoch"], curve["ci_low"], curve["ci_high"], color=color, alpha=0.15, lw=0)
     _coverage_axis(axes, interval)
     axes.set_ylim(min(0.7, float(rows["ci_low"].min())) - 0.02, 1.01)
     axes.set_ylabel("truth in the credible interval")
@@ -162,11 +162,11 @@ def _recovery(axes: Axes, table: pd.DataFrame, interval: float) -> None:
 def _observed(axes: Axes, table: pd.DataFrame, interval: float) -> None:
     subjects = _scored_subjects(table)
     for index, name in enumerate(subjects):
-        own = table[(table["quantity"] == COVERAGE_PHASES) & (table["subject"] == name)]
+        curve = table[(table["quantity"] == COVERAGE_PHASES) & (table["subject"] == name)]
         marker = SUBJECT_MARKERS[index] if len(subjects) <= NAMED_SUBJECTS else ""
         label = name if len(subjects) <= NAMED_SUBJECTS else None
         axes.plot(
-            own["epoch"], own["value"], color=POSTERIOR, alpha=0.85, lw=0.8, marker=marker,
+            curve["epoch"], curve["value"], color=POSTERIOR, alpha=0.85, lw=0.8, marker=marker,
             ms=MARKER_SIZE, mfc="white", mew=0.8, label=label,
         )  # fmt: skip
     _coverage_axis(axes, interval)
@@ -182,9 +182,11 @@ def _observed(axes: Axes, table: pd.DataFrame, interval: float) -> None:
 def _width(axes: Axes, table: pd.DataFrame) -> None:
     rows = table[(table["quantity"] == RELATIVE_SD) & table["subject"].isin(_scored_subjects(table))]
     for name, (label, color, marker) in zip(THETA_NAMES, PARAMETER_LOOKS, strict=True):
-        own = rows[rows["parameter"] == name].pivot(index="epoch", columns="subject", values="value")
-        axes.plot(own.index, own.to_numpy(), color=color, lw=0.4, alpha=0.5)
-        axes.plot(own.index, own.median(axis=1), color=color, marker=marker, ms=MARKER_SIZE, label=label)
+        widths = rows[rows["parameter"] == name].pivot(index="epoch", columns="subject", values="value")
+        axes.plot(widths.index, widths.to_numpy(), color=color, lw=0.4, alpha=0.5)
+        axes.plot(
+            widths.index, widths.median(axis=1), color=color, marker=marker, ms=MARKER_SIZE, label=label
+        )
     axes.set_yscale("log")
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: as_percent(round(value, 6))))
@@ -206,9 +208,9 @@ def _coverage_axis(axes: Axes, interval: float) -> None:
 
 def _epoch_axis(axes: Sequence[Axes], last: int) -> None:
     ticks = [tick for tick in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000) if tick <= last]
-    for one in axes:
-        one.set_xscale("log")
-        one.set_xticks(ticks, [str(tick) for tick in ticks])
-        one.xaxis.set_minor_formatter(NullFormatter())
-        one.set_xlim(0.93, last * 1.08)
-        one.set_xlabel("epoch")
+    for panel in axes:
+        panel.set_xscale("log")
+        panel.set_xticks(ticks, [str(tick) for tick in ticks])
+        panel.xaxis.set_minor_formatter(NullFormatter())
+        panel.set_xlim(0.93, last * 1.08)
+        panel.set_xlabel("epoch")

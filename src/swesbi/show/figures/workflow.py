@@ -98,31 +98,31 @@ class WorkflowPicture:
 
 def draw_prior(axes: Sequence[Axes], picture: WorkflowPicture) -> None:
     """Draw the prior density of each parameter on a logarithmic axis."""
-    for one, prior, label in zip(axes, picture.prior.parameters, THETA_LABELS, strict=True):
+    for panel, prior, label in zip(axes, picture.prior.parameters, THETA_LABELS, strict=True):
         theta, density = log_density_of_prior(prior)
-        one.fill_between(theta, density, color=PRIOR, alpha=0.5, lw=0)
-        one.set_xscale("log")
-        one.set_xlim(prior.low, prior.high)
-        one.xaxis.set_major_locator(FixedLocator([prior.low, prior.centre, prior.high]))
-        one.xaxis.set_major_formatter(ScalarFormatter())
-        one.xaxis.set_minor_locator(NullLocator())
-        _finish_density(one, label)
+        panel.fill_between(theta, density, color=PRIOR, alpha=0.5, lw=0)
+        panel.set_xscale("log")
+        panel.set_xlim(prior.low, prior.high)
+        panel.xaxis.set_major_locator(FixedLocator([prior.low, prior.centre, prior.high]))
+        panel.xaxis.set_major_formatter(ScalarFormatter())
+        panel.xaxis.set_minor_locator(NullLocator())
+        _finish_density(panel, label)
 
 
 def draw_posterior(axes: Sequence[Axes], picture: WorkflowPicture) -> None:
     """Draw the marginal posteriors, each on its own scale, with the median."""
     color = POSTERIOR if picture.support.supported else EXCLUDED
-    for j, (one, label) in enumerate(zip(axes, THETA_LABELS, strict=True)):
+    for j, (panel, label) in enumerate(zip(axes, THETA_LABELS, strict=True)):
         draws = picture.theta[:, j]
         low, median, high = map(float, np.quantile(draws, [SHOWN_QUANTILES[0], 0.5, SHOWN_QUANTILES[1]]))
         if low < high:
             at = np.linspace(low, high, 200)
-            one.fill_between(at, gaussian_kde(draws)(at), color=color, alpha=0.45, lw=0)
-            one.set_xlim(low, high)
-        one.axvline(median, color="black", lw=0.7)
-        one.xaxis.set_major_locator(MaxNLocator(2, prune="both", min_n_ticks=1))
-        one.xaxis.set_minor_formatter(NullFormatter())
-        _finish_density(one, label)
+            panel.fill_between(at, gaussian_kde(draws)(at), color=color, alpha=0.45, lw=0)
+            panel.set_xlim(low, high)
+        panel.axvline(median, color="black", lw=0.7)
+        panel.xaxis.set_major_locator(MaxNLocator(2, prune="both", min_n_ticks=1))
+        panel.xaxis.set_minor_formatter(NullFormatter())
+        _finish_density(panel, label)
 
 
 def draw_curves(axes: Axes, picture: WorkflowPicture) -> None:
@@ -372,9 +372,9 @@ def _connect(figure: Figure, picture: WorkflowPicture) -> None:
     summary = r"$S(\cdot)$, $c_d$"
     labels = (("0D model, $c_d$", summary, f"{picture.rows:,} rows"), (summary, "", "0D model"))
     for pairs, names in zip(rows, labels, strict=True):
-        for (one, other), name in zip(pairs, names, strict=True):
-            start, end = one.left + one.width, other.left
-            y = one.bottom + one.height + ARROW_ABOVE_IN
+        for (left, right), name in zip(pairs, names, strict=True):
+            start, end = left.left + left.width, right.left
+            y = left.bottom + left.height + ARROW_ABOVE_IN
             _arrow(figure, [(start, y), (end, y)])
             _text(figure, (start + end) / 2.0, y + 0.065, name, fontsize=SMALL_PT)
     _connect_network(figure)

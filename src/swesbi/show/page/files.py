@@ -115,13 +115,13 @@ def _size(png: Path) -> tuple[int, int]:
 
 def provenance_table(paths: Sequence[Path]) -> Table:
     """Return seed and code of every kind of HDF5 artefact among these files."""
-    found: dict[str, list[Provenance]] = {}
+    by_kind: dict[str, list[Provenance]] = {}
     for path in (path for path in paths if path.suffix == ".h5"):
         with xr.open_dataset(path, engine="h5netcdf") as root:
             provenance = read_provenance(root.attrs)
-        found.setdefault(provenance.kind, []).append(provenance)
+        by_kind.setdefault(provenance.kind, []).append(provenance)
     columns = words("Artefact", "Files", "Seed", "Code hash", "swesbi")
-    rows = tuple(_row(kind, each) for kind, each in sorted(found.items()))
+    rows = tuple(_row(kind, each) for kind, each in sorted(by_kind.items()))
     note = "The code hash names the code of the stage that wrote the file, docstrings and comments left out."
     return Table("What made the artefacts.", columns, rows, note)
 

@@ -69,7 +69,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Provenance:
+class PageProvenance:
     """Where the results come from; the configuration as text, and the file that holds the same."""
 
     seed: int
@@ -97,7 +97,7 @@ class Page:
     sections: tuple[Section, ...]
     populations: tuple[PopulationSection, ...]
     files: tuple[Table, ...]
-    provenance: Provenance
+    provenance: PageProvenance
 
 
 def make_page(
@@ -107,7 +107,7 @@ def make_page(
     sections: Sequence[Section],
     populations: Sequence[PopulationSection],
     files: Sequence[Table],
-    provenance: Provenance,
+    provenance: PageProvenance,
 ) -> Page:
     """Put the page together from the results; one section an experiment on speeds or over a population."""
     return Page(

@@ -15,7 +15,7 @@ from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactResult
 from swesbi.recording.noise import CohortNoise
 from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, quantity
-from swesbi.show.numbers import MISSING, count, estimate, fixed, percent, significant, span
+from swesbi.show.numbers import MISSING, as_percent, count, estimate, fixed, percent, significant, span
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Cell, Column, Row, Strong, Table, words
 from swesbi.verdict.answers import (
@@ -97,14 +97,16 @@ def verdicts_table(exact: Exact, cohort_title: str) -> Table:
 
 def outcomes_table(exact: Exact, cohort_title: str) -> Table:
     """Return every test of every subject: its p-value, or the statistic where it has none."""
-    names = list(dict.fromkeys(test.name for part in exact.supports.values() for test in part.tests))
+    names = list(dict.fromkeys(test.name for support in exact.supports.values() for test in support.tests))
     columns = (*words("Test"), *(Column(subject) for subject in exact.supports))
-    found = {(subject, test.name): test for subject, part in exact.supports.items() for test in part.tests}
+    outcomes = {
+        (subject, test.name): test for subject, support in exact.supports.items() for test in support.tests
+    }
     rows = []
     for name in names:
         cells: list[Cell] = [label_of_test(name)]
         for subject in exact.supports:
-            test = found.get((subject, name))
+            test = outcomes.get((subject, name))
             if test is None:
                 cells.append(MISSING)
                 continue
@@ -125,7 +127,7 @@ def exact_table(exact: Exact, cohort_title: str) -> Table:
     columns = (
         *words("Subject", "Parameter", "Unit"),
         Column("Median"),
-        Column("Credible interval", f"{100.0 * mass:g} %"),
+        Column("Credible interval", as_percent(mass)),
         Column("Median, network alone"),
         Column("CMA-ES"),
         *words("Draws by", "Verdict"),
@@ -313,7 +315,7 @@ def noise_table(exact: Exact, cohort_title: str) -> Table:
         *words("Component"),
         Column("Size", "% of the speed"),
         Column("Standard error"),
-        Column("Interval", f"{100.0 * exact.noise.interval:g} %"),
+        Column("Interval", as_percent(exact.noise.interval)),
     )
     pooled = exact.noise.pooled
     rows = [

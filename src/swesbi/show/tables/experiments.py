@@ -50,7 +50,11 @@ def nearest_level(table: pd.DataFrame, experiment: Experiment) -> float:
 
 def recovery_table(experiments: Sequence[Experiment]) -> Table:
     """Return both recoveries side by side, at the level of the credible intervals."""
-    rows = [row for part in experiments for row in _rows(part, nearest_level(part.recovery.own, part))]
+    rows = [
+        row
+        for experiment in experiments
+        for row in _rows(experiment, nearest_level(experiment.recovery.own, experiment))
+    ]
     return _table("Recovery of known parameters.", rows)
 
 
@@ -118,12 +122,12 @@ def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Ta
     rows: list[tuple[Cell, ...]] = []
     for experiment in experiments:
         if experiment.exact != main.exact:
-            rows.append((experiment.name, "kind", *(_KINDS[part.exact] for part in (main, experiment))))
+            rows.append((experiment.name, "kind", *(_KINDS[kind_of.exact] for kind_of in (main, experiment))))
             continue
-        own = dict(_leaves(experiment.settings))
-        changed = [key for key in {**reference, **own} if own.get(key) != reference.get(key)]
+        settings = dict(_leaves(experiment.settings))
+        changed = [key for key in {**reference, **settings} if settings.get(key) != reference.get(key)]
         rows.extend(
-            (experiment.name, key, _value(reference.get(key)), _value(own.get(key))) for key in changed
+            (experiment.name, key, _value(reference.get(key)), _value(settings.get(key))) for key in changed
         )
     columns = words("Experiment", "Setting", f"In {main.name}", "Here")
     return Table(f"What differs from the experiment {main.name}.", columns, body(rows))
@@ -131,7 +135,7 @@ def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Ta
 
 def comparison_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
     """Return one column an experiment: support, scores, correlations, coverages, training."""
-    lines = [(label, [value(part) for part in experiments]) for label, value in _measures()]
+    lines = [(label, [value(experiment) for experiment in experiments]) for label, value in _measures()]
     columns = (
         Column("Mean ± sd over supported subjects", numeric=False),
         *(Column(e.name) for e in experiments),
@@ -156,7 +160,7 @@ def median_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
     )
     cells = [_medians(experiment) for experiment in experiments]
     rows = [
-        (subject, label, PARAMETER_UNITS[name], *(part.get((subject, name), MISSING) for part in cells))
+        (subject, label, PARAMETER_UNITS[name], *(medians.get((subject, name), MISSING) for medians in cells))
         for subject in experiments[0].supports
         for name, label in PARAMETERS.items()
     ]

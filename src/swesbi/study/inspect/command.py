@@ -179,14 +179,14 @@ def _parser() -> argparse.ArgumentParser:
 
 def _artefacts_in(paths: Sequence[Path]) -> list[Path]:
     """Return the files given, and the artefacts in the folders given, of which each must hold one."""
-    found: list[Path] = []
+    artefacts_found: list[Path] = []
     for path in paths:
         artefacts = (each for each in path.rglob("*") if each.suffix in ARTEFACTS)
         inside = sorted(artefacts) if path.is_dir() else [path]
         if not inside:
             raise ArtefactError(f"{path}: holds no artefact ({', '.join(ARTEFACTS)})")
-        found += inside
-    return found
+        artefacts_found += inside
+    return artefacts_found
 
 
 def _whole(path: Path) -> list[str]:

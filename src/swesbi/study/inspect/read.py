@@ -199,8 +199,8 @@ def _read_weights(path: Path) -> Content:
     except NOT_PLAIN as error:
         raise DamagedArtefactError(path, f"cannot be read as a file of weights ({error})") from error
     arrays = tuple(array for name in content if name != "metadata" for array in _tensors(name, content[name]))
-    own = {name: _plain(value) for name, value in metadata.items() if name not in OF_PROVENANCE}
-    return _artefact(path, checked, provenance, arrays, flatten(own))
+    facts = {name: _plain(value) for name, value in metadata.items() if name not in OF_PROVENANCE}
+    return _artefact(path, checked, provenance, arrays, flatten(facts))
 
 
 def _tensors(name: str, value: Any) -> Iterator[Array]:  # noqa: ANN401
