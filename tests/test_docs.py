@@ -18,8 +18,8 @@ from swesbi.show.docs.marks import PART, MarkError, fill
 from swesbi.show.docs.population import COSTS, PopulationResults, scaling_part
 from swesbi.show.docs.reproduction import PARTS, truth_part
 from swesbi.show.docs.results import ReproductionResults, read_results
-from swesbi.show.figures.registry import PagePart
 from swesbi.show.numbers import fixed, mean_sd, share
+from swesbi.show.page.figures import PagePart
 from swesbi.show.tables.population import OverPopulation
 from swesbi.verdict.support import read_support
 

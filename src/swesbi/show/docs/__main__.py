@@ -20,7 +20,7 @@ from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
 from swesbi.show.docs.reproduction import PARTS
 from swesbi.show.docs.results import read_results
-from swesbi.show.figures.registry import PagePart, figures_of
+from swesbi.show.page.figures import PagePart, figures_of
 
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"

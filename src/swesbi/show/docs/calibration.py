@@ -17,10 +17,9 @@ from swesbi.show.docs.results import finished, of_experiment, read_experiment, r
 from swesbi.show.numbers import MISSING, fixed, share
 from swesbi.show.results import records
 from swesbi.show.table import Table, markdown, of_records
+from swesbi.show.tables.calibration import alarms_table, calibration_summary
 from swesbi.show.tables.exact import (
     Exact,
-    alarms_table,
-    calibration_summary,
     exact_table,
     identifiability_table,
     noise_table,

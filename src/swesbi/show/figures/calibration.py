@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter, PercentFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
 from swesbi.checks.calibration.ranks import (
@@ -30,6 +30,7 @@ from swesbi.show.figures.style import (
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
+    in_percent,
     new_figure,
     shared_legend,
     style,
@@ -161,7 +162,7 @@ def _reported_coverage(axes: Axes, case: CalibrationCase) -> None:
     axes.axhline(REPORTED, color=PRIOR, lw=0.8, ls="--", zorder=0)
     axes.axhspan(0.88, 0.92, color=BAND, lw=0, zorder=-1)
     axes.set_xticks(range(len(PARAMETERS)), [LABELS[name] for name in PARAMETERS])
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.yaxis)
     axes.set_xlabel("open: acquired")
     axes.set_title("(i) 90 % intervals")
 
@@ -178,7 +179,7 @@ def _efficiency(axes: Axes, case: CalibrationCase) -> None:
         f"MCMC: {int(diagnostics.by_mcmc.sum())} of {len(diagnostics.by_mcmc)}"
     )
     axes.text(0.04, 0.96, text, transform=axes.transAxes, va="top", fontsize=6.0)
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.xaxis)
     axes.set_ylim(0.0, 1.5 * axes.get_ylim()[1])
     axes.set_xlabel("importance efficiency")
     axes.set_ylabel("recordings")

@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, PercentFormatter, ScalarFormatter
+from matplotlib.ticker import FuncFormatter, ScalarFormatter
 from numpy.typing import NDArray
 from scipy.stats import binom
 
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
+from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, in_percent, new_figure, style
 from swesbi.show.numbers import as_percent
 
 HEIGHT_IN: Final = 4.2
@@ -75,7 +75,7 @@ def _lines(axes: Axes, table: pd.DataFrame, draw: Callable[[pd.DataFrame, str, s
             MARKERS[index % len(MARKERS)],
             rf"$\tau$ = {as_percent(tau)}",
         )
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.xaxis)
 
 
 def _evidence(axes: Axes, table: pd.DataFrame) -> None:
@@ -118,7 +118,7 @@ def _coverage(axes: Axes, table: pd.DataFrame, column: str, interval: float) -> 
     axes.axhspan(low / subjects, high / subjects, color=PRIOR, alpha=0.2, lw=0)
     axes.axhline(interval, color=PRIOR, ls="--", lw=0.8, zorder=0)
     axes.set_ylim(-0.03, 1.03)
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.yaxis)
 
 
 def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:

@@ -11,12 +11,22 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, PercentFormatter, ScalarFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
 from swesbi.parameters import PHI_LABELS, PHI_NAMES, THETA_NAMES
 from swesbi.prior import JointPriorSettings, quantile
-from swesbi.show.figures.style import OBSERVED, PRIOR, STATUS_COLORS, new_figure, shared_legend, style, titled
+from swesbi.show.figures.style import (
+    OBSERVED,
+    PRIOR,
+    STATUS_COLORS,
+    in_percent,
+    new_figure,
+    plain_decades,
+    shared_legend,
+    style,
+    titled,
+)
 from swesbi.show.numbers import as_percent, fixed, share
 from swesbi.verdict.answers import OUTCOMES, REFUSED, SEPARATOR, STATUSES
 
@@ -30,6 +40,7 @@ MOST_NAMED: Final = 24
 LONGEST_LEVEL_NAME: Final = 3
 PRIOR_TAIL: Final = 0.05
 MARGIN: Final = 1.15  # of a logarithmic axis, as a factor
+ANSWER: Final = ("low", "median", "high")
 LIGHT: Final = 0.22  # opacity of intervals behind their medians
 COLORS: Final = {**STATUS_COLORS, REFUSED: "#BDBDBD"}
 MOST_TESTS: Final = 7
@@ -118,10 +129,8 @@ def _in_order(axes: Axes, shown: pd.DataFrame, name: str) -> None:
     position = np.arange(len(ordered))
     width = float(np.clip(60.0 / max(len(ordered), 1), 0.35, 1.2))
     for verdict, chosen in _by_verdict(ordered):
-        subjects, color = ordered[chosen], STATUS_COLORS[verdict]
-        low, median, high = (
-            subjects[f"{name}_{limit}"].to_numpy(dtype=float) for limit in ("low", "median", "high")
-        )
+        color = STATUS_COLORS[verdict]
+        low, median, high = (ordered.loc[chosen, f"{name}_{limit}"].to_numpy(dtype=float) for limit in ANSWER)
         axes.vlines(position[chosen], low, high, color=color, lw=width, alpha=0.6)
         axes.plot(position[chosen], median, "o", color=color, ms=min(2.4, 3.0 * width), mew=0)
         axes.plot([], [], "o", color=color, ms=3.0, mew=0, label=verdict)
@@ -143,10 +152,8 @@ def _against(axes: Axes, shown: pd.DataFrame, x: FloatArray, name: str) -> None:
     """Draw medians against another value of each subject, intervals light behind them."""
     size = 3.0 if len(shown) <= MOST_NAMED else 1.9
     for verdict, chosen in _by_verdict(shown):
-        subjects, color = shown[chosen], STATUS_COLORS[verdict]
-        low, median, high = (
-            subjects[f"{name}_{limit}"].to_numpy(dtype=float) for limit in ("low", "median", "high")
-        )
+        color = STATUS_COLORS[verdict]
+        low, median, high = (shown.loc[chosen, f"{name}_{limit}"].to_numpy(dtype=float) for limit in ANSWER)
         axes.vlines(x[chosen], low, high, color=color, lw=0.5, alpha=LIGHT)
         axes.plot(x[chosen], median, "o", color=color, ms=size, mew=0, alpha=0.85)
 
@@ -173,9 +180,7 @@ def _scale(axes: Axes, band: FloatArray, limits: tuple[float, float], *, labelle
     axes.axhspan(*band, color=PRIOR, alpha=0.16, lw=0, zorder=0, label="prior, central 90 %")
     axes.set_yscale("log")
     axes.set_ylim(*limits)
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(ScalarFormatter())
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    plain_decades(axes.yaxis)
     axes.tick_params(labelleft=labelled)
 
 
@@ -213,7 +218,8 @@ def _draw_counts(panels: Sequence[Axes], table: pd.DataFrame) -> None:
     """Draw shares of verdicts, the commonest reasons, and the efficiency of the weights, left to right."""
     counts = {name: int((table["status"] == name).sum()) for name in OUTCOMES}
     total = max(len(table), 1)
-    shares = {f"{name}: {count} ({fixed(100.0 * count / total, 0)} %)": count for name, count in counts.items()}
+    percent = {name: fixed(100.0 * count / total, 0) for name, count in counts.items()}
+    shares = {f"{name}: {count} ({percent[name]} %)": count for name, count in counts.items()}
     _bars(panels[0], shares, list(COLORS.values()))
     panels[0].set_title("verdicts")
     panels[0].set_xlabel("subjects")
@@ -261,7 +267,7 @@ def _efficiency(axes: Axes, table: pd.DataFrame) -> None:
         median = float(np.median(np.concatenate(parts)))
         axes.axvline(median, color=OBSERVED, lw=0.8, ls="--")
         axes.set_title(f"efficiency, median {share(median, 0)}")
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.xaxis)
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
     axes.set_xlim(0.0, 1.0)
     by_mcmc = int((answered["sampler"] == "mcmc").sum())

@@ -13,14 +13,7 @@ from matplotlib.colors import ListedColormap, PowerNorm
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import (
-    FixedLocator,
-    LogLocator,
-    MaxNLocator,
-    NullFormatter,
-    NullLocator,
-    ScalarFormatter,
-)
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, NullLocator, ScalarFormatter
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 from scipy.stats import chi2
@@ -40,6 +33,7 @@ from swesbi.show.figures.style import (
     label_outer,
     new_figure,
     panel_grid,
+    plain_decades,
     rows,
     shared_legend,
     style,
@@ -138,9 +132,7 @@ def _log_axes(axes: Axes, x_limits: tuple[float, float], y_limits: tuple[float, 
     axes.set_xlim(x_limits)
     axes.set_ylim(y_limits)
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter(ScalarFormatter())
-        axis.set_minor_formatter(NullFormatter())
+        plain_decades(axis)
 
 
 def _profile_legend(figure: SubFigure, levels: FloatArray) -> None:

@@ -13,15 +13,15 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator, PercentFormatter
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from swesbi.artefacts import ArtefactError
 from swesbi.checks.calibration.ranks import NETWORK, SAMPLERS, WEIGHTED
 from swesbi.context import CONTEXT, Context
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.population.contexts import Drawn
 from swesbi.population.settings import DECLARED_NAMES, DeclaredRange
+from swesbi.show.csv import checked
 from swesbi.show.figures.style import (
     CMAES,
     EXCLUDED_BACKGROUND,
@@ -29,6 +29,7 @@ from swesbi.show.figures.style import (
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
+    in_percent,
     new_figure,
     shared_legend,
     style,
@@ -206,12 +207,7 @@ def read_strata(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column or every row is missing.
     """
-    table = pd.read_csv(path)
-    if missing := [name for name in STRATA_COLUMNS if name not in table]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    if table.empty:
-        raise ArtefactError(f"{path}: holds no stratum; delete it and rerun")
-    return table
+    return checked(pd.read_csv(path), path, STRATA_COLUMNS, "stratum")
 
 
 def stratum_label(name: str) -> str:
@@ -268,7 +264,7 @@ def _coverage(axes: Axes, table: pd.DataFrame, names: Sequence[str], interval: f
             rows["coverage"], _places(rows, names, sampler), xerr=np.clip(ends, 0.0, None), fmt="o", ms=2.6,
             mew=0, lw=0.9, color=color, label=label,
         )  # fmt: skip
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.xaxis)
     axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.set_xlabel("coverage")
 
@@ -282,7 +278,7 @@ def _efficiency(axes: Axes, table: pd.DataFrame, names: Sequence[str]) -> None:
     for name, value in zip(rows["stratum"], rows["median_efficiency"], strict=True):
         axes.text(value + 0.02, names.index(name), as_percent(round(value, 2)), va="center", fontsize=5.6)
     axes.set_xlim(0.0, 1.12)
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.xaxis)
     axes.set_xticks([0.0, 0.5, 1.0])
     axes.set_xlabel("median efficiency")
     axes.set_title("weights")

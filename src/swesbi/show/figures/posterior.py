@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from swesbi.draws import median_and_interval
@@ -29,6 +29,7 @@ from swesbi.show.figures.style import (
     TEXT_WIDTH_IN,
     TRUTH,
     new_figure,
+    plain_decades,
     shared_legend,
     style,
     titled,
@@ -204,9 +205,7 @@ def _violin(
 def _prior_scale(axes: Axes, prior: ParameterPrior, exact: bool = False) -> None:
     """Draw the prior and its bounds on a logarithmic axis."""
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(ScalarFormatter())
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    plain_decades(axes.yaxis)
     _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density", exact)
     for bound in (prior.low, prior.high):
         axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")

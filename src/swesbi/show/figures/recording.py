@@ -8,7 +8,6 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
 
 from swesbi.recording.check import Checked
 from swesbi.recording.components import ComponentEstimate
@@ -22,6 +21,7 @@ from swesbi.show.figures.style import (
     PRIOR,
     TEXT_WIDTH_IN,
     TRUTH,
+    in_percent,
     new_figure,
     style,
     titled,
@@ -94,7 +94,7 @@ def _panel(
         axes.set_xticks(np.arange(len(names)), names)
     axes.set_xlabel("subject")
     axes.set_ylim(0.0, 1.12 * max(estimate.high for estimate in (*estimates, pooled)))
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.yaxis)
 
 
 def draw_recording_sheet(subject: Checked, origin: str) -> Figure:

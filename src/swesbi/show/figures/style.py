@@ -11,8 +11,10 @@ from typing import Any, Final
 import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import LogLocator, NullFormatter, PercentFormatter, ScalarFormatter
 
 from swesbi.artefacts import atomic_path
 
@@ -140,6 +142,18 @@ def shared_legend(figure: Figure, axes: Sequence[Axes], entries_a_row: int) -> N
         columnspacing=1.2,
         handlelength=1.8,
     )
+
+
+def plain_decades(axis: Axis) -> None:
+    """Mark 1, 2 and 5 of every decade of a logarithmic axis, in plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(ScalarFormatter())
+    axis.set_minor_formatter(NullFormatter())
+
+
+def in_percent(axis: Axis) -> None:
+    """Show fractions along an axis in percent."""
+    axis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
 
 
 def titled(what: str, cohort_title: str) -> str:

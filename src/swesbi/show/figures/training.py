@@ -10,16 +10,17 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter, PercentFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
-from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
+from swesbi.show.csv import checked
 from swesbi.show.figures.style import (
     CMAES,
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
     TRUTH,
+    in_percent,
     new_figure,
     shared_legend,
     style,
@@ -54,12 +55,7 @@ def read_history(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column or every row is missing.
     """
-    history = pd.read_csv(path)
-    if missing := [name for name in HISTORY_COLUMNS if name not in history.columns]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    if history.empty:
-        raise ArtefactError(f"{path}: holds no epoch; delete it and rerun")
-    return history
+    return checked(pd.read_csv(path), path, HISTORY_COLUMNS, "epoch")
 
 
 def draw_training(history: pd.DataFrame, cohort_title: str) -> Figure:
@@ -92,11 +88,7 @@ def read_epochs(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column or every row is missing.
     """
-    table = pd.read_csv(path, dtype={"subject": str, "parameter": str})
-    if missing := [name for name in EPOCH_COLUMNS if name not in table.columns]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    if table.empty:
-        raise ArtefactError(f"{path}: holds no epoch; delete it and rerun")
+    table = checked(pd.read_csv(path, dtype={"subject": str, "parameter": str}), path, EPOCH_COLUMNS, "epoch")
     return table.fillna({"subject": "", "parameter": ""})
 
 
@@ -203,7 +195,7 @@ def _scored_subjects(table: pd.DataFrame) -> list[str]:
 
 def _coverage_axis(axes: Axes, interval: float) -> None:
     axes.axhline(interval, color=PRIOR, lw=0.8, ls="--", zorder=0)
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.yaxis)
 
 
 def _epoch_axis(axes: Sequence[Axes], last: int) -> None:

@@ -10,8 +10,8 @@ from typing import Any, Final
 import yaml
 from jinja2 import DictLoader, Environment, StrictUndefined
 
-from swesbi.show.figures.registry import PagePart, figures_of
 from swesbi.show.names import with_symbols
+from swesbi.show.page.figures import PagePart, figures_of
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.page.sections import Fact, PopulationSection, Section, caution, headline
 from swesbi.show.results import Experiment, Results

@@ -9,17 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from swesbi.show.figures.registry import PagePart, figures_of
 from swesbi.show.names import PARAMETERS
 from swesbi.show.numbers import count, fixed, mean_sd, percent, share
+from swesbi.show.page.figures import PagePart, figures_of
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Table
+from swesbi.show.tables.calibration import alarms_table, calibration_checks, calibration_summary
 from swesbi.show.tables.exact import (
     Exact,
-    alarms_table,
-    calibration_checks,
-    calibration_summary,
     exact_table,
     identifiability_table,
     noise_table,

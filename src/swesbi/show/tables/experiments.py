@@ -12,8 +12,8 @@ from typing import Any, Final
 
 import pandas as pd
 
-from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES
+from swesbi.show.csv import checked
 from swesbi.show.names import PARAMETER_UNITS, PARAMETERS
 from swesbi.show.numbers import MINUS, MISSING, count, estimate, fixed, mean_sd, percent, span
 from swesbi.show.results import Experiment, records
@@ -266,10 +266,7 @@ def read_comparison(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column is missing.
     """
-    table = pd.read_csv(path, dtype=str, keep_default_na=False)
-    if missing := [name for name in COLUMNS if name not in table.columns]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    return table
+    return checked(pd.read_csv(path, dtype=str, keep_default_na=False), path, COLUMNS)
 
 
 def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:

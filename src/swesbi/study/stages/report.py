@@ -17,9 +17,9 @@ from swesbi.posterior.result import read_exact_result
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.show.figures.population import read_strata
-from swesbi.show.figures.registry import PagePart
 from swesbi.show.figures.training import read_history
 from swesbi.show.names import protocol_entry
+from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.show.page.page import Cohort, PageProvenance, as_yaml, make_page, render, study_figures
 from swesbi.show.page.sections import Section, make_population_section, make_section, section_figures
