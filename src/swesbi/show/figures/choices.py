@@ -48,14 +48,8 @@ def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
         for axes in (evidence, misfit, *covered):
             axes.set_xlabel(r"$\delta$")
         lines, labels = evidence.get_legend_handles_labels()
-        figure.legend(
-            lines,
-            labels,
-            loc="outside lower center",
-            ncols=len(labels),
-            title=EXPLANATION,
-            title_fontsize=6.5,
-        )
+        place: dict[str, Any] = {"loc": "outside lower center", "ncols": len(labels)}
+        figure.legend(lines, labels, title=EXPLANATION, title_fontsize=6.5, **place)
         covered[0].set_ylabel(f"truth in the {as_percent(interval)} interval")
         subjects = int(table["subjects"].iloc[0])
         figure.suptitle(
@@ -69,12 +63,8 @@ def _lines(axes: Axes, table: pd.DataFrame, draw: Callable[[pd.DataFrame, str, s
     colors = mpl.colormaps["viridis"](np.linspace(0.0, 0.85, len(values)))
     for index, tau in enumerate(values):
         color = mpl.colors.to_hex(colors[index])
-        draw(
-            table[table["timing_cycle"] == tau],
-            color,
-            MARKERS[index % len(MARKERS)],
-            rf"$\tau$ = {as_percent(tau)}",
-        )
+        marker, label = MARKERS[index % len(MARKERS)], rf"$\tau$ = {as_percent(tau)}"
+        draw(table[table["timing_cycle"] == tau], color, marker, label)
     in_percent(axes.xaxis)
 
 

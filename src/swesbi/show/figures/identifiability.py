@@ -239,13 +239,8 @@ def _nearest(values: xr.DataArray, wanted: float) -> int:
 def _against_repeats(axes: Axes, groups: dict[str, xr.Dataset], phases: int, mass: float) -> None:
     design, repeats = groups["design"].sel(phases=phases), groups["design"]["repeats"].to_numpy()
     _draw_subjects(axes, repeats, design["sd_log"], mass)
-    axes.plot(
-        repeats,
-        half_width(design["sd_log"].median("subject"), mass),
-        color=OBSERVED,
-        lw=1.6,
-        label="median subject",
-    )
+    median = half_width(design["sd_log"].median("subject"), mass)
+    axes.plot(repeats, median, color=OBSERVED, lw=1.6, label="median subject")
     floor = float(half_width(design["floor"].median("subject"), mass))
     axes.axhline(floor, color=OBSERVED, lw=0.9, ls="--", label=FLOOR_LABEL)
     half_widths = half_width(groups["/"]["sd_log"], mass)
@@ -283,13 +278,8 @@ def _draw_subjects(axes: Axes, x: NDArray[np.int64], sd_log: xr.DataArray, mass:
     names = [str(name) for name in sd_log["subject"].to_numpy()]
     for index, name in enumerate(names):
         label = name if len(names) <= MOST_NAMED else "single subjects"
-        axes.plot(
-            x,
-            half_width(sd_log.isel(subject=index), mass),
-            color=_color(index, len(names)),
-            lw=0.7,
-            label=label,
-        )
+        width = half_width(sd_log.isel(subject=index), mass)
+        axes.plot(x, width, color=_color(index, len(names)), lw=0.7, label=label)
 
 
 def _color(index: int, subjects: int) -> str:

@@ -7,6 +7,7 @@ median, which shows its shape where it is much narrower than the prior; exact on
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -148,20 +149,9 @@ def _draw_posterior(axes: Axes, position: int, draws: FloatArray, interval: floa
 
 def _interval(axes: Axes, position: int, draws: FloatArray, interval: float, size: float = 3.0) -> None:
     low, median, high = median_and_interval(draws, interval)
-    axes.errorbar(
-        position,
-        median,
-        [[median - low], [high - median]],
-        fmt="o",
-        color="black",
-        mfc="white",
-        ms=size,
-        mew=0.7,
-        elinewidth=0.9,
-        capsize=2.0,
-        zorder=4,
-        label=f"median, {as_percent(interval)} CI",
-    )
+    mark: dict[str, Any] = {"fmt": "o", "color": "black", "mfc": "white", "ms": size, "mew": 0.7, "zorder": 4}
+    ends, label = [[median - low], [high - median]], f"median, {as_percent(interval)} CI"
+    axes.errorbar(position, median, ends, elinewidth=0.9, capsize=2.0, label=label, **mark)
 
 
 def _draw_fit(axes: Axes, position: int, value: float) -> None:
@@ -173,16 +163,8 @@ def _draw_fit(axes: Axes, position: int, value: float) -> None:
 def _draw_excluded(axes: Axes, position: int, unfiltered_median: float) -> None:
     """Grey the subject's column; the median of all candidates shows where the estimator went."""
     axes.axvspan(position - 0.5, position + 0.5, color=EXCLUDED_BACKGROUND, lw=0, zorder=0)
-    axes.plot(
-        position,
-        unfiltered_median,
-        "D",
-        color="black",
-        mfc="none",
-        ms=3.0,
-        mew=0.7,
-        label="excluded (grey): unfiltered median",
-    )
+    label = "excluded (grey): unfiltered median"
+    axes.plot(position, unfiltered_median, "D", color="black", mfc="none", ms=3.0, mew=0.7, label=label)
 
 
 def _violin(

@@ -99,10 +99,7 @@ def _legend(figure: Figure, panel: PosteriorPanel, color: str, interval: float) 
     mass = as_percent(interval)
     handles = [
         Line2D([], [], color=color, label=what),
-        Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
-        Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
-        Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
-        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
+        *_common_handles(mass),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)
 
@@ -189,13 +186,19 @@ def _exact_legend(figure: Figure, panel: ExactPanel, color: str) -> None:
     handles = [
         Line2D([], [], color=color, label=f"exact posterior ({status(panel.support)})"),
         Line2D([], [], color=NETWORK, lw=0.8, ls="--", label=f"network alone, {mass} region"),
-        Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
-        Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
-        Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
-        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
+        *_common_handles(mass),
     ]
     if panel.truth is not None:
         handles.append(
             Line2D([], [], color=TRUTH, marker="*", ls="none", label="truth of the generated recording")
         )
     figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)
+
+
+def _common_handles(mass: str) -> list[Line2D]:
+    return [
+        Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
+        Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
+        Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
+        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
+    ]

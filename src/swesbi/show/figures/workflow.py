@@ -198,13 +198,5 @@ def _text(figure: Figure, x_in: float, y_in: float, text: str, **look: Any) -> N
 def _arrow(figure: Figure, corners_in: Sequence[tuple[float, float]]) -> None:
     """Draw an arrow along straight lines from corner to corner, in inches."""
     path = MplPath([(x / TEXT_WIDTH_IN, y / HEIGHT_IN) for x, y in corners_in])
-    figure.add_artist(
-        FancyArrowPatch(
-            path=path,
-            arrowstyle="-|>",
-            mutation_scale=6.0,
-            lw=0.8,
-            color="black",
-            transform=figure.transFigure,
-        )
-    )
+    look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 6.0, "lw": 0.8, "color": "black"}
+    figure.add_artist(FancyArrowPatch(path=path, transform=figure.transFigure, **look))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -199,16 +200,8 @@ def _finish_components(axes: Axes, picture: WorkflowPicture, largest: float) -> 
 def _draw_phases(axes: Axes, picture: WorkflowPicture) -> None:
     target = picture.check.target
     shown = target.measured
-    axes.errorbar(
-        target.phase[shown],
-        target.stiffness_kpa[shown],
-        target.stiffness_se_kpa[shown],
-        fmt="o",
-        color=OBSERVED,
-        ms=1.3,
-        elinewidth=0.5,
-        zorder=4,
-    )
+    measured = (target.phase[shown], target.stiffness_kpa[shown], target.stiffness_se_kpa[shown])
+    axes.errorbar(*measured, fmt="o", color=OBSERVED, ms=1.3, elinewidth=0.5, zorder=4)
 
 
 def _finish_curves(axes: Axes, highest: float) -> None:
@@ -231,13 +224,5 @@ def _finish_density(axes: Axes, label: str) -> None:
 def _write_key(axes: Axes, colors: Mapping[str, str]) -> None:
     """Name the lines in their colours, at the upper right."""
     for line, (name, color) in enumerate(colors.items()):
-        axes.text(
-            1.0,
-            1.0 - KEY_STEP * line,
-            name,
-            color=color,
-            transform=axes.transAxes,
-            ha="right",
-            va="top",
-            fontsize=SMALL_PT,
-        )
+        place: dict[str, Any] = {"transform": axes.transAxes, "ha": "right", "va": "top"}
+        axes.text(1.0, 1.0 - KEY_STEP * line, name, color=color, fontsize=SMALL_PT, **place)
