@@ -19,19 +19,9 @@ from swesbi.parameters import PHI_COLUMNS, PHI_NAMES, THETA_NAMES
 
 FloatArray = NDArray[np.float64]
 COLUMNS: Final = (
-    "variant",
-    "label",
-    "subject",
-    "parameter",
-    "median",
-    "ci_low",
-    "ci_high",
-    "shift_in_widths",
-    "width_ratio",
-    "sampler",
-    "k_hat",
-    "efficiency",
-)
+    "variant", "label", "subject", "parameter", "median", "ci_low", "ci_high", "shift_in_widths",
+    "width_ratio", "sampler", "k_hat", "efficiency",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -29,15 +29,10 @@ ESCAPES = {
     "²": r"\textsuperscript{2}",
 }
 PPC_HEAD = (
-    r"Case",
-    r"\shortstack{RMSE\\prior $\rightarrow$ SBI}",
-    r"\shortstack{RMSE\\reduction (\%)}",
-    r"NRMSE",
-    r"$R^2$",
-    r"\shortstack{Post-peak\\RMSE}",
-    r"\shortstack{Coverage\\grid / phases}",
+    r"Case", r"\shortstack{RMSE\\prior $\rightarrow$ SBI}", r"\shortstack{RMSE\\reduction (\%)}", r"NRMSE",
+    r"$R^2$", r"\shortstack{Post-peak\\RMSE}", r"\shortstack{Coverage\\grid / phases}",
     r"\shortstack{RMSE\\CMA-ES}",
-)
+)  # fmt: skip
 AVERAGED = (("rmse_reduction_percent", 1), ("nrmse", 3), ("r2", 3), ("post_peak_rmse_kpa", 2))
 _CAPTION = (
     r"RMSEs are in kPa, of the predictive median against the observed curve on the analysis grid; reduction "

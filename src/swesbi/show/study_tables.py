@@ -19,61 +19,22 @@ from swesbi.verdict.answers import status
 from swesbi.verdict.support import Support
 
 PPC_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "supported",
-    "rmse_prior_kpa",
-    "rmse_kpa",
-    "rmse_reduction_percent",
-    "nrmse",
-    "r2",
-    "post_peak_rmse_kpa",
-    "coverage_grid",
-    "coverage_phases",
-    "rmse_cmaes_kpa",
-)
+    "experiment", "subject", "supported", "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse",
+    "r2", "post_peak_rmse_kpa", "coverage_grid", "coverage_phases", "rmse_cmaes_kpa",
+)  # fmt: skip
 FEATURE_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "supported",
-    "feature",
-    "observed",
-    "noise_sd",
-    "prior_median",
-    "prior_pi_low",
-    "prior_pi_high",
-    "median",
-    "pi_low",
-    "pi_high",
-    "inside",
-)
+    "experiment", "subject", "supported", "feature", "observed", "noise_sd", "prior_median", "prior_pi_low",
+    "prior_pi_high", "median", "pi_low", "pi_high", "inside",
+)  # fmt: skip
 FloatArray = NDArray[np.float64]
 CORRELATIONS: Final = tuple(f"correlation_{name}" for name in THETA_NAMES)
 POSTERIOR_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "supported",
-    "parameter",
-    "unit",
-    "median",
-    "ci_low",
-    "ci_high",
-    "measured",
-    *CORRELATIONS,
-    "unfiltered_median",
-    "cmaes",
-)
+    "experiment", "subject", "supported", "parameter", "unit", "median", "ci_low", "ci_high", "measured",
+    *CORRELATIONS, "unfiltered_median", "cmaes",
+)  # fmt: skip
 TRUTH_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "status",
-    "parameter",
-    "truth",
-    "median",
-    "low",
-    "high",
-    "inside",
-)
+    "experiment", "subject", "status", "parameter", "truth", "median", "low", "high", "inside",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,8 @@
 """Running the study as a whole: one run at a time, what a killed run left, jobs that end with their run.
 
-Snakemake marks what a run works on with files, which a killed run leaves behind. Every run therefore also
-holds this lock: who gets it alone knows that no run is alive, and that such files are left-overs.
-
-Snakemake leaves two things when it is killed: its lock files, on which the next run stops, and markers of
-the results that were being made, on which the next run stops as well unless it is told to make them again.
-Both stop it for the sake of a run that may still be alive; here the kernel's lock tells whether one is.
+A killed Snakemake leaves two things: its lock files, and markers of the results that were being made. The
+next run stops on both, for the sake of a run that may still be alive. Every run therefore also holds a lock
+of the kernel: who gets it alone knows that no run is alive, and that such files are left over.
 """
 
 from __future__ import annotations

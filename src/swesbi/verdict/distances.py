@@ -1,6 +1,6 @@
 """Where a recording lies: at the prior's bounds, and in the whitened space of the features S(.).
 
-With one recording, the maximum mean discrepancy between it and the prior predictive is a function of the
+For a single recording, the maximum mean discrepancy between it and the prior predictive is a function of the
 kernel density at the recording: a two-sample test of one against many. Its power grows with more
 recordings of a subject; its null with one is exact all the same.
 """

@@ -1,10 +1,9 @@
 """The verdict on one subject, from the tests with a null distribution, volumes, context and network.
 
-The prior says nothing of how far model and echocardiography may differ, so there is no null distribution:
-the distance is told in units of a stated tolerance.
-
 The tests with a null distribution decide together, at an overall false-alarm rate. Predicted volumes can
-strain a subject, and make it unsupported only where they lie extremely far; the context can strain it.
+strain a subject, and make it unsupported only where they lie extremely far; the context can strain it. How
+far model and echocardiography may differ in volumes the prior does not say, so these have no null
+distribution, and their distance is given in units of a stated tolerance.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """What is kept of recordings of known parameters: ranks and levels of the truth among a posterior's draws.
 
-Lemos, Coogan, Hezaveh and Perreault-Levasseur (2023), Sampling-based accuracy testing of posterior
-estimators for general inference, ICML. The function of sbi takes its own posterior objects and equally
-weighted draws; this one takes arrays with weights.
+Joint coverage (TARP): Lemos, Coogan, Hezaveh and Perreault-Levasseur (2023), Sampling-based accuracy testing
+of posterior estimators for general inference, ICML. The function of sbi takes its own posterior objects and
+equally weighted draws; the one here takes arrays with weights.
 """
 
 from __future__ import annotations

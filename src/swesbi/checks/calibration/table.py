@@ -36,19 +36,9 @@ POOLED: Final = "pooled"
 LOCAL: Final = "local"
 NONE_LOST: Final = 0.0  # a second recording must not widen the posterior that the first one gave
 COLUMNS: Final = (
-    "subject",
-    "recordings",
-    "sampler",
-    "test",
-    "quantity",
-    "n",
-    "statistic",
-    "p_value",
-    "limit",
-    "flagged",
-    "coverage_90",
-    "contraction",
-)
+    "subject", "recordings", "sampler", "test", "quantity", "n", "statistic", "p_value", "limit", "flagged",
+    "coverage_90", "contraction",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -39,80 +39,54 @@ class FigureSpec:
     subcategory: str = "Whole cohort"
 
 
+# fmt: off
 FIGURES: Final = (
     FigureSpec(
-        "workflow_figure",
-        "workflow",
-        "cohort",
-        "figure 1: workflow",
+        "workflow_figure", "workflow", "cohort", "figure 1: workflow",
         "Figure 1. The workflow, drawn from this run ({cohort}): prior samples and context give "
         "simulated curves, whose features train the network; the observed features of one subject give "
         "its posterior.",
     ),
     FigureSpec(
-        "cohort_figures",
-        "ppc",
-        "cohort",
-        "figure 2: predictive checks",
+        "cohort_figures", "ppc", "cohort", "figure 2: predictive checks",
         "Figure 2. Predictive checks of each subject ({cohort}): observed stiffness with its standard "
         "error, medians and bands of the prior and the posterior prediction, CMA-ES fit. Subjects "
         "outside the prior's support are grey.",
     ),
     FigureSpec(
-        "cohort_figures",
-        "posterior",
-        "cohort",
-        "figure 3: posteriors",
+        "cohort_figures", "posterior", "cohort", "figure 3: posteriors",
         "Figure 3. Posterior of the three parameters of each subject ({cohort}), with medians and "
         "credible intervals, the prior, and the CMA-ES fit. Subjects outside the prior's support are "
         "grey.",
     ),
     FigureSpec(
-        "experiments_figure",
-        "experiments",
-        "cohort",
-        "experiments beside each other",
+        "experiments_figure", "experiments", "cohort", "experiments beside each other",
         "Predictive error, coverage and contraction rate of every experiment beside each other "
         "({cohort}). Bands of experiments on measured speeds are of new recordings, noise included.",
     ),
     FigureSpec(
-        "epochs_figure",
-        "epochs",
-        "cohort",
-        "recovery and coverage by epoch",
+        "epochs_figure", "epochs", "cohort", "recovery and coverage by epoch",
         "How recovery, the predictive band's coverage of the recordings and the posterior's width evolve "
         "with the epochs of one training ({cohort}).",
     ),
     FigureSpec(
-        "training_figure",
-        "training",
-        "experiment",
-        "training",
+        "training_figure", "training", "experiment", "training",
         "Training and validation loss of the experiment *{experiment}*, epoch by epoch ({trained_on}).",
     ),
     FigureSpec(
-        "exact_figures",
-        "ppc",
-        "speeds",
-        "predictive checks",
+        "exact_figures", "ppc", "speeds", "predictive checks",
         "Predictive checks of each subject in the experiment *{experiment}* ({cohort}): medians of the "
         "noiseless prediction within intervals of new recordings, measurement noise and model "
         "discrepancy included. Unsupported subjects are grey, with the tests that say so.",
     ),
     FigureSpec(
-        "exact_figures",
-        "posterior",
-        "speeds",
-        "exact posteriors",
+        "exact_figures", "posterior", "speeds", "exact posteriors",
         "Exact posteriors of each subject in the experiment *{experiment}* ({cohort}), coloured by "
         "verdict, the network's own draws as outlines; below, Pareto shape and efficiency of the "
         "importance weights. Stars: truth of a generated cohort.",
     ),
     FigureSpec(
-        "calibration_figure",
-        "calibration",
-        "speeds",
-        "calibration",
+        "calibration_figure", "calibration", "speeds", "calibration",
         "Calibration on recordings of known parameters, each with its own exact posterior. Ranks of the "
         "truth are uniform where posteriors are right; grey: bands that hold at all points at once with "
         "95 % probability, for all quantities together. Contraction (in the table) stands beside them, "
@@ -121,10 +95,7 @@ FIGURES: Final = (
         "a classifier between the samplers and long Markov chains (0.5: no difference).",
     ),
     FigureSpec(
-        "misspecification_figure",
-        "misspecification",
-        "speeds",
-        "misspecification tests",
+        "misspecification_figure", "misspecification", "speeds", "misspecification tests",
         "Misspecification tests. Each p-value is judged against well-specified recordings of the same "
         "subject, each with its own exact posterior; all tests together raise a false alarm in 5 % of "
         "them. Bars: alarms on further well-specified recordings (under the model's own noise, and "
@@ -134,39 +105,27 @@ FIGURES: Final = (
         "bars.",
     ),
     FigureSpec(
-        "identifiability_figures",
-        "identifiability",
-        "speeds",
-        "what the recordings tell",
+        "identifiability_figures", "identifiability", "speeds", "what the recordings tell",
         "What the recordings tell in the experiment *{experiment}*. Above: the exact likelihood profiled "
         r"along :math:`k_0` and :math:`k_\mathrm{{ATP}}`, with likelihood-ratio confidence regions inside "
         "the prior's box, posterior draws, and the line of equal attained stiffness. Below: by how much "
         "the posterior sd of each quantity grows without a phase, expected and found.",
     ),
     FigureSpec(
-        "identifiability_figures",
-        "design",
-        "speeds",
-        "more repeats or phases",
+        "identifiability_figures", "design", "speeds", "more repeats or phases",
         "What more repeats or more phases would buy in the experiment *{experiment}*: expected "
         "half-width of the credible intervals, by prior precision and expected information. No number of "
         "repeats gets below the dashed line, the model's own errors.",
     ),
     FigureSpec(
-        "population_cohort",
-        "cohort",
-        "population",
-        "overview of the cohort",
+        "population_cohort", "cohort", "population", "overview of the cohort",
         "The whole cohort ({cohort}) as the experiment *{experiment}* answers it, a row a parameter: "
         "medians and 90 % intervals in ascending order, coloured by verdict, against heart rate, age and "
         "end-diastolic volume, and against the truth of a generated cohort. Below: verdicts, what speaks "
         "against the model, and the efficiency of the importance weights.",
     ),
     FigureSpec(
-        "strata_figure",
-        "strata",
-        "population",
-        "coverage by stratum, drawn",
+        "strata_figure", "strata", "population", "coverage by stratum, drawn",
         "Coverage of 90 % intervals on fresh contexts by sex, age, heart rate and noise level, of the "
         "network alone and of the exact posterior, with 95 % Clopper-Pearson intervals; at the right the "
         "median efficiency of the importance weights.",
@@ -174,25 +133,20 @@ FIGURES: Final = (
     ),
     FigureSpec("subject_figures", "ppc", "subject", "predictive check", _PPC),
     FigureSpec(
-        "subject_figures",
-        "posterior",
-        "subject",
-        "posterior",
+        "subject_figures", "posterior", "subject", "posterior",
         "Posterior of {subject} in the experiment *{experiment}* ({cohort}): marginals with medians and "
         "credible intervals, pairs with correlations, CMA-ES fit.",
     ),
     FigureSpec("exact_subject_figures", "ppc", "subject", "predictive check", _PPC),
     FigureSpec(
-        "exact_subject_figures",
-        "posterior",
-        "subject",
-        "exact posterior",
+        "exact_subject_figures", "posterior", "subject", "exact posterior",
         "Exact posterior of {subject} in the experiment *{experiment}* ({cohort}): marginals and pairs "
         "of the active parameters and the passive scale, the network's own draws as outlines, CMA-ES "
         "fit, and the truth where the recording was generated.",
     ),
 )
 """In the order in which the study lists them."""
+# fmt: on
 
 
 def names_of(of: str) -> list[str]:

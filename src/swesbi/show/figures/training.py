@@ -34,16 +34,8 @@ HEIGHT_IN = 2.4
 EPOCHS_HEIGHT_IN: Final = 4.2
 MARKER_SIZE: Final = 2.8
 EPOCH_COLUMNS: Final = (
-    "epoch",
-    "best",
-    "quantity",
-    "subject",
-    "parameter",
-    "value",
-    "ci_low",
-    "ci_high",
-    "n",
-)
+    "epoch", "best", "quantity", "subject", "parameter", "value", "ci_low", "ci_high", "n",
+)  # fmt: skip
 PARAMETER_LOOKS: Final = tuple(zip(THETA_SYMBOLS, (POSTERIOR, CMAES, TRUTH), "os^", strict=True))
 SUBJECT_MARKERS: Final = "osD^vPX*"
 NAMED_SUBJECTS: Final = len(SUBJECT_MARKERS)

@@ -65,17 +65,16 @@ class PageFigure:
         return self.description.format(caption=bare, **known), caption
 
 
+# fmt: off
 PAGE_FIGURES: Final = (
     PageFigure(
-        "workflow",
-        PagePart.STUDY,
+        "workflow", PagePart.STUDY,
         "Figure 1. The workflow, drawn from this run: prior samples and context give simulated curves, whose "
         "features train the network; the observed features of one subject give its posterior ({title}).",
         "Diagram of the workflow, from prior and recording to posterior, with data of {title}",
     ),
     PageFigure(
-        "ppc",
-        PagePart.STUDY,
+        "ppc", PagePart.STUDY,
         "Figure 2. Predictive checks of each subject ({title}): observed stiffness with its standard error, "
         "medians and {predictive:g} % bands of the prior and the posterior prediction, CMA-ES fit. "
         "{excluded}",
@@ -83,22 +82,19 @@ PAGE_FIGURES: Final = (
         "errors, prior and posterior predictive medians and bands, and the CMA-ES fit",
     ),
     PageFigure(
-        "posterior",
-        PagePart.STUDY,
+        "posterior", PagePart.STUDY,
         "Figure 3. Posterior of the three parameters of each subject ({title}), with medians and "
         "{credible:g} % credible intervals, beside the CMA-ES fit. {excluded}",
         "Marginal posterior distributions of the three parameters of the {title}, with medians, credible "
         "intervals, the prior and the CMA-ES estimates",
     ),
     PageFigure(
-        "experiments",
-        PagePart.STUDY,
+        "experiments", PagePart.STUDY,
         "Predictive error, coverage and contraction rate of every experiment, beside each other ({title}).",
         "RMSE, coverage and contraction rate of every experiment, subject by subject, {title}",
     ),
     PageFigure(
-        "epochs",
-        PagePart.STUDY,
+        "epochs", PagePart.STUDY,
         "Inference by epoch of training, experiment {experiment} ({title}): losses, what credible intervals "
         "cover on synthetic recordings, what predictive bands cover of the recordings, and how wide the "
         "posteriors are.",
@@ -106,70 +102,63 @@ PAGE_FIGURES: Final = (
         "the predictive band, and relative posterior standard deviation; {title}",
     ),
     PageFigure(
-        "training",
-        PagePart.EXPERIMENT,
+        "training", PagePart.EXPERIMENT,
         "Training and validation loss of the experiment {experiment} ({title}).",
         "Training and validation loss against epoch, experiment {experiment}, {title}",
         documented=False,
     ),
     PageFigure(
-        "noise",
-        PagePart.SPEEDS,
+        "noise", PagePart.SPEEDS,
         "Noise of the measured speeds: components of the cohort and of each recording alone ({title}).",
-        shared=True,
-        documented=False,
+        shared=True, documented=False,
     ),
     PageFigure(
-        "ppc",
-        PagePart.SPEEDS,
+        "ppc", PagePart.SPEEDS,
         "Predictive checks: observed stiffness with its standard error, predictive medians within bands of "
         "new recordings, noise and model discrepancy included ({title}).",
     ),
     PageFigure(
-        "posterior",
-        PagePart.SPEEDS,
+        "posterior", PagePart.SPEEDS,
         "Exact posteriors by verdict, the network's own draws as outlines, and the reliability of the "
         "importance weights ({title}).",
     ),
     PageFigure(
-        "calibration",
-        PagePart.SPEEDS,
+        "calibration", PagePart.SPEEDS,
         "Calibration: ranks, coverage and joint coverage on recordings of known parameters ({title}).",
     ),
     PageFigure(
-        "misspecification",
-        PagePart.SPEEDS,
+        "misspecification", PagePart.SPEEDS,
         "Misspecification: p-values of every test, and alarms on recordings of known origin ({title}).",
     ),
     PageFigure(
-        "identifiability",
-        PagePart.SPEEDS,
+        "identifiability", PagePart.SPEEDS,
         "What a recording tells: exact likelihood along two parameters, and what is lost without a phase "
         "({title}).",
     ),
-    PageFigure("design", PagePart.SPEEDS, "What more repeats or more phases would buy ({title})."),
     PageFigure(
-        "cohort",
-        PagePart.POPULATION,
+        "design", PagePart.SPEEDS,
+        "What more repeats or more phases would buy ({title}).",
+    ),
+    PageFigure(
+        "cohort", PagePart.POPULATION,
         "Every answer of the cohort, a row a parameter: medians with intervals in ascending order, by "
         "verdict; against heart rate, age and end-diastolic volume; against the truth where it is known. "
         "Below: verdicts, what speaks against the model, efficiency of the weights ({title}).",
     ),
     PageFigure(
-        "strata",
-        PagePart.POPULATION,
+        "strata", PagePart.POPULATION,
         "Coverage of credible intervals by stratum, of the network alone and of the exact posterior, and "
         "efficiency of the weights (contexts of the population of {experiment}).",
         "{caption}",
     ),
     PageFigure(
-        "training",
-        PagePart.POPULATION,
+        "training", PagePart.POPULATION,
         "Training and validation loss of the network (contexts of the population of {experiment}).",
         "{caption}",
         documented=False,
     ),
 )
+# fmt: on
 
 
 def figures_of(part: PagePart) -> dict[str, PageFigure]:

@@ -34,19 +34,9 @@ EXPERIMENT_MEANING: Final = (
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 SIZE_AT = slice(16, 24)
 SOFTWARE: Final = (
-    "numpy",
-    "scipy",
-    "numba",
-    "torch",
-    "sbi",
-    "cma",
-    "pandas",
-    "h5py",
-    "xarray",
-    "arviz",
-    "matplotlib",
+    "numpy", "scipy", "numba", "torch", "sbi", "cma", "pandas", "h5py", "xarray", "arviz", "matplotlib",
     "snakemake",
-)
+)  # fmt: skip
 
 
 def relative(path: Path, page: Path) -> str:
