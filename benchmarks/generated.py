@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from swesbi.checks.discrepancy.cohort import RecordedSubject, record_subject
+from swesbi.checks.discrepancy.cohort import GeneratedRecording, record_subject
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_yaml
 from swesbi.parameters import THETA_NAMES
@@ -47,7 +47,7 @@ def main() -> None:
     print(f"wrote {len(made)} recordings to {options.folder}")
 
 
-def generate(config: Config, numbers: Sequence[int]) -> list[RecordedSubject]:
+def generate(config: Config, numbers: Sequence[int]) -> list[GeneratedRecording]:
     """Generate the subjects of these numbers, with theta from the prior of the experiment on speeds."""
     experiment = config.experiments[config.discrepancy_study.experiment]
     return [
@@ -63,7 +63,7 @@ def generate(config: Config, numbers: Sequence[int]) -> list[RecordedSubject]:
     ]
 
 
-def write(folder: Path, made: Sequence[RecordedSubject], config: Config) -> None:
+def write(folder: Path, made: Sequence[GeneratedRecording], config: Config) -> None:
     """Write a cohort with its truth apart."""
     (folder / "swe").mkdir(parents=True)
     contexts = pd.DataFrame([asdict(one.volunteer.context) for one in made])[CONTEXT_COLUMNS]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.checks.calibration.ranks import Scores, quantities, reference_points, score, stack_scores
+from swesbi.checks.calibration.ranks import RankScores, quantities, reference_points, score, stack_scores
 from swesbi.draws import equal_weights
 from swesbi.prior import JointPriorSettings
 
@@ -81,8 +81,8 @@ def prior_variances(recordings: int) -> FloatArray:
     return np.tile([*variance[:-1], np.nan], (recordings, 1))
 
 
-def simulate(recordings: int, sampler: Sampler, draws: int = 199, seed: int = 1) -> Scores:
-    """Score a sampler on fresh recordings; the recordings are the same for every sampler."""
+def simulate(recordings: int, sampler: Sampler, draws: int = 199, seed: int = 1) -> RankScores:
+    """RankScore a sampler on fresh recordings; the recordings are the same for every sampler."""
     rng = np.random.default_rng(seed)
     truth = rng.standard_normal((recordings, 4))
     data = truth @ MIXING.T + NOISE_SD * rng.standard_normal((recordings, len(MIXING)))

@@ -17,8 +17,8 @@ from scipy.special import softmax
 from swesbi.checks.calibration.local import LocalRun, variance_given_first
 from swesbi.checks.calibration.ranks import (
     QUANTITY_NAMES,
-    Score,
-    Scores,
+    RankScore,
+    RankScores,
     prior_variance,
     quantities,
     reference_points,
@@ -82,7 +82,7 @@ class Case:
     reference: FloatArray
     seed: int
 
-    def scores(self) -> dict[str, Score]:
+    def scores(self) -> dict[str, RankScore]:
         model, proposal = self.model, flow_proposal(flow(), self.model.recording)
         weighted = weigh(model, proposal, DRAWS, 0.1, self.seed)
         log_likelihood = weighted.log_likelihood
@@ -100,7 +100,7 @@ class Case:
         found[PRIOR_RETURNED] = self._score(phi, equal_weights(199), model.log_likelihood(phi))
         return found
 
-    def _score(self, phi: FloatArray, weight: FloatArray, log_likelihood: FloatArray) -> Score:
+    def _score(self, phi: FloatArray, weight: FloatArray, log_likelihood: FloatArray) -> RankScore:
         duration_s = self.model.activation_duration_s
         truth = self.truth[None]
         known = quantities(truth, self.model.log_likelihood(truth), duration_s)[0]
@@ -151,7 +151,7 @@ def test_the_prior_returned_passes_ranks_of_parameters_but_not_contraction() -> 
 
 
 @cache
-def local_scores(widened: bool) -> tuple[Scores, FloatArray]:
+def local_scores(widened: bool) -> tuple[RankScores, FloatArray]:
     """Posterior SBC of the exact posterior, or of one that is half as wide again in log phi."""
     model, count = speed_case.model(), 150
     propose = partial(flow_proposal, flow())

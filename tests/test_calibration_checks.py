@@ -15,7 +15,7 @@ from calibration_case import (
 
 from swesbi.checks.calibration.ranks import (
     QUANTITY_NAMES,
-    Scores,
+    RankScores,
     level_of_truth,
     moments,
     reference_points,
@@ -39,7 +39,7 @@ RECORDINGS = 1000
 PARAMETERS = QUANTITY_NAMES[:4]
 
 
-def checks_of(scores: Scores, groups: int = 1) -> tuple[Check, ...]:
+def checks_of(scores: RankScores, groups: int = 1) -> tuple[Check, ...]:
     variance = prior_variances(len(scores.tarp))
     return check_scores(scores, variance, QUANTITY_NAMES, 0.05, 0.2, groups)
 
@@ -101,7 +101,7 @@ def test_the_limit_is_shared_by_quantities_and_groups() -> None:
     assert {c.limit for c in checks if c.test == TARP} == {0.05 / 3}
 
 
-def weighted_scores(recordings: int, use_weights: bool, seed: int = 8) -> Scores:
+def weighted_scores(recordings: int, use_weights: bool, seed: int = 8) -> RankScores:
     """Draws of a proposal that is wider and shifted, with its importance weights."""
     rng = np.random.default_rng(seed)
     covariance = np.linalg.inv(MIXING.T @ MIXING / NOISE_SD**2 + np.eye(4))

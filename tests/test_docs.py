@@ -17,9 +17,9 @@ from swesbi.show.docs.__main__ import documented, main
 from swesbi.show.docs.marks import PART, MarkError, fill
 from swesbi.show.docs.population import COSTS, PopulationResults, scaling_part
 from swesbi.show.docs.reproduction import PARTS, truth_part
-from swesbi.show.docs.results import Results, read_results
-from swesbi.show.figures.registry import PagePart
+from swesbi.show.docs.results import ReproductionResults, read_results
 from swesbi.show.numbers import fixed, mean_sd, share
+from swesbi.show.page.figures import PagePart
 from swesbi.show.tables.population import OverPopulation
 from swesbi.verdict.support import read_support
 
@@ -38,7 +38,7 @@ def study_of(finished: StudyCopy) -> Study:
 
 
 @pytest.fixture(scope="module")
-def results(finished: StudyCopy) -> Results:
+def results(finished: StudyCopy) -> ReproductionResults:
     return read_results(finished.results, study_of(finished))
 
 
@@ -60,7 +60,7 @@ def test_every_part_stands_on_the_page() -> None:
     assert all(body.strip() for body in parts_of(SHIPPED).values()), "run `make docs` after `make study`"
 
 
-def test_parts_are_reproduced_and_prose_is_kept(written: Path, results: Results) -> None:
+def test_parts_are_reproduced_and_prose_is_kept(written: Path, results: ReproductionResults) -> None:
     page = (written / "reproduction.md").read_text(encoding="utf-8")
     assert {name: body.strip() for name, body in parts_of(page).items()} == {
         name: part(results).strip() for name, part in PARTS.items()
@@ -125,7 +125,7 @@ def test_the_cost_of_cohorts_is_shown_with_its_growth() -> None:
     assert "48" in part
 
 
-def test_true_parameters_are_counted(results: Results) -> None:
+def test_true_parameters_are_counted(results: ReproductionResults) -> None:
     assert results.supported, "needs a supported subject"
     text = truth_part(results)
     shown = int(re.match(r"True parameters inside .*: (\d+) of", text)[1])
@@ -140,7 +140,7 @@ def test_true_parameters_are_counted(results: Results) -> None:
     assert "no known true parameters" in truth_part(replace(results, true_theta={}))
 
 
-def test_a_study_without_supported_subjects_can_be_shown(results: Results) -> None:
+def test_a_study_without_supported_subjects_can_be_shown(results: ReproductionResults) -> None:
     nobody = {name: replace(support, supported=False) for name, support in results.supports.items()}
     scores = results.main.scores.assign(supported=False)
     main = replace(results.main, supports=nobody, scores=scores)

@@ -23,7 +23,7 @@ from swesbi.show.figures.posterior import draw_exact_posteriors
 from swesbi.show.figures.posterior_subject import draw_exact_subject
 from swesbi.show.figures.predictive import draw_cohort_checks, draw_subject_check
 from swesbi.show.figures.style import EXCLUDED_BACKGROUND, STRAINED, TRUTH
-from swesbi.show.study_tables import TRUTH_COLUMNS, Answer, truth_table
+from swesbi.show.study_tables import TRUTH_COLUMNS, JudgedPosterior, truth_table
 from swesbi.study.stages import tables as truth_stage
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import is_exact, status, verdict_numbers
@@ -117,9 +117,9 @@ def posterior_of(low: float, high: float) -> Posterior:
 
 def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_unsupported() -> None:
     answers = [
-        Answer("calibrated", "A", posterior_of(5.0, 60.0), support("A")),
-        Answer("calibrated", "F", posterior_of(5.0, 60.0), support("F")),
-        Answer("calibrated", "recorded", posterior_of(5.0, 60.0), support("A")),
+        JudgedPosterior("calibrated", "A", posterior_of(5.0, 60.0), support("A")),
+        JudgedPosterior("calibrated", "F", posterior_of(5.0, 60.0), support("F")),
+        JudgedPosterior("calibrated", "recorded", posterior_of(5.0, 60.0), support("A")),
     ]
     table = truth_table(answers, {name: np.array(TRUE_THETA[name], float) for name in "AF"})
     assert tuple(table.columns) == TRUTH_COLUMNS
@@ -127,7 +127,7 @@ def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_unsupported(
     assert table["inside"].tolist() == [True, True, True, None, None, None]
     assert table["low"].isna().tolist() == [False] * 3 + [True] * 3
     narrow = truth_table(
-        [Answer("x", "A", posterior_of(5.0, 40.0), support("A"))], {"A": np.array([58, 6, 28])}
+        [JudgedPosterior("x", "A", posterior_of(5.0, 40.0), support("A"))], {"A": np.array([58, 6, 28])}
     )
     assert narrow["inside"].tolist() == [False, True, True]
 

@@ -33,8 +33,8 @@ HOLDER = (
     "    print('held', flush=True); time.sleep(60)\n"
 )
 ORPHAN = (
-    "import sys, time; from swesbi.study.running import end_with\n"
-    "end_with(int(sys.argv[1])); print('watching', flush=True); time.sleep(60)\n"
+    "import sys, time; from swesbi.study.running import exit_when_gone\n"
+    "exit_when_gone(int(sys.argv[1])); print('watching', flush=True); time.sleep(60)\n"
 )
 
 

@@ -8,7 +8,8 @@ from importlib.resources import files
 
 import pytest
 
-from swesbi.show.figures.registry import FIGURES, PAGE_FIGURES, PageFigure, PagePart, figures_of
+from swesbi.show.figures.registry import FIGURES
+from swesbi.show.page.figures import PAGE_FIGURES, PageFigure, PagePart, figures_of
 
 TEMPLATE = (files("swesbi.show.page") / "templates" / "page.html").read_text(encoding="utf-8")
 FIELDS = {"predictive": 90.0, "credible": 90.0, "excluded": "Outside: F."}
@@ -21,7 +22,8 @@ SOURCES = {
 
 
 def test_the_list_is_read_without_matplotlib() -> None:
-    code = "import sys, swesbi.show.figures.registry; sys.exit('matplotlib' in sys.modules)"
+    modules = "swesbi.show.figures.registry, swesbi.show.page.figures"
+    code = f"import sys, {modules}; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -24,7 +24,8 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.show.figures.experiments import ExperimentScore, draw_experiments
 from swesbi.show.figures.registry import captions
 from swesbi.show.figures.style import EXCLUDED_BACKGROUND, save_figure
-from swesbi.show.figures.workflow import WorkflowPicture, draw_workflow, groups
+from swesbi.show.figures.workflow import draw_workflow
+from swesbi.show.figures.workflow_panels import WorkflowPicture, groups
 from swesbi.study.stages.origin import Place
 from swesbi.study.stages.study_figures import shown_place
 

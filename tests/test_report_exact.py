@@ -21,8 +21,8 @@ from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.noise import CohortNoise, NoiseEstimate
 from swesbi.show.docs.calibration import PARTS, CalibrationResults
 from swesbi.show.docs.marks import PART, fill
-from swesbi.show.figures.registry import PagePart
 from swesbi.show.figures.style import save_figure
+from swesbi.show.page.figures import PagePart
 from swesbi.show.page.sections import make_section, section_figures
 from swesbi.show.results import Experiment
 from swesbi.show.table import Strong

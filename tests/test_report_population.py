@@ -9,8 +9,8 @@ from matplotlib.figure import Figure as Drawing
 from test_population_cohort import REASON, STRATA, TITLE, strata, table
 
 from swesbi.artefacts import ArtefactError
-from swesbi.show.figures.registry import PagePart
 from swesbi.show.figures.style import save_figure
+from swesbi.show.page.figures import PagePart
 from swesbi.show.page.sections import make_population_section, section_figures
 from swesbi.show.tables.population import OverPopulation, cohort_table, strata_table
 from swesbi.study.stages.report import read_populations

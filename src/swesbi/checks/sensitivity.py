@@ -18,11 +18,15 @@ from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_COLUMNS, PHI_NAMES, THETA_NAMES
 
 FloatArray = NDArray[np.float64]
+COLUMNS: Final = (
+    "variant", "label", "subject", "parameter", "median", "ci_low", "ci_high", "shift_in_widths",
+    "width_ratio", "sampler", "k_hat", "efficiency",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class VariantPosterior:
-    """Draws (n, 4) of one subject's exact posterior under a variant, and how they were come by."""
+    """Draws (n, 4) of one subject's exact posterior under a variant, and how they were obtained."""
 
     subject: str
     phi: Annotated[FloatArray, Variable("draw parameter", PHI_COLUMNS, "exact posterior draws")]
@@ -43,7 +47,7 @@ KIND: Final = register("sensitivity", {"/": SCHEMA}, ("subject", "parameter"))
 
 def to_dataset(posteriors: Sequence[VariantPosterior]) -> xr.Dataset:
     """Return the posteriors of all subjects with dimensions subject, draw and parameter."""
-    labels = {"subject": [part.subject for part in posteriors], "parameter": list(PHI_NAMES)}
+    labels = {"subject": [posterior.subject for posterior in posteriors], "parameter": list(PHI_NAMES)}
     return build_dataset(SCHEMA, stacked_values(posteriors)["/"], labels)
 
 
@@ -56,22 +60,6 @@ def read_posteriors(path: Path) -> tuple[VariantPosterior, ...]:
     dataset = load(path, KIND)[0]
     names = [str(name) for name in dataset["subject"].to_numpy()]
     return tuple(from_rows(VariantPosterior, dataset, "subject", subject=names))
-
-
-COLUMNS: Final = (
-    "variant",
-    "label",
-    "subject",
-    "parameter",
-    "median",
-    "ci_low",
-    "ci_high",
-    "shift_in_widths",
-    "width_ratio",
-    "sampler",
-    "k_hat",
-    "efficiency",
-)
 
 
 def sensitivity_table(
@@ -87,34 +75,34 @@ def sensitivity_table(
         labels: What each variant is called.
         mass: Mass of the equal-tailed intervals.
     """
-    base = {part.subject: part for part in variants[BASE]}
+    base = {posterior.subject: posterior for posterior in variants[BASE]}
     rows = [
         row
         for name, parts in variants.items()
-        for part in parts
-        for row in _rows(name, labels[name], part, base[part.subject], mass)
+        for posterior in parts
+        for row in _rows(name, labels[name], posterior, base[posterior.subject], mass)
     ]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def _rows(
-    variant: str, label: str, part: VariantPosterior, base: VariantPosterior, mass: float
+    variant: str, label: str, posterior: VariantPosterior, base: VariantPosterior, mass: float
 ) -> list[dict[str, Any]]:
-    own, reference = _quantiles(part.phi, mass), _quantiles(base.phi, mass)
+    quantiles, reference = _quantiles(posterior.phi, mass), _quantiles(base.phi, mass)
     return [
         {
             "variant": variant,
             "label": label,
-            "subject": part.subject,
+            "subject": posterior.subject,
             "parameter": name,
-            "median": own[1, j],
-            "ci_low": own[0, j],
-            "ci_high": own[2, j],
-            "shift_in_widths": (own[1, j] - reference[1, j]) / (reference[2, j] - reference[0, j]),
-            "width_ratio": (own[2, j] - own[0, j]) / (reference[2, j] - reference[0, j]),
-            "sampler": part.sampler,
-            "k_hat": part.k_hat,
-            "efficiency": part.efficiency,
+            "median": quantiles[1, j],
+            "ci_low": quantiles[0, j],
+            "ci_high": quantiles[2, j],
+            "shift_in_widths": (quantiles[1, j] - reference[1, j]) / (reference[2, j] - reference[0, j]),
+            "width_ratio": (quantiles[2, j] - quantiles[0, j]) / (reference[2, j] - reference[0, j]),
+            "sampler": posterior.sampler,
+            "k_hat": posterior.k_hat,
+            "efficiency": posterior.efficiency,
         }
         for j, name in enumerate(THETA_NAMES)
     ]

@@ -12,6 +12,16 @@ from swesbi.measurement.settings import DiscrepancySettings
 Fraction = Annotated[float, Field(ge=0, le=0.5)]
 Cycle = Annotated[float, Field(ge=0, le=0.1)]
 Weight = Annotated[float, Field(ge=0.0)]
+Epoch = Annotated[int, Field(ge=1)]
+CheckpointEpochs = Annotated[
+    tuple[Epoch, ...], Field(description="epochs whose weights are kept; the best and the last always are")
+]
+Seeds = Annotated[
+    tuple[Annotated[int, Field(ge=0)], ...],
+    Field(min_length=1, description="seeds of the acquisition noise; each volunteer is recorded under each"),
+]
+BASE: Final = "base"
+"""Name of the variant that changes nothing."""
 
 
 class PredictiveSettings(Settings):
@@ -63,16 +73,6 @@ class CmaesSettings(Settings):
         return self
 
 
-Epoch = Annotated[int, Field(ge=1)]
-CheckpointEpochs = Annotated[
-    tuple[Epoch, ...], Field(description="epochs whose weights are kept; the best and the last always are")
-]
-Seeds = Annotated[
-    tuple[Annotated[int, Field(ge=0)], ...],
-    Field(min_length=1, description="seeds of the acquisition noise; each volunteer is recorded under each"),
-]
-
-
 class RecoverySettings(Settings):
     """Recovery of known parameters from synthetic observations."""
 
@@ -106,10 +106,6 @@ class EpochStudySettings(Settings):
 
     checkpoint_epochs: CheckpointEpochs
     candidate_draws: int = Field(ge=1, description="draws from each checkpoint for a subject, at most")
-
-
-BASE: Final = "base"
-"""Name of the variant that changes nothing."""
 
 
 class Variant(Settings):

@@ -1,7 +1,7 @@
 """The exact posterior: importance weights, and MCMC where they are not reliable.
 
 The file is a posterior like any other, for :func:`swesbi.posterior.truncated.read_posterior` and whatever
-reads it, with the passive scale, the weights and how the draws were come by beside it.
+reads it, with the passive scale, the weights and how the draws were obtained beside it.
 """
 
 from __future__ import annotations
@@ -35,11 +35,13 @@ from swesbi.seeds import generator, integer_seed
 FloatArray = NDArray[np.float64]
 Sampler = Literal["importance", "mcmc"]
 PARAMETERS: Final = 4
+SCALE_NAME: Final = PHI_NAMES[-1:]
+SEPARATOR: Final = "; "
 
 
 @dataclass(frozen=True)
 class ExactPosterior:
-    """Equally weighted draws of the exact posterior of one recording, and how they were come by.
+    """Equally weighted draws of the exact posterior of one recording, and how they were obtained.
 
     Attributes:
         phi: Draws; shape (n, 4).
@@ -176,7 +178,6 @@ def mcmc_failures(sampled: McmcDraws, settings: McmcSettings) -> tuple[str, ...]
 
 
 OWN: Final = schema_of(ExactPosterior)
-SCALE_NAME: Final = PHI_NAMES[-1:]
 SCHEMA: Final = {
     "/": arranged(
         OWN["/"]
@@ -193,7 +194,6 @@ SCHEMA: Final = {
     "weighted": columns_along("draw", PHI_NAMES) | OWN["weighted"],
 }
 """What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior."""
-SEPARATOR: Final = "; "
 
 
 def exact_to_groups(

@@ -74,8 +74,7 @@ class WeightedDraws:
         FloatArray, Variable("draw", "1", "exact log likelihood of the log speeds", group="weighted")
     ]
     log_weight: Annotated[
-        FloatArray,
-        Variable("draw", "1", "log of the smoothed weights, which sum to one", group="weighted"),
+        FloatArray, Variable("draw", "1", "log of the smoothed weights, which sum to one", group="weighted")
     ]
     k_hat: Annotated[float, Variable("", "1", "Pareto shape of the importance weights")]
     efficiency: Annotated[float, Variable("", "1", "effective share of the weighted draws")]
@@ -116,6 +115,7 @@ def weigh(
         ]
     )
     log_prior = log_density(phi, prior)
+    # where q is too narrow, the prior's share keeps the mixture above f p(phi), and so the weight bounded
     log_mixture = _log_mixture(proposal.log_density(phi), log_prior, of_prior / draws)
     log_likelihood = model.log_likelihood(phi)
     log_ratio = log_prior + log_likelihood - log_mixture
@@ -123,6 +123,8 @@ def weigh(
         raise NoLikelihoodError(
             f"none of {draws} draws has a likelihood: every simulation failed; check the subject's context"
         )
+    # a few extreme weights would dominate every mean: smoothing bounds them, at the price of a small bias, so
+    # the evidence, whose estimate the raw ratios leave unbiased, is taken from these
     log_weight, k_hat = smooth(log_ratio)
     log_evidence, error = _evidence(log_ratio)
     return WeightedDraws(

@@ -19,6 +19,11 @@ FloatArray = NDArray[np.float64]
 INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their spread
 LEAST_SD: Final = 0.1  # in eta; a few dominating weights have no spread of their own
 ATTEMPTS: Final = 100
+State = Any  # emcee.State: coords (walkers, d), log_prob (walkers,)
+GAMMA_SD: Final = 0.1  # relative spread of the step's factor: keeps proposals off a lattice
+JUMP_SHARE: Final = 0.1  # of the steps, with factor one: from mode to mode (ter Braak 2006)
+STRETCH_SHARE: Final = 0.3  # of the steps: they bring walkers back that started or strayed far off
+STRAY_PROBABILITY: Final = 1e-4
 
 
 def starting_points(
@@ -35,8 +40,8 @@ def starting_points(
     phi = np.unique(weighted.phi[usable], axis=0)
     if len(phi) >= count:
         return phi[rng.choice(len(phi), count, replace=False)]
-    found = phi[rng.permutation(len(phi))]
-    return np.concatenate([found, overdispersed(model, weighted, count - len(phi), rng)])
+    shuffled = phi[rng.permutation(len(phi))]
+    return np.concatenate([shuffled, overdispersed(model, weighted, count - len(phi), rng)])
 
 
 def overdispersed(
@@ -52,19 +57,16 @@ def overdispersed(
     mean = weighted.weight @ eta
     covariance = (eta - mean).T @ ((eta - mean) * weighted.weight[:, None])
     covariance = INFLATION * covariance + LEAST_SD**2 * np.eye(len(mean))
-    found = np.empty((0, len(mean)))
+    points = np.empty((0, len(mean)))
     for _ in range(ATTEMPTS):
         phi = from_logit(rng.multivariate_normal(mean, covariance, count), prior)
-        found = np.concatenate([found, phi[np.isfinite(model.log_likelihood(phi))]])
-        if len(found) >= count:
-            return found[:count]
+        points = np.concatenate([points, phi[np.isfinite(model.log_likelihood(phi))]])
+        if len(points) >= count:
+            return points[:count]
     raise ValueError(
-        f"only {len(found)} of {count} starting points for MCMC have a likelihood: nearly every simulation "
+        f"only {len(points)} of {count} starting points for MCMC have a likelihood: nearly every simulation "
         "fails about the weighted draws; check the subject's context"
     )
-
-
-State = Any  # emcee.State: coords (walkers, d), log_prob (walkers,)
 
 
 class HalfMove(Protocol):
@@ -95,6 +97,7 @@ class SideBySide:
         self._move.setup(state.coords)
         accepted = np.zeros(len(state.coords), dtype=bool)
         first, second = self._halves(len(state.coords), model.random)
+        # in turns: a proposal made from walkers that move at the same time would break detailed balance
         for moving, still in ((first, second), (second, first)):
             self._move_half(model, state, moving, still, accepted)
         return state, accepted
@@ -104,6 +107,7 @@ class SideBySide:
     ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
         """Return walkers of two random halves of each ensemble; (ensembles, walkers of it / 2) each."""
         size = walkers // self._ensembles
+        # drawn anew at each step: with fixed halves a walker would never see the others of its own half
         order = np.stack([k * size + random.permutation(size) for k in range(self._ensembles)])
         return order[:, : size // 2], order[:, size // 2 :]
 
@@ -120,18 +124,13 @@ class SideBySide:
             for rows, others in zip(moving, still, strict=True)
         ]
         coords, log_factor = (np.concatenate(parts) for parts in zip(*proposals, strict=True))
+        # one call for all ensembles: the simulator is fast in large batches, half an ensemble is small
         log_prob, _ = model.compute_log_prob_fn(coords)
         rows = moving.ravel()
         taken = log_factor + log_prob - state.log_prob[rows] > np.log(model.random.rand(len(rows)))
         state.coords[rows[taken]] = coords[taken]
         state.log_prob[rows[taken]] = log_prob[taken]
         accepted[rows] = taken
-
-
-GAMMA_SD: Final = 0.1  # relative spread of the step's factor: keeps proposals off a lattice
-JUMP_SHARE: Final = 0.1  # of the steps, with factor one: from mode to mode (ter Braak 2006)
-STRETCH_SHARE: Final = 0.3  # of the steps: they bring walkers back that started or strayed far off
-STRAY_PROBABILITY: Final = 1e-4
 
 
 @dataclass(frozen=True)
@@ -172,11 +171,7 @@ class McmcDraws:
 
 
 def sample_mcmc(
-    model: LikelihoodModel,
-    start_phi: FloatArray,
-    settings: McmcSettings,
-    seed: int,
-    least_effective: int = 0,
+    model: LikelihoodModel, start_phi: FloatArray, settings: McmcSettings, seed: int, least_effective: int = 0
 ) -> McmcDraws:
     """Sample the exact posterior in eta = logit(phi) by several ensembles of walkers.
 
@@ -200,6 +195,7 @@ def sample_mcmc(
     sampler, state = _sampler(model, start_phi, settings, seed)
     state = sampler.run_mcmc(state, warm_up_steps(settings.steps, settings.warm_up_fraction))
     gather(state, settings.ensembles)
+    # the warm-up is a share of all steps, so each further round leaves out more of what the start has shaped
     while True:
         steps = settings.steps - sampler.iteration % settings.steps
         state = sampler.run_mcmc(state, min(steps, settings.max_steps - sampler.iteration))

@@ -1,6 +1,6 @@
 """A proposal that fits a recording badly, refined by the recording's own likelihood before it is weighted.
 
-Adaptive importance sampling (Cappe, Guillin, Marin and Robert 2004, J Comput Graph Stat 13:907): draws are
+Adaptive importance sampling (Cappé, Guillin, Marin and Robert 2004, J Comput Graph Stat 13:907): draws are
 weighted, a Student distribution is fitted to them, and takes most of the network's place in the next round.
 """
 
@@ -27,6 +27,7 @@ DEGREES_OF_FREEDOM: Final = 4  # heavy tails, so that weights stay bounded
 WIDENING: Final = 1.5  # of the covariance
 RIDGE: Final = 1e-4  # least variance of a proposal, in eta
 TEMPERED_DRAWS: Final = 40.0  # effective draws behind a proposal, of a flattened posterior where it has fewer
+KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 
 
 @dataclass(frozen=True)
@@ -69,9 +70,6 @@ def _tempering(log_weight: FloatArray) -> float:
     return float(
         brentq(lambda power: effective_draws(normalised(power * finite)) - wanted, 0.0, 1.0, xtol=1e-6)
     )
-
-
-KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 
 
 @dataclass(frozen=True)
@@ -138,16 +136,16 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
     Raises:
         NoLikelihoodError: The likelihood is zero at every draw of a round.
     """
-    proposal, found, prior = first, [], model.settings.prior
+    proposal, efficiencies, prior = first, [], model.settings.prior
     for number in range(settings.max_rounds + 1):
         stream = integer_seed(seed, "refinement", number)
         weighted = weigh(model, proposal, settings.draws, settings.prior_fraction, stream)
-        found.append(weighted.efficiency)
+        efficiencies.append(weighted.efficiency)
         if weighted.efficiency >= settings.min_efficiency or number == settings.max_rounds:
             break
         student = fitted_proposal(to_logit(weighted.phi, prior), weighted.log_weight)
         proposal = PairProposal(first, FittedProposal(student, prior))
-    return Refined(proposal, tuple(found))
+    return Refined(proposal, tuple(efficiencies))
 
 
 def refined_posterior(

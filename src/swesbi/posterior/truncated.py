@@ -29,6 +29,13 @@ from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import PriorSettings, in_bounds
 
 FloatArray = NDArray[np.float64]
+COLUMNS: Final = {
+    "k0_kpa": Variable("", "kPa", "active stiffness scale k_0{of}"),
+    "k_atp_per_s": Variable("", "s-1", "contraction rate k_ATP{of}"),
+    "k_sr_per_s": Variable("", "s-1", "relaxation rate k_SR{of}"),
+    "passive_scale_kpa": Variable("", "kPa", "passive scale a{of}"),
+}
+"""One dataset a parameter of phi, of theta but for the last."""
 
 
 @dataclass(frozen=True)
@@ -105,15 +112,6 @@ def _correlation(theta: FloatArray) -> FloatArray:
         return np.full((parameters, parameters), np.nan)
     correlation: FloatArray = np.asarray(np.corrcoef(theta, rowvar=False))
     return correlation
-
-
-COLUMNS: Final = {
-    "k0_kpa": Variable("", "kPa", "active stiffness scale k_0{of}"),
-    "k_atp_per_s": Variable("", "s-1", "contraction rate k_ATP{of}"),
-    "k_sr_per_s": Variable("", "s-1", "relaxation rate k_SR{of}"),
-    "passive_scale_kpa": Variable("", "kPa", "passive scale a{of}"),
-}
-"""One dataset a parameter of phi, of theta but for the last."""
 
 
 def columns_along(along: str, names: Sequence[str], of: str = "") -> dict[str, Variable]:

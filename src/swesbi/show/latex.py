@@ -29,16 +29,42 @@ ESCAPES = {
     "²": r"\textsuperscript{2}",
 }
 PPC_HEAD = (
-    r"Case",
-    r"\shortstack{RMSE\\prior $\rightarrow$ SBI}",
-    r"\shortstack{RMSE\\reduction (\%)}",
-    r"NRMSE",
-    r"$R^2$",
-    r"\shortstack{Post-peak\\RMSE}",
-    r"\shortstack{Coverage\\grid / phases}",
+    r"Case", r"\shortstack{RMSE\\prior $\rightarrow$ SBI}", r"\shortstack{RMSE\\reduction (\%)}", r"NRMSE",
+    r"$R^2$", r"\shortstack{Post-peak\\RMSE}", r"\shortstack{Coverage\\grid / phases}",
     r"\shortstack{RMSE\\CMA-ES}",
-)
+)  # fmt: skip
 AVERAGED = (("rmse_reduction_percent", 1), ("nrmse", 3), ("r2", 3), ("post_peak_rmse_kpa", 2))
+_CAPTION = (
+    r"RMSEs are in kPa, of the predictive median against the observed curve on the analysis grid; reduction "
+    r"is relative to the prior predictive median. Coverage refers to the posterior predictive interval, on "
+    r"the grid and on the measured phases. Mean and standard deviation are over the supported cases."
+)
+POSTERIOR_HEAD: Final = (
+    r"Case & Quantity & Median & CI & Measured & CMA-ES & $r_{k_0}$ & $r_{k_\mathrm{ATP}}$ "
+    r"& $r_{k_\mathrm{SR}}$ \\"
+)
+NAMES: Final = {
+    **dict(zip(THETA_NAMES, THETA_LABELS, strict=True)),
+    "ejection_fraction": "ejection fraction",
+    "end_diastolic_volume_ml": "LVEDV (mL)",
+    "end_systolic_volume_ml": "LVESV (mL)",
+    "peak_stiffness_kpa": "peak stiffness (kPa)",
+    "attained_stiffness_kpa": r"$k_0 (1 - e^{-k_\mathrm{ATP} D_T})$ (kPa)",
+}
+CAPTION: Final = (
+    r"Medians and credible intervals of the parameters, and of what follows from them in the simulated beat; "
+    r"$D_T$ is the duration of activation at the subject's heart rate. Measured volumes are those of the "
+    r"subject's context; none of them is fitted. $r$: posterior correlations. CMA-ES: reference fit."
+)
+Row = Mapping[Hashable, Any]
+SYMBOLS = {"±": r"$\pm$", "→": r"$\rightarrow$", "−": r"$-$", "_": r"\_\allowbreak{}"}
+COMPARISON_HEAD = r"Quantity & Paper & This study & Reading \\"
+COLUMNS = (
+    r">{\raggedright\arraybackslash}p{0.27\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.12\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.22\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.29\linewidth}"
+)
 
 
 def escape(text: str) -> str:
@@ -70,13 +96,6 @@ def ppc_latex(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str], cohor
         r"\end{table}",
     ]
     return "\n".join(lines) + "\n"
-
-
-_CAPTION = (
-    r"RMSEs are in kPa, of the predictive median against the observed curve on the analysis grid; reduction "
-    r"is relative to the prior predictive median. Coverage refers to the posterior predictive interval, on "
-    r"the grid and on the measured phases. Mean and standard deviation are over the supported cases."
-)
 
 
 def _ppc_body(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str]) -> Iterator[str]:
@@ -118,31 +137,11 @@ def _excluded(row: Mapping[Hashable, Any], reasons: Mapping[tuple[str, str], str
     return f"        {' & '.join(cells)} \\\\"
 
 
-def _mean_and_sd(part: pd.DataFrame) -> Iterator[str]:
+def _mean_and_sd(supported: pd.DataFrame) -> Iterator[str]:
     """Two rows, since mean and standard deviation side by side would not fit the text width."""
-    numbers = part.select_dtypes("number")
+    numbers = supported.select_dtypes("number")
     yield _line(r"\addlinespace mean", numbers.mean().to_dict())
     yield _line("sd", numbers.std(ddof=1).to_dict())
-
-
-POSTERIOR_HEAD: Final = (
-    r"Case & Quantity & Median & CI & Measured & CMA-ES & $r_{k_0}$ & $r_{k_\mathrm{ATP}}$ "
-    r"& $r_{k_\mathrm{SR}}$ \\"
-)
-NAMES: Final = {
-    **dict(zip(THETA_NAMES, THETA_LABELS, strict=True)),
-    "ejection_fraction": "ejection fraction",
-    "end_diastolic_volume_ml": "LVEDV (mL)",
-    "end_systolic_volume_ml": "LVESV (mL)",
-    "peak_stiffness_kpa": "peak stiffness (kPa)",
-    "attained_stiffness_kpa": r"$k_0 (1 - e^{-k_\mathrm{ATP} D_T})$ (kPa)",
-}
-CAPTION: Final = (
-    r"Medians and credible intervals of the parameters, and of what follows from them in the simulated beat; "
-    r"$D_T$ is the duration of activation at the subject's heart rate. Measured volumes are those of the "
-    r"subject's context; none of them is fitted. $r$: posterior correlations. CMA-ES: reference fit."
-)
-Row = Mapping[Hashable, Any]
 
 
 def posterior_latex(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str], cohort_title: str) -> str:
@@ -215,16 +214,6 @@ def _correlation(row: Row, name: str, column: str) -> str:
 def _number(value: float) -> str:
     """Return four significant digits; nothing where there is no value."""
     return "" if pd.isna(value) else f"{value:#.4g}".removesuffix(".")
-
-
-SYMBOLS = {"±": r"$\pm$", "→": r"$\rightarrow$", "−": r"$-$", "_": r"\_\allowbreak{}"}
-COMPARISON_HEAD = r"Quantity & Paper & This study & Reading \\"
-COLUMNS = (
-    r">{\raggedright\arraybackslash}p{0.27\linewidth}"
-    r">{\raggedright\arraybackslash}p{0.12\linewidth}"
-    r">{\raggedright\arraybackslash}p{0.22\linewidth}"
-    r">{\raggedright\arraybackslash}p{0.29\linewidth}"
-)
 
 
 def comparison_latex(paper: Sequence[PaperNumber], table: pd.DataFrame, cohort_title: str) -> str:

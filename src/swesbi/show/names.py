@@ -33,6 +33,7 @@ REJECTIONS: Final = {
     "outlier": "Outlier",
     "sparse_phase": "Sparse phase",
 }
+FEATURE_UNITS = {"_kpa_per_cycle": "kPa/cycle", "_kpa": "kPa", "_cycle": "cycle"}
 
 
 def quantity(name: str) -> str:
@@ -69,9 +70,6 @@ def protocol_entry(key: str, value: object) -> str:
 def with_symbols(text: str) -> Markup:
     """Return plain text as HTML, with k_0, k_ATP, k_SR and D_T set as symbols; Markup passes as it is."""
     return Markup(SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", str(escape(text))))
-
-
-FEATURE_UNITS = {"_kpa_per_cycle": "kPa/cycle", "_kpa": "kPa", "_cycle": "cycle"}
 
 
 def feature_label(name: str) -> str:

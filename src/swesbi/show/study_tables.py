@@ -18,6 +18,24 @@ from swesbi.posterior.truncated import Posterior
 from swesbi.verdict.answers import status
 from swesbi.verdict.support import Support
 
+PPC_COLUMNS: Final = (
+    "experiment", "subject", "supported", "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse",
+    "r2", "post_peak_rmse_kpa", "coverage_grid", "coverage_phases", "rmse_cmaes_kpa",
+)  # fmt: skip
+FEATURE_COLUMNS: Final = (
+    "experiment", "subject", "supported", "feature", "observed", "noise_sd", "prior_median", "prior_pi_low",
+    "prior_pi_high", "median", "pi_low", "pi_high", "inside",
+)  # fmt: skip
+FloatArray = NDArray[np.float64]
+CORRELATIONS: Final = tuple(f"correlation_{name}" for name in THETA_NAMES)
+POSTERIOR_COLUMNS: Final = (
+    "experiment", "subject", "supported", "parameter", "unit", "median", "ci_low", "ci_high", "measured",
+    *CORRELATIONS, "unfiltered_median", "cmaes",
+)  # fmt: skip
+TRUTH_COLUMNS: Final = (
+    "experiment", "subject", "status", "parameter", "truth", "median", "low", "high", "inside",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Case:
@@ -29,22 +47,6 @@ class Case:
     posterior: Posterior
     support: Support
     fit: CmaesFit
-
-
-PPC_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "supported",
-    "rmse_prior_kpa",
-    "rmse_kpa",
-    "rmse_reduction_percent",
-    "nrmse",
-    "r2",
-    "post_peak_rmse_kpa",
-    "coverage_grid",
-    "coverage_phases",
-    "rmse_cmaes_kpa",
-)
 
 
 def ppc_table(cases: Sequence[Case]) -> pd.DataFrame:
@@ -71,23 +73,6 @@ def _row(case: Case) -> dict[str, Any]:
         "coverage_phases": case.check.posterior.phase_scores.coverage,
         "rmse_cmaes_kpa": case.fit.rmse_kpa,
     }
-
-
-FEATURE_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "supported",
-    "feature",
-    "observed",
-    "noise_sd",
-    "prior_median",
-    "prior_pi_low",
-    "prior_pi_high",
-    "median",
-    "pi_low",
-    "pi_high",
-    "inside",
-)
 
 
 def features_table(cases: Sequence[Case]) -> pd.DataFrame:
@@ -119,25 +104,6 @@ def _feature_rows(case: Case) -> Iterator[dict[str, Any]]:
             "pi_high": missing * posterior.high[j],
             "inside": bool(check.posterior.features.inside[j]) if check.supported else None,
         }
-
-
-FloatArray = NDArray[np.float64]
-
-CORRELATIONS: Final = tuple(f"correlation_{name}" for name in THETA_NAMES)
-POSTERIOR_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "supported",
-    "parameter",
-    "unit",
-    "median",
-    "ci_low",
-    "ci_high",
-    "measured",
-    *CORRELATIONS,
-    "unfiltered_median",
-    "cmaes",
-)
 
 
 def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
@@ -199,21 +165,8 @@ def _identity(case: Case, name: str, unit: str) -> dict[str, Any]:
     }
 
 
-TRUTH_COLUMNS: Final = (
-    "experiment",
-    "subject",
-    "status",
-    "parameter",
-    "truth",
-    "median",
-    "low",
-    "high",
-    "inside",
-)
-
-
 @dataclass(frozen=True)
-class Answer:
+class JudgedPosterior:
     """The posterior of one subject in one experiment, with its verdict."""
 
     experiment: str
@@ -222,7 +175,7 @@ class Answer:
     support: Support
 
 
-def truth_table(answers: Sequence[Answer], truths: Mapping[str, FloatArray]) -> pd.DataFrame:
+def truth_table(answers: Sequence[JudgedPosterior], truths: Mapping[str, FloatArray]) -> pd.DataFrame:
     """Return one row an experiment, subject and active parameter.
 
     ``low`` and ``high`` are the ends of the credible interval; they and the median are missing where the
@@ -236,7 +189,7 @@ def truth_table(answers: Sequence[Answer], truths: Mapping[str, FloatArray]) -> 
     return pd.DataFrame(rows, columns=list(TRUTH_COLUMNS))
 
 
-def _truth_rows(answer: Answer, truths: Mapping[str, FloatArray]) -> Iterator[dict[str, Any]]:
+def _truth_rows(answer: JudgedPosterior, truths: Mapping[str, FloatArray]) -> Iterator[dict[str, Any]]:
     reported = 1.0 if answer.support.supported else np.nan
     for j, name in enumerate(THETA_NAMES):
         truth = float(truths[answer.subject][j])

@@ -23,6 +23,8 @@ IN_PRIOR: Final = "in_prior_share"
 COVERAGE_PHASES: Final = "coverage_phases"
 COVERAGE_GRID: Final = "coverage_grid"
 RMSE: Final = "rmse_kpa"
+SCORES: Final = ("rmse_kpa", "rmse_reduction_percent", "r2", "coverage_grid", "coverage_phases")
+"""Scores of the posterior predictive; they exist where the recording is supported."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,10 +66,6 @@ def write_epochs(path: Path, epochs: Sequence[SplineEpoch]) -> None:
     frame = pd.DataFrame([asdict(epoch) for epoch in epochs]).rename(columns={"number": "epoch"})
     frame["best_so_far"] = frame["best_so_far"].astype(int)
     write_csv(path, frame, float_format=None)
-
-
-SCORES: Final = ("rmse_kpa", "rmse_reduction_percent", "r2", "coverage_grid", "coverage_phases")
-"""Scores of the posterior predictive; they exist where the recording is supported."""
 
 
 @dataclass(frozen=True, kw_only=True)

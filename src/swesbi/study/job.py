@@ -15,7 +15,7 @@ from typing import Any, Protocol, TextIO, get_type_hints
 
 from swesbi.artefacts import DamagedArtefactError
 from swesbi.study.registry import stage_function
-from swesbi.study.running import RUN, end_with
+from swesbi.study.running import RUN, exit_when_gone
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
@@ -51,7 +51,7 @@ def run_job(snakemake: SnakemakeJob) -> None:
     run = stage_function(stage["name"])
     files = {**dict(snakemake.input.items()), **dict(snakemake.output.items())}
     run_now = snakemake.config[RUN]
-    end_with(run_now["process"])
+    exit_when_gone(run_now["process"])
     with logging_to(Path(str(snakemake.log[0])), run_now["options"]):
         print(f"{START_UP}{time.process_time():.3f} s")
         run(**_arguments(run, files, stage), **_resources(run, snakemake.config["resources"]))
@@ -61,7 +61,7 @@ def run_job(snakemake: SnakemakeJob) -> None:
 def _processor_time_s() -> float:
     """Return what this process and those that it started and that have ended took so far."""
     used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(one.ru_utime + one.ru_stime for one in used)
+    return sum(usage.ru_utime + usage.ru_stime for usage in used)
 
 
 def _arguments(

@@ -33,6 +33,7 @@ OUTPUTS: Final = {
     "ppc_png": "ppc.png",
     "posterior_png": "posterior.png",
 }
+WIDTH = 18
 
 
 @dataclass(frozen=True)
@@ -112,9 +113,6 @@ def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "")
             f"{missing[0]} does not exist: the study that is to answer has not been run this far; run\n"
             f"  {make_command(missing, options)}"
         )
-
-
-WIDTH = 18
 
 
 def answer_text(subject: str, result: ExactResult, support: Support, prior: Sequence[ParameterPrior]) -> str:

@@ -1,11 +1,8 @@
 """Running the study as a whole: one run at a time, what a killed run left, jobs that end with their run.
 
-Snakemake marks what a run works on with files, which a killed run leaves behind. Every run therefore also
-holds this lock: who gets it alone knows that no run is alive, and that such files are left-overs.
-
-Snakemake leaves two things when it is killed: its lock files, on which the next run stops, and markers of
-the results that were being made, on which the next run stops as well unless it is told to make them again.
-Both stop it for the sake of a run that may still be alive; here the kernel's lock tells whether one is.
+A killed Snakemake leaves two things: its lock files, and markers of the results that were being made. The
+next run stops on both, for the sake of a run that may still be alive. Every run therefore also holds a lock
+of the kernel: who gets it alone knows that no run is alive, and that such files are left over.
 """
 
 from __future__ import annotations
@@ -26,6 +23,14 @@ from typing import Any, Final, Protocol
 from snakemake.exceptions import WorkflowError
 
 from swesbi.artefacts.atomic import is_alive, write_fault
+
+POLL_S: Final = 0.2
+EXIT_ORPHAN: Final = 3
+RUN: Final = "current_run"
+"""Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
+LOGGER = logging.getLogger("swesbi")
+STATE: Final = Path(".snakemake")
+LOCK: Final = "swesbi-run.lock"
 
 
 @contextmanager
@@ -57,31 +62,20 @@ def _lock(handle: int, mode: int) -> bool:
     return True
 
 
-POLL_S: Final = 0.2
-EXIT_ORPHAN: Final = 3
-RUN: Final = "current_run"
-"""Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
-
-
-def end_with(run: int) -> None:
+def exit_when_gone(pid: int) -> None:
     """End this process at once, from now on, when the process with this number is gone.
 
     A job that outlives a killed run would write its result later, beside or over that of the next run,
     which may have other settings by then.
     """
-    threading.Thread(target=_watch, args=(run,), daemon=True, name="run").start()
+    threading.Thread(target=_watch, args=(pid,), daemon=True, name="run").start()
 
 
-def _watch(run: int) -> None:
-    while is_alive(run):
+def _watch(pid: int) -> None:
+    while is_alive(pid):
         time.sleep(POLL_S)
     # not sys.exit, which ends the thread alone: nothing of this process is wanted any more
     os._exit(EXIT_ORPHAN)
-
-
-LOGGER = logging.getLogger("swesbi")
-STATE: Final = Path(".snakemake")
-LOCK: Final = "swesbi-run.lock"
 
 
 class Workflow(Protocol):

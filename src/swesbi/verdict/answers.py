@@ -41,6 +41,11 @@ TEST_LABELS: Final = {
     "context_leave_one_out": "context of the others",
     "context_ranges": "context range",
 }
+FloatArray = NDArray[np.float64]
+REFUSED: Final = "refused"
+OUTCOMES: Final = (*STATUSES, REFUSED)
+LIMITS: Final = ("median", "low", "high")
+SEPARATOR: Final = "; "
 
 
 def is_exact(support: Support) -> bool:
@@ -92,13 +97,6 @@ def _short(test: SupportTest) -> str:
         return label_of_test(test.name)
     small = test.p_value < 0.001
     return f"{label_of_test(test.name)}, p {'< 0.001' if small else f'= {test.p_value:.3f}'}"
-
-
-FloatArray = NDArray[np.float64]
-REFUSED: Final = "refused"
-OUTCOMES: Final = (*STATUSES, REFUSED)
-LIMITS: Final = ("median", "low", "high")
-SEPARATOR: Final = "; "
 
 
 @dataclass(frozen=True)
@@ -156,7 +154,9 @@ def cohort_table(
     Raises:
         ArtefactError: A subject has neither an answer nor a reason.
     """
-    return pd.DataFrame([asdict(one) | _outcome(one.subject, answers, refused) for one in contexts])
+    return pd.DataFrame(
+        [asdict(context) | _outcome(context.subject, answers, refused) for context in contexts]
+    )
 
 
 def _outcome(subject: str, answers: Mapping[str, Answer], refused: Mapping[str, str]) -> dict[str, object]:
@@ -171,7 +171,7 @@ def _outcome(subject: str, answers: Mapping[str, Answer], refused: Mapping[str, 
 
 
 def answer_columns() -> tuple[str, ...]:
-    """Return the columns of an answer: limits of each parameter, then how the draws were come by."""
+    """Return the columns of an answer: limits of each parameter, then how the draws were obtained."""
     limits = [f"{name}_{limit}" for name in PHI_NAMES for limit in LIMITS]
     return (*limits, "k_hat", "efficiency", "sampler")
 

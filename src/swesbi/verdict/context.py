@@ -27,6 +27,7 @@ FloatArray = NDArray[np.float64]
 CONTINUOUS: Final = tuple(name for name in CONTEXT_NAMES if name != "sex_male")
 LEAST_OTHERS: Final = 3
 """Two others give a standard deviation, but a t distribution with one degree of freedom flags nothing."""
+SIMULATED: Final = tuple(CONTEXT_RANGES)
 
 
 def context_tests(
@@ -91,9 +92,6 @@ def _value(context: Context, name: str) -> float:
     return float(context.as_array()[CONTEXT_NAMES.index(name)])
 
 
-SIMULATED: Final = tuple(CONTEXT_RANGES)
-
-
 class ContextRefusedError(ValueError):
     """The network cannot answer for this context; the message says for which values, and what to do."""
 
@@ -109,7 +107,7 @@ def outside(context: Context, trained: Sequence[Context], margin_fraction: float
         trained: Contexts of the n subjects that the network was trained on, at least one.
         margin_fraction: What is accepted beyond them.
     """
-    known = np.stack([one.as_array() for one in trained])
+    known = np.stack([other.as_array() for other in trained])
     low, high = known.min(axis=0), known.max(axis=0)
     value = context.as_array()
     least, most = low * (1.0 - margin_fraction), high * (1.0 + margin_fraction)
@@ -130,7 +128,7 @@ def check_context(context: Context, trained: Sequence[Context], margin_fraction:
     reasons = outside(context, trained, margin_fraction)
     if not reasons:
         return
-    names = ", ".join(one.subject for one in trained)
+    names = ", ".join(other.subject for other in trained)
     listed = "".join(f"\n  - {reason}" for reason in reasons)
     raise ContextRefusedError(
         f"subject {context.subject} is refused: the network was trained on the contexts of {names}, and "
@@ -161,7 +159,7 @@ def nearest_known(context: Context, trained: Sequence[Context]) -> Context:
     Heart rate, LVEDV and IVSd stay: the simulator takes them, so moving them moves the network's answer away
     from the one that the weights correct it to.
     """
-    known = np.stack([one.as_array() for one in trained])
+    known = np.stack([other.as_array() for other in trained])
     male, *values = np.clip(context.as_array(), known.min(axis=0), known.max(axis=0)).tolist()
     nearest = Context(context.subject, "M" if male else "F", *values)
     return replace(nearest, **{name: getattr(context, name) for name in SIMULATED})

@@ -1,6 +1,6 @@
 """Where a recording lies: at the prior's bounds, and in the whitened space of the features S(.).
 
-With one recording, the maximum mean discrepancy between it and the prior predictive is a function of the
+For a single recording, the maximum mean discrepancy between it and the prior predictive is a function of the
 kernel density at the recording: a two-sample test of one against many. Its power grows with more
 recordings of a subject; its null with one is exact all the same.
 """
@@ -26,6 +26,7 @@ FloatArray = NDArray[np.float64]
 BOUNDS: Final = ("lower", "upper")
 LEAST_RATIO: Final = 1e-3  # no draw in any strip: as far from the bounds as can be told
 LEAST_PRIOR_MASS: Final = 1e-12
+KERNEL_POINTS: Final = 1000  # reference points of the kernel; its sums grow with their square
 
 
 def strip_edges(prior: BoxPrior, strip_fraction: float) -> tuple[FloatArray, FloatArray]:
@@ -69,9 +70,6 @@ def _mass(parameter: ParameterPrior, start: float, stop: float) -> float:
     ends = np.log([start, stop, parameter.low, parameter.high])
     below = norm.cdf((ends - np.log(parameter.centre)) / parameter.log_sd)
     return float((below[1] - below[0]) / (below[3] - below[2]))
-
-
-KERNEL_POINTS: Final = 1000  # reference points of the kernel; its sums grow with their square
 
 
 @dataclass(frozen=True)

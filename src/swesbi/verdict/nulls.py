@@ -24,6 +24,7 @@ from swesbi.verdict.statistics import FEATURE_TESTS, MEMBERS, TEST_NAMES, Checks
 FloatArray = NDArray[np.float64]
 SMALLEST_P: Final = 1e-6
 """A fitted tail of some hundred recordings says nothing about what is rarer."""
+LEAST_SCALE: Final = 0.05  # a feature that hardly ever leaves its predictive median
 
 
 @dataclass(frozen=True)
@@ -141,9 +142,6 @@ def fit_joint_null(
 def _smallest(test_p: FloatArray, members: tuple[tuple[int, ...], ...]) -> FloatArray:
     """Return -log of the smallest p-value in each group; shape (n, G)."""
     return np.stack([-np.log(test_p[:, list(group)].min(axis=1)) for group in members], axis=1)
-
-
-LEAST_SCALE: Final = 0.05  # a feature that hardly ever leaves its predictive median
 
 
 class Verdict(IntEnum):

@@ -55,6 +55,13 @@ from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import DISTANCES, MEMBERS, Checks, check_recording, stack_checks
 
 FloatArray = NDArray[np.float64]
+STREAM = "population null"
+ALONG: Final = "recording"
+LABELS: Final[dict[str, Any]] = {
+    "distance": list(DISTANCES),
+    "parameter": list(PHI_NAMES),
+    "bound": list(BOUNDS),
+}
 
 
 @dataclass(frozen=True)
@@ -77,7 +84,7 @@ def prior_predictive(
 
     def features(part: str) -> FloatArray:
         made = own_recordings(model, count, seed, *name, part)
-        speeds = np.stack([one.speed_m_s for one in made.recordings])
+        speeds = np.stack([recording.speed_m_s for recording in made.recordings])
         return raw_features(speeds, model.recording.phase, conditioning)
 
     return PriorPredictive(features("reference"), features("null"))
@@ -109,11 +116,11 @@ def pool_subjects(pool: Sequence[SubjectChecks], settings: RuleSettings) -> Pool
         ValueError: The features differ among subjects.
     """
     first = pool[0]
-    if any(one.feature_names != first.feature_names for one in pool):
+    if any(subject.feature_names != first.feature_names for subject in pool):
         raise ValueError("the subjects' misspecification tests are of different features; rerun the study")
     return PooledNull(
-        np.concatenate([_distance_level(one, settings) for one in pool]),
-        stack_checks([one.recordings[NULL] for one in pool]),
+        np.concatenate([_distance_level(subject, settings) for subject in pool]),
+        stack_checks([subject.recordings[NULL] for subject in pool]),
         first.feature_names,
         first.prior_mass,
     )
@@ -127,32 +134,31 @@ def pooled_reference(null: PooledNull, predictive: PriorPredictive, settings: Ru
         predictive: The new subject's space, and the null distributions of distances in it.
         settings: The tests' choices and the levels.
     """
-    own = Statistics(
+    statistics = Statistics(
         space=_space(predictive.reference, settings),
         feature_names=null.feature_names,
         score_scale=score_scale(null.checks.tails),
         prior_mass=null.prior_mass,
         strip_level=settings.strained_level,
     )
-    made = own.distances(predictive.null)
+    made = statistics.distances(predictive.null)
     distances = {
         name: np.quantile(made[name], null.distance_level[:, column]) for column, name in enumerate(DISTANCES)
     }
-    joint = fit_joint_null(own.table(null.checks, distances), MEMBERS, settings.tail_fraction)
-    return Reference(own, joint, settings.strained_level, settings.unsupported_level)
+    joint = fit_joint_null(statistics.table(null.checks, distances), MEMBERS, settings.tail_fraction)
+    return Reference(statistics, joint, settings.strained_level, settings.unsupported_level)
 
 
 def _space(features: FloatArray, settings: RuleSettings) -> FeatureSpace:
     return fit_feature_space(features, settings.whitened_variance, settings.neighbours)
 
 
-def _distance_level(one: SubjectChecks, settings: RuleSettings) -> FloatArray:
-    found = space_distances(_space(one.reference_features, settings), one.recordings[NULL].features)
-    columns = [rankdata(found[name]) / (len(found[name]) + 1.0) for name in DISTANCES]
+def _distance_level(subject: SubjectChecks, settings: RuleSettings) -> FloatArray:
+    distances = space_distances(
+        _space(subject.reference_features, settings), subject.recordings[NULL].features
+    )
+    columns = [rankdata(distances[name]) / (len(distances[name]) + 1.0) for name in DISTANCES]
     return np.stack(columns, axis=1)
-
-
-STREAM = "population null"
 
 
 @dataclass(frozen=True)
@@ -188,10 +194,10 @@ def draw_null(
     for number in index:
         subject = fresh_subject(number, fresh, seed, STREAM)
         model = recorded(subject, record_fresh(subject, OWN, fresh, seed, STREAM))
-        found = _check(model, flow, conditioning, settings, integer_seed(seed, STREAM, number))
+        recording_checks = _check(model, flow, conditioning, settings, integer_seed(seed, STREAM, number))
         contexts.append(subject.context)
-        checks.append(found)
-        levels.append(_levels(subject, found, conditioning, settings, rule, seed))
+        checks.append(recording_checks)
+        levels.append(_levels(subject, recording_checks, conditioning, settings, rule, seed))
         progress.step()
     mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
     names = summary_names(conditioning.summary)
@@ -220,17 +226,13 @@ def _levels(
 ) -> FloatArray:
     made = prior_predictive(subject.model, conditioning, settings.predictive_recordings, seed, STREAM)
     space = fit_feature_space(made.reference, rule.whitened_variance, rule.neighbours)
-    null, own = space_distances(space, made.null), space_distances(space, checks.features)
-    return np.array([(np.sum(null[name] < own[name]) + 0.5) / (len(made.null) + 1.0) for name in DISTANCES])
+    null, distances = space_distances(space, made.null), space_distances(space, checks.features)
+    return np.array(
+        [(np.sum(null[name] < distances[name]) + 0.5) / (len(made.null) + 1.0) for name in DISTANCES]
+    )
 
 
-ALONG: Final = "recording"
 SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationNull)["/"]
-LABELS: Final[dict[str, Any]] = {
-    "distance": list(DISTANCES),
-    "parameter": list(PHI_NAMES),
-    "bound": list(BOUNDS),
-}
 KIND: Final = register(
     "population_null", {"/": SCHEMA}, (*LABELS, *labels_of(PopulationNull), Labels(ALONG, "subject"))
 )
@@ -239,7 +241,7 @@ KIND: Final = register(
 def to_dataset(null: PopulationNull) -> xr.Dataset:
     """Return the null recordings as a dataset with dimension recording."""
     labels = {
-        "subject": (ALONG, [one.subject for one in null.contexts]),
+        "subject": (ALONG, [context.subject for context in null.contexts]),
         "distance": LABELS["distance"],
         "feature": list(null.pooled.feature_names),
     }

@@ -64,9 +64,9 @@ def alarm_rows(subjects: Sequence[SubjectChecks], settings: RuleSettings) -> tup
 
     The volunteers are of six different kinds, so they are not put together.
     """
-    found = [alarms for checks in subjects for alarms in _subject_alarms(checks, settings)]
-    pooled = [_pool([part for part in found if part.kind == kind]) for kind in (OWN, ACQUIRED)]
-    return tuple(row for alarms in (*found, *pooled) for row in _rows(alarms))
+    by_subject = [alarms for checks in subjects for alarms in _subject_alarms(checks, settings)]
+    pooled = [_pool([part for part in by_subject if part.kind == kind]) for kind in (OWN, ACQUIRED)]
+    return tuple(row for alarms in (*by_subject, *pooled) for row in _rows(alarms))
 
 
 def _subject_alarms(checks: SubjectChecks, settings: RuleSettings) -> Iterator[_Alarms]:

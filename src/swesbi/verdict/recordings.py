@@ -44,6 +44,19 @@ from swesbi.verdict.statistics import FEATURE_UNITS, Checks, PosteriorDraws, che
 from swesbi.virtual_cohort.acquisition import record
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer, simulate_truth
 
+LOGGER = logging.getLogger("swesbi")
+FloatArray = NDArray[np.float64]
+NULL: Final = "null"
+OWN: Final = "own"
+ACQUIRED: Final = "acquired"
+VOLUNTEER: Final = "volunteer"
+KINDS: Final = (NULL, OWN, ACQUIRED, VOLUNTEER)
+"""Recordings of a subject: two well-specified sets under the model's own noise, of which the first makes
+the null; one recorded sample by sample; the virtual volunteer recorded anew."""
+LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), "bound": list(BOUNDS)}
+SEEN: Final = Part(words={"features": "features S(.) as the network sees them", "bound": " there"})
+RECORDED: Final = SEEN.place_all(schema_of(Checks)["/"])
+
 
 class WeighingSettings(Protocol):
     """How many draws are weighted."""
@@ -103,9 +116,6 @@ def _posterior(weighted: WeightedDraws, predicted: PredictedSpeeds) -> Posterior
     return PosteriorDraws(weighted.phi, weighted.weight, predicted, weighted.k_hat, weighted.efficiency)
 
 
-LOGGER = logging.getLogger("swesbi")
-
-
 def find_volunteer(context: Context) -> Volunteer | None:
     """Return the virtual volunteer with exactly this context; None for a subject of another cohort."""
     return next((volunteer for volunteer in VOLUNTEERS if volunteer.context == context), None)
@@ -137,16 +147,6 @@ def volunteer_recordings(
     return tuple(kept), count - len(kept)
 
 
-FloatArray = NDArray[np.float64]
-NULL: Final = "null"
-OWN: Final = "own"
-ACQUIRED: Final = "acquired"
-VOLUNTEER: Final = "volunteer"
-KINDS: Final = (NULL, OWN, ACQUIRED, VOLUNTEER)
-"""Recordings of a subject: two well-specified sets under the model's own noise, of which the first makes
-the null; one recorded sample by sample; the virtual volunteer recorded anew."""
-
-
 @dataclass(frozen=True)
 class SubjectChecks:
     """What the tests look at in all synthetic recordings of one subject.
@@ -174,9 +174,6 @@ class SubjectChecks:
         return fit_reference(null, self.reference_features, self.feature_names, self.prior_mass, settings)
 
 
-LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), "bound": list(BOUNDS)}
-SEEN: Final = Part(words={"features": "features S(.) as the network sees them", "bound": " there"})
-RECORDED: Final = SEEN.place_all(schema_of(Checks)["/"])
 ROOT: Final = schema_of(SubjectChecks)["/"] | {
     "refused": Variable("kind_of_recording", "1", "recordings that ingestion refused")
 }

@@ -23,6 +23,17 @@ from swesbi.verdict.distances import strip_mass
 
 FloatArray = NDArray[np.float64]
 LEAST_TAIL: Final = 1e-3  # what some hundred weighted draws can resolve
+FEATURE_UNITS: Final = "log of kPa, or 1"
+PREDICTED: Final = "prior predictive"
+FITTED: Final = "fit"
+BOUNDED: Final = "bounds"
+GROUPS: Final = (PREDICTED, FITTED, BOUNDED)
+"""Three questions: can the prior make such a recording, does the posterior, does it press on a bound?"""
+FEATURE_TESTS: Final = {
+    "peak": "maximum_kpa",
+    "time_to_peak": "time_to_peak_cycle",
+    "decay": "decay_slope_kpa_per_cycle",
+}
 
 
 def chi2_p_value(
@@ -75,9 +86,6 @@ def tail_scores(tails: FloatArray) -> FloatArray:
     return np.asarray(np.abs(norm.ppf(np.clip(tails, LEAST_TAIL, 1.0 - LEAST_TAIL))))
 
 
-FEATURE_UNITS: Final = "log of kPa, or 1"
-
-
 class MisfitTest(NamedTuple):
     """A test with a null distribution: its name, what it asks, and the group that it belongs to."""
 
@@ -86,11 +94,6 @@ class MisfitTest(NamedTuple):
     meaning: str
 
 
-PREDICTED: Final = "prior predictive"
-FITTED: Final = "fit"
-BOUNDED: Final = "bounds"
-GROUPS: Final = (PREDICTED, FITTED, BOUNDED)
-"""Three questions: can the prior make such a recording, does the posterior, does it press on a bound?"""
 TESTS: Final = (
     MisfitTest("mahalanobis", PREDICTED, "Mahalanobis distance of the features from the prior predictive"),
     MisfitTest("nearest_neighbours", PREDICTED, "distance of the features to the nearest simulations"),
@@ -108,11 +111,6 @@ MEMBERS: Final = tuple(
 )
 DISTANCES: Final = tuple(test.name for test in TESTS if test.group == PREDICTED)
 """The tests that ask only where the features lie among those of the prior predictive."""
-FEATURE_TESTS: Final = {
-    "peak": "maximum_kpa",
-    "time_to_peak": "time_to_peak_cycle",
-    "decay": "decay_slope_kpa_per_cycle",
-}
 
 
 @dataclass(frozen=True)

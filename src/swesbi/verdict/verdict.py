@@ -1,10 +1,9 @@
 """The verdict on one subject, from the tests with a null distribution, volumes, context and network.
 
-The prior says nothing of how far model and echocardiography may differ, so there is no null distribution:
-the distance is told in units of a stated tolerance.
-
 The tests with a null distribution decide together, at an overall false-alarm rate. Predicted volumes can
-strain a subject, and make it unsupported only where they lie extremely far; the context can strain it.
+strain a subject, and make it unsupported only where they lie extremely far; the context can strain it. How
+far model and echocardiography may differ in volumes the prior does not say, so these have no null
+distribution, and their distance is given in units of a stated tolerance.
 """
 
 from __future__ import annotations
@@ -24,6 +23,9 @@ from swesbi.verdict.nulls import Judgement, Reference, Verdict
 from swesbi.verdict.settings import VolumeSettings
 from swesbi.verdict.statistics import FEATURE_TESTS, TESTS, Checks
 from swesbi.verdict.support import Support, SupportTest
+
+FloatArray = NDArray[np.float64]
+NAMED_FEATURES: Final = 3
 
 
 def network_test(efficiency: Sequence[float], min_efficiency: float) -> SupportTest:
@@ -45,9 +47,6 @@ def network_test(efficiency: Sequence[float], min_efficiency: float) -> SupportT
         flagged=False,
         detail=f"{efficiency[0]:.1%} of the network's own draws are effective{after}",
     )
-
-
-FloatArray = NDArray[np.float64]
 
 
 def volume_tests(beats: Beats, context: Context, settings: VolumeSettings) -> tuple[SupportTest, ...]:
@@ -90,10 +89,7 @@ def _volume_test(
     )
 
 
-NAMED_FEATURES: Final = 3
-
-
-class ExactPosterior(Protocol):
+class CertifiedPosterior(Protocol):
     """What the verdict says of the making of the posterior."""
 
     @property
@@ -158,7 +154,7 @@ def make_support(
     tests: tuple[SupportTest, ...],
     z_obs: FloatArray,
     component_names: tuple[str, ...],
-    exact: ExactPosterior,
+    exact: CertifiedPosterior,
 ) -> Support:
     """Put the verdict together.
 

@@ -44,6 +44,11 @@ RECORDINGS_KIND: Final = register("calibration_recordings", RECORDINGS, REQUIRED
 LOCAL_KIND: Final = register("calibration_local", LOCAL, REQUIRED)
 KIND: Final = register("calibration", RECORDINGS | LOCAL, REQUIRED)
 JOINED: Final = {"own": "recording", "acquired": "recording", "local": "recording", "two_samples": "subject"}
+ALONG: Final = "recording"
+OF_FRESH: Final = schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
+SCHEMA: Final = schema_of(Inferred)["/"] | OF_FRESH
+FRESH: Final = register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
+REFUSED: Final = "refused"
 
 
 def inferred_dataset(inferred: Inferred) -> xr.Dataset:
@@ -83,18 +88,11 @@ def diagnostics_of(dataset: xr.Dataset) -> Diagnostics:
     return from_dataset(Diagnostics, dataset)
 
 
-ALONG: Final = "recording"
-OF_FRESH: Final = schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
-SCHEMA: Final = schema_of(Inferred)["/"] | OF_FRESH
-FRESH: Final = register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
-REFUSED: Final = "refused"
-
-
-def fresh_dataset(found: FreshInferred) -> xr.Dataset:
+def fresh_dataset(fresh: FreshInferred) -> xr.Dataset:
     """Return the recordings of fresh contexts as one group."""
-    added = build_dataset(OF_FRESH, values_of(found)["/"] | context_values(found.contexts))
-    inferred = inferred_dataset(found.inferred)
-    return inferred.assign(added.variables).assign_attrs({REFUSED: found.refused})
+    added = build_dataset(OF_FRESH, values_of(fresh)["/"] | context_values(fresh.contexts))
+    inferred = inferred_dataset(fresh.inferred)
+    return inferred.assign(added.variables).assign_attrs({REFUSED: fresh.refused})
 
 
 def join_fresh(parts: Sequence[Path]) -> dict[str, xr.Dataset]:
@@ -106,7 +104,7 @@ def join_fresh(parts: Sequence[Path]) -> dict[str, xr.Dataset]:
     groups = {}
     for name in (OWN, ACQUIRED):
         loaded = [load(path, FRESH, name)[0] for path in parts]
-        refused = sum(int(one.attrs[REFUSED]) for one in loaded)
+        refused = sum(int(dataset.attrs[REFUSED]) for dataset in loaded)
         groups[name] = xr.concat(loaded, dim="recording").assign_attrs({REFUSED: refused})
     return groups
 

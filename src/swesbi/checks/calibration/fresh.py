@@ -18,7 +18,7 @@ from swesbi.checks.calibration.ranks import (
     Diagnostics,
     Inferred,
     Ranked,
-    Scores,
+    RankScores,
 )
 from swesbi.checks.calibration.recordings import infer_recordings
 from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
@@ -35,6 +35,7 @@ from swesbi.progress import Progress
 
 FloatArray = NDArray[np.float64]
 STREAM = "population calibration"
+ALL: Final = "all"
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class FreshInferred:
 
     Attributes:
         contexts: The contexts.
-        inferred: Scores and diagnostics.
+        inferred: RankScores and diagnostics.
         refused: Recordings that ingestion refused; they are not among the n.
     """
 
@@ -51,9 +52,7 @@ class FreshInferred:
     relative_se: Annotated[
         FloatArray,
         Variable(
-            "recording",
-            "1",
-            "standard error of the mean speed of a phase without failed samples, over it",
+            "recording", "1", "standard error of the mean speed of a phase without failed samples, over it"
         ),
     ]
     inferred: Inferred
@@ -109,20 +108,20 @@ def strata(
     contexts: Sequence[Context], relative_se: FloatArray, settings: StrataSettings
 ) -> dict[str, NDArray[np.bool_]]:
     """Return which of n recordings lie in each marginal stratum, by its name; shape (n,) each."""
-    sex = np.array([one.sex for one in contexts])
-    found = {f"sex {name}": sex == name for name in ("F", "M")}
+    sex = np.array([context.sex for context in contexts])
+    by_stratum = {f"sex {name}": sex == name for name in ("F", "M")}
     columns = {
-        "age_years": np.array([one.age_years for one in contexts]),
-        "hr_bpm": np.array([one.hr_bpm for one in contexts]),
+        "age_years": np.array([context.age_years for context in contexts]),
+        "hr_bpm": np.array([context.hr_bpm for context in contexts]),
         "relative_se": relative_se,
     }
     for name, values in columns.items():
         cuts = getattr(settings, name)
-        part = np.digitize(values, cuts)
+        interval = np.digitize(values, cuts)
         edges = ("", *(f"{cut:g}" for cut in cuts), "")
         for number in range(len(cuts) + 1):
-            found[f"{name} {_between(edges[number], edges[number + 1])}"] = part == number
-    return found
+            by_stratum[f"{name} {_between(edges[number], edges[number + 1])}"] = interval == number
+    return by_stratum
 
 
 def _between(low: str, high: str) -> str:
@@ -132,22 +131,24 @@ def _between(low: str, high: str) -> str:
 
 
 def _join(parts: Sequence[Inferred]) -> Inferred:
-    ranked, diagnostics = [one.ranked for one in parts], [one.diagnostics for one in parts]
+    ranked, diagnostics = (
+        [inferred.ranked for inferred in parts],
+        [inferred.diagnostics for inferred in parts],
+    )
     values: dict[str, Any] = {name: _stacked(ranked, name) for name in ("subject", "truth", "prior_variance")}
-    values |= {name: _scores([getattr(one, name) for one in ranked]) for name in ("network", "weighted")}
-    found: dict[str, Any] = {field.name: _stacked(diagnostics, field.name) for field in fields(Diagnostics)}
-    return Inferred(Ranked(**values), Diagnostics(**found))
+    values |= {
+        name: _scores([getattr(inferred, name) for inferred in ranked]) for name in ("network", "weighted")
+    }
+    stacked: dict[str, Any] = {field.name: _stacked(diagnostics, field.name) for field in fields(Diagnostics)}
+    return Inferred(Ranked(**values), Diagnostics(**stacked))
 
 
-def _scores(parts: Sequence[Scores]) -> Scores:
-    return Scores(**{field.name: _stacked(parts, field.name) for field in fields(Scores)})
+def _scores(parts: Sequence[RankScores]) -> RankScores:
+    return RankScores(**{field.name: _stacked(parts, field.name) for field in fields(RankScores)})
 
 
 def _stacked(parts: Sequence[object], name: str) -> Any:  # noqa: ANN401
-    return np.concatenate([getattr(one, name) for one in parts])
-
-
-ALL: Final = "all"
+    return np.concatenate([getattr(item, name) for item in parts])
 
 
 @dataclass(frozen=True)
@@ -175,17 +176,17 @@ class Judge:
         )
         return score_recovery(recovered, self.prior, self.judgement)
 
-    def by_stratum(self, found: FreshInferred) -> pd.DataFrame:
+    def by_stratum(self, fresh: FreshInferred) -> pd.DataFrame:
         """Return coverage by sampler and stratum, with the efficiency of the weights in each."""
-        parts = {ALL: np.ones(len(found.contexts), dtype=bool)}
-        parts |= strata(found.contexts, found.relative_se, self.strata)
-        rows = [row for sampler in SAMPLERS for row in self._rows(found, parts, sampler)]
+        parts = {ALL: np.ones(len(fresh.contexts), dtype=bool)}
+        parts |= strata(fresh.contexts, fresh.relative_se, self.strata)
+        rows = [row for sampler in SAMPLERS for row in self._rows(fresh, parts, sampler)]
         return pd.DataFrame(rows)
 
-    def checks(self, found: dict[str, FreshInferred]) -> pd.DataFrame:
+    def checks(self, fresh: dict[str, FreshInferred]) -> pd.DataFrame:
         """Return one row a check over all fresh contexts, by kind of recording and sampler."""
         rows: list[dict[str, object]] = []
-        for kind, part in found.items():
+        for kind, part in fresh.items():
             for sampler in SAMPLERS:
                 ranked = part.inferred.ranked
                 checks = check_scores(
@@ -193,16 +194,16 @@ class Judge:
                     self.judgement.alpha, self.judgement.least_contraction,
                 )  # fmt: skip
                 labels = {"recordings": kind, "sampler": sampler}
-                rows.extend(labels | asdict(one) | {"flagged": int(one.flagged)} for one in checks)
+                rows.extend(labels | asdict(check) | {"flagged": int(check.flagged)} for check in checks)
         return pd.DataFrame(rows)
 
     def _rows(
-        self, found: FreshInferred, parts: dict[str, np.typing.NDArray[np.bool_]], sampler: str
+        self, fresh: FreshInferred, parts: dict[str, np.typing.NDArray[np.bool_]], sampler: str
     ) -> Iterator[dict[str, object]]:
         for name, chosen in parts.items():
             if not chosen.any():
                 continue
-            median = float(np.median(found.inferred.diagnostics.efficiency[chosen]))
-            for row in self.recovery(found.inferred.ranked.rows(chosen), sampler):
+            median = float(np.median(fresh.inferred.diagnostics.efficiency[chosen]))
+            for row in self.recovery(fresh.inferred.ranked.rows(chosen), sampler):
                 labels = {"sampler": sampler, "stratum": name}
                 yield labels | asdict(row) | {"median_efficiency": median}

@@ -1,6 +1,6 @@
 """Calibration at one subject's own data, and whether a classifier can tell two samplers apart.
 
-Saeilynoja, Schmitt, Buerkner and Vehtari (2025), Posterior SBC: simulation-based calibration checking
+Säilynoja, Schmitt, Bürkner and Vehtari (2025), Posterior SBC: simulation-based calibration checking
 conditional on data. If phi is drawn from the posterior given the subject's recording and a second recording
 is simulated from it, phi is a draw from the posterior given both. Its rank there is uniform where the first
 draw was right, whatever holds elsewhere under the prior. The posterior given both is exact and new for each
@@ -23,8 +23,8 @@ from swesbi.checks.calibration.ranks import (
     NETWORK,
     WEIGHTED,
     Ranked,
-    Score,
-    Scores,
+    RankScore,
+    RankScores,
     quantities,
     score,
     stack_scores,
@@ -108,7 +108,7 @@ class LocalRun:
 
     def scores(
         self, phi: FloatArray, references: FloatArray, seed: int, sampler: str
-    ) -> tuple[FloatArray, Scores]:
+    ) -> tuple[FloatArray, RankScores]:
         """Simulate a second recording from each draw and rank the draw in the posterior given both.
 
         Args:
@@ -127,19 +127,19 @@ class LocalRun:
         points = standardised(references, settings.prior)
         progress = Progress(f"calibration {recording.subject} (local, {sampler})", len(phi), unit="replicate")
         truths: list[FloatArray] = []
-        scores: list[Score] = []
+        scores: list[RankScore] = []
         for index, second in enumerate(speeds):
             both = TwoRecordings(self.model, replace(recording, speed_m_s=second))
             stream = integer_seed(seed, "calibration", "local", "exact", recording.subject, index)
-            truth, found = self._one(both, phi[index], points[index], stream)
+            truth, rank_score = self._one(both, phi[index], points[index], stream)
             truths.append(truth)
-            scores.append(found)
+            scores.append(rank_score)
             progress.step()
         return np.stack(truths), stack_scores(scores)
 
     def _one(
         self, both: TwoRecordings, phi: FloatArray, reference: FloatArray, seed: int
-    ) -> tuple[FloatArray, Score]:
+    ) -> tuple[FloatArray, RankScore]:
         duration_s = self.model.activation_duration_s
         drawn = exact_draws(both, self.propose(both.averaged()), self.weighted_draws, self.exact, seed)
         truth = quantities(phi[None], both.log_likelihood(phi[None]), duration_s)[0]
@@ -170,16 +170,16 @@ def calibrate_locally(
     """
     run = LocalRun(model, partial(flow_proposal, flow), exact, sizes.weighted_draws)
     count = sizes.replicates
-    found = {
+    by_sampler = {
         name: run.scores(phi[:count], phi[count : 2 * count], seed, name)
         for name, phi in ((NETWORK, posterior.npe_phi), (WEIGHTED, posterior.phi))
     }
     return Ranked(
         subject=np.full(count, model.recording.subject),
-        truth=found[WEIGHTED][0],
+        truth=by_sampler[WEIGHTED][0],
         prior_variance=np.tile(variance_given_first(model, posterior.phi), (count, 1)),
-        network=found[NETWORK][1],
-        weighted=found[WEIGHTED][1],
+        network=by_sampler[NETWORK][1],
+        weighted=by_sampler[WEIGHTED][1],
     )
 
 

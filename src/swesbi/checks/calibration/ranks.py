@@ -1,8 +1,8 @@
 """What is kept of recordings of known parameters: ranks and levels of the truth among a posterior's draws.
 
-Lemos, Coogan, Hezaveh and Perreault-Levasseur (2023), Sampling-based accuracy testing of posterior
-estimators for general inference, ICML. The function of sbi takes its own posterior objects and equally
-weighted draws; this one takes arrays with weights.
+Joint coverage (TARP): Lemos, Coogan, Hezaveh and Perreault-Levasseur (2023), Sampling-based accuracy testing
+of posterior estimators for general inference, ICML. The function of sbi takes its own posterior objects and
+equally weighted draws; the one here takes arrays with weights.
 """
 
 from __future__ import annotations
@@ -22,10 +22,16 @@ from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES
 from swesbi.prior import BoxPrior, even_quantiles, quantile
 
 FloatArray = NDArray[np.float64]
+LOG_LIKELIHOOD: Final = "log_likelihood"
+QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED, LOG_LIKELIHOOD)
+EACH: Final = "as named in quantity"
+NETWORK: Final = "npe"
+WEIGHTED: Final = "weighted"
+SAMPLERS: Final = (NETWORK, WEIGHTED)
 
 
 @dataclass(frozen=True)
-class Moments:
+class WeightedMoments:
     """Weighted mean and standard deviation of q quantities; shape (q,) each."""
 
     mean: FloatArray
@@ -58,23 +64,19 @@ def central_level(level: FloatArray) -> FloatArray:
     return np.abs(2.0 * level - 1.0)
 
 
-def moments(draws: FloatArray, weight: FloatArray) -> Moments:
+def moments(draws: FloatArray, weight: FloatArray) -> WeightedMoments:
     """Return the weighted moments of draws (n, q) that carry weight; others may hold anything."""
     used = weight > 0.0
     kept, share = draws[used], weight[used]
     mean = share @ kept
-    return Moments(mean, np.sqrt(share @ (kept - mean) ** 2))
-
-
-LOG_LIKELIHOOD: Final = "log_likelihood"
-QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED, LOG_LIKELIHOOD)
+    return WeightedMoments(mean, np.sqrt(share @ (kept - mean) ** 2))
 
 
 def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: float) -> FloatArray:
     """Return the six quantities of ``QUANTITY_NAMES`` for n draws; shape (n, 6).
 
     k_0 (1 - exp(-k_ATP D_T)) is what the data know best of k_0 and k_ATP. The log-likelihood depends on the
-    data, and so finds posteriors that are calibrated in every parameter without having seen them (Modrak
+    data, and so finds posteriors that are calibrated in every parameter without having seen them (Modrák
     et al. 2023, Simulation-based calibration checking for Bayesian computation: the choice of test quantities
     shapes sensitivity).
 
@@ -126,11 +128,8 @@ def tarp_level(
     return float(level_of_truth(of_truth, of_draws[:, None], weight)[0])
 
 
-EACH: Final = "as named in quantity"
-
-
 @dataclass(frozen=True)
-class Score:
+class RankScore:
     """One posterior against its truth.
 
     Attributes:
@@ -147,12 +146,11 @@ class Score:
 
 
 @dataclass(frozen=True)
-class Scores:
-    """The posteriors of n recordings under one sampler; arrays as in :class:`Score`, recordings first."""
+class RankScores:
+    """The posteriors of n recordings under one sampler; arrays as in :class:`RankScore`, recordings first."""
 
     level: Annotated[
-        FloatArray,
-        Variable("recording quantity", "1", "mid-rank of the truth among the draws of {sampler}"),
+        FloatArray, Variable("recording quantity", "1", "mid-rank of the truth among the draws of {sampler}")
     ]
     tarp: Annotated[
         FloatArray, Variable("recording", "1", "mass of {sampler} nearer to a random point than the truth")
@@ -160,14 +158,14 @@ class Scores:
     mean: Annotated[FloatArray, Variable("recording quantity", EACH, "mean of {sampler}")]
     sd: Annotated[FloatArray, Variable("recording quantity", EACH, "standard deviation of {sampler}")]
 
-    def rows(self, chosen: NDArray[np.bool_]) -> Scores:
+    def rows(self, chosen: NDArray[np.bool_]) -> RankScores:
         """Return the recordings that are chosen; shape (n,)."""
-        return Scores(self.level[chosen], self.tarp[chosen], self.mean[chosen], self.sd[chosen])
+        return RankScores(self.level[chosen], self.tarp[chosen], self.mean[chosen], self.sd[chosen])
 
 
 def score(
     truth: FloatArray, draws: FloatArray, weight: FloatArray, reference: FloatArray, prior: BoxPrior
-) -> Score:
+) -> RankScore:
     """Rank one truth among its posterior draws.
 
     Args:
@@ -179,22 +177,17 @@ def score(
     """
     d, moment = len(prior.parameters), moments(draws, weight)
     tarp = tarp_level(truth[:d], draws[:, :d], weight, reference, prior)
-    return Score(level_of_truth(truth, draws, weight), tarp, moment.mean, moment.sd)
+    return RankScore(level_of_truth(truth, draws, weight), tarp, moment.mean, moment.sd)
 
 
-def stack_scores(scores: Sequence[Score]) -> Scores:
+def stack_scores(scores: Sequence[RankScore]) -> RankScores:
     """Put the scores of n recordings together, in order."""
-    return Scores(
-        level=np.stack([one.level for one in scores]),
-        tarp=np.array([one.tarp for one in scores]),
-        mean=np.stack([one.mean for one in scores]),
-        sd=np.stack([one.sd for one in scores]),
+    return RankScores(
+        level=np.stack([rank_score.level for rank_score in scores]),
+        tarp=np.array([rank_score.tarp for rank_score in scores]),
+        mean=np.stack([rank_score.mean for rank_score in scores]),
+        sd=np.stack([rank_score.sd for rank_score in scores]),
     )
-
-
-NETWORK: Final = "npe"
-WEIGHTED: Final = "weighted"
-SAMPLERS: Final = (NETWORK, WEIGHTED)
 
 
 @dataclass(frozen=True)
@@ -206,10 +199,10 @@ class Ranked:
     prior_variance: Annotated[
         FloatArray, Variable("recording quantity", f"{EACH}, squared", "before the recording is seen")
     ]
-    network: Annotated[Scores, Part("npe_{}", words={"sampler": "the network"})]
-    weighted: Annotated[Scores, Part("weighted_{}", words={"sampler": "the exact posterior"})]
+    network: Annotated[RankScores, Part("npe_{}", words={"sampler": "the network"})]
+    weighted: Annotated[RankScores, Part("weighted_{}", words={"sampler": "the exact posterior"})]
 
-    def of(self, sampler: str) -> Scores:
+    def of(self, sampler: str) -> RankScores:
         """Return the scores of a sampler of ``SAMPLERS``."""
         return {NETWORK: self.network, WEIGHTED: self.weighted}[sampler]
 
@@ -238,8 +231,7 @@ class Diagnostics:
     ]
     phases: Annotated[NDArray[np.int64], Variable("recording", "1", "measured phases")]
     min_chi2: Annotated[
-        FloatArray,
-        Variable("recording", "1", "smallest sum of squared residuals over posterior draws"),
+        FloatArray, Variable("recording", "1", "smallest sum of squared residuals over posterior draws")
     ]
     mean_chi2: Annotated[
         FloatArray, Variable("recording", "1", "mean sum of squared residuals over posterior draws")

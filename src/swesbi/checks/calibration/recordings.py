@@ -13,7 +13,7 @@ from swesbi.checks.calibration.ranks import (
     Diagnostics,
     Inferred,
     Ranked,
-    Score,
+    RankScore,
     prior_variance,
     quantities,
     reference_points,
@@ -34,6 +34,8 @@ from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.distances import strip_mass
 
+FloatArray = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class Misfit:
@@ -50,11 +52,8 @@ def misfit(model: SpeedModel, predicted: PredictedSpeeds) -> Misfit:
     return Misfit(float(np.nanmin(chi2)), float(np.nanmean(chi2)))
 
 
-FloatArray = NDArray[np.float64]
-
-
 @dataclass(frozen=True)
-class Drawn:
+class ExactDraws:
     """Weighted draws of a posterior.
 
     Attributes:
@@ -83,7 +82,7 @@ def exact_draws(
     settings: ExactSettings,
     seed: int,
     refinement: RefinementSettings | None = None,
-) -> Drawn:
+) -> ExactDraws:
     """Return the exact posterior as the study reports it, with fewer weighted draws where these suffice.
 
     Where so few draws fail the criteria of the weights, the study's own number follows, and MCMC where that
@@ -104,7 +103,7 @@ def exact_draws(
             proposal = refine(model, proposal, refinement, seed).proposal
         posterior = exact_posterior(model, proposal, settings, seed)
         weighted, by_mcmc = posterior.weighted, posterior.sampler == "mcmc"
-    drawn = Drawn(
+    drawn = ExactDraws(
         phi=weighted.phi,
         weight=weighted.weight,
         log_likelihood=weighted.log_likelihood,
@@ -171,15 +170,15 @@ class _Case:
     reference: FloatArray
     seed: int
 
-    def score(self, truth: FloatArray, values: FloatArray, weight: FloatArray) -> Score:
+    def score(self, truth: FloatArray, values: FloatArray, weight: FloatArray) -> RankScore:
         return score(truth, values, weight, self.reference, self.model.settings.prior)
 
 
 @dataclass(frozen=True)
 class _Result:
     truth: FloatArray
-    network: Score
-    weighted: Score
+    network: RankScore
+    weighted: RankScore
     diagnostics: Diagnostics  # of one recording: no leading dimension
 
 
@@ -206,10 +205,10 @@ def _infer(
 
 
 def _diagnose(
-    case: _Case, drawn: Drawn, predicted: PredictedSpeeds, settings: RecordingsSettings
+    case: _Case, drawn: ExactDraws, predicted: PredictedSpeeds, settings: RecordingsSettings
 ) -> Diagnostics:
     rows = resampled_rows(drawn.weight, settings.misfit_draws, generator(case.seed, "misfit"))
-    found = misfit(case.model, predicted.rows(rows))
+    chi2 = misfit(case.model, predicted.rows(rows))
     prior = case.model.settings.prior
     return Diagnostics(
         k_hat=np.array(drawn.k_hat),
@@ -217,22 +216,22 @@ def _diagnose(
         log_evidence=np.array(drawn.log_evidence),
         by_mcmc=np.array(drawn.by_mcmc),
         phases=np.array(len(case.model.recording.phase)),
-        min_chi2=np.array(found.min_chi2),
-        mean_chi2=np.array(found.mean_chi2),
+        min_chi2=np.array(chi2.min_chi2),
+        mean_chi2=np.array(chi2.mean_chi2),
         strip_mass=strip_mass(drawn.phi, drawn.weight, prior, settings.strip_fraction),
     )
 
 
 def _gather(subject: str, results: Sequence[_Result], variance: FloatArray) -> Inferred:
-    parts = [one.diagnostics for one in results]
+    parts = [result.diagnostics for result in results]
     arrays: dict[str, Any] = {
         field.name: np.stack([getattr(part, field.name) for part in parts]) for field in fields(Diagnostics)
     }
     ranked = Ranked(
         subject=np.full(len(results), subject),
-        truth=np.stack([one.truth for one in results]),
+        truth=np.stack([result.truth for result in results]),
         prior_variance=np.tile(variance, (len(results), 1)),
-        network=stack_scores([one.network for one in results]),
-        weighted=stack_scores([one.weighted for one in results]),
+        network=stack_scores([result.network for result in results]),
+        weighted=stack_scores([result.weighted for result in results]),
     )
     return Inferred(ranked, Diagnostics(**arrays))

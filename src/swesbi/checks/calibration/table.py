@@ -1,6 +1,6 @@
 """The checks of calibration: uniform ranks, coverage, contraction, each a row of ``calibration.csv``.
 
-Saeilynoja, Buerkner and Vehtari (2022), Graphical test for discrete uniformity and its applications in
+Säilynoja, Bürkner and Vehtari (2022), Graphical test for discrete uniformity and its applications in
 goodness-of-fit evaluation and multiple sample comparison, Stat. Comput. 32:32. ArviZ computes the same
 bands, but no p-values, which a table of many tests needs; the band here comes from the same null
 distribution as the p-value, so that a curve leaves the band exactly where its p-value is below the limit.
@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from swesbi.checks.calibration.ranks import QUANTITY_NAMES, SAMPLERS, Ranked, Scores, central_level
+from swesbi.checks.calibration.ranks import QUANTITY_NAMES, SAMPLERS, Ranked, RankScores, central_level
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.seeds import generator
 
@@ -29,6 +29,16 @@ POINTS: Final = 100
 """Intervals between the points of evaluation; ranks among L draws fit them where L + 1 is a multiple."""
 NULL_SAMPLES: Final = 10_000
 NULL_SEED: Final = 2022
+JOINT = "joint"
+SBC, COVERAGE, TARP, CONTRACTION, C2ST = "sbc", "coverage", "tarp", "contraction", "c2st"
+REPORTED_LEVEL = 0.9
+POOLED: Final = "pooled"
+LOCAL: Final = "local"
+NONE_LOST: Final = 0.0  # a second recording must not widen the posterior that the first one gave
+COLUMNS: Final = (
+    "subject", "recordings", "sampler", "test", "quantity", "n", "statistic", "p_value", "limit", "flagged",
+    "coverage_90", "contraction",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -65,6 +75,7 @@ def uniformity(sample: FloatArray) -> Uniformity:
     tail = float(_smallest_tail(counts, len(sample)))
     null = _null_tails(len(sample))
     difference = counts / len(sample) - points()
+    # the sample counts as one of the null's, so that no p-value is 0 and the test keeps its level
     p_value = (1.0 + np.searchsorted(null, tail, side="right")) / (1.0 + len(null))
     return Uniformity(len(sample), difference, float(np.abs(difference).max()), float(p_value))
 
@@ -79,6 +90,7 @@ def band(n: int, level: float) -> tuple[FloatArray, FloatArray]:
         n: Size of the sample.
         level: Probability of leaving the band, such as 0.05.
     """
+    # a tail that the null has, not one between two: counts are discrete, and so are their tails
     pointwise = float(np.quantile(_null_tails(n), level, method="lower"))
     low = binom.ppf(pointwise / 2.0, n, points()) / n - points()
     high = binom.isf(pointwise / 2.0, n, points()) / n - points()
@@ -88,6 +100,8 @@ def band(n: int, level: float) -> tuple[FloatArray, FloatArray]:
 def _smallest_tail(counts: IntArray, n: int) -> FloatArray:
     """Return twice the smallest binomial tail probability over the points, of counts (..., points)."""
     lower, upper = _tails(n)
+    # neighbouring points hardly differ, so that Bonferroni over them would make bands far too wide: the null
+    # distribution of the smallest tail takes their dependence into account
     at = np.arange(POINTS - 1)
     tails: FloatArray = np.minimum(lower[counts, at], upper[counts, at]).min(axis=-1)
     return 2.0 * tails
@@ -104,13 +118,9 @@ def _tails(n: int) -> tuple[FloatArray, FloatArray]:
 def _null_tails(n: int) -> FloatArray:
     """Return the sorted smallest tails of uniform samples of size n; a fixed stream for each size."""
     rng = generator(NULL_SEED, "uniformity", n)
+    # a distribution function is only seen at the points: the counts between them are multinomial
     counts = rng.multinomial(n, np.full(POINTS, 1.0 / POINTS), size=NULL_SAMPLES)
     return np.sort(_smallest_tail(counts.cumsum(axis=1)[:, :-1], n))
-
-
-JOINT = "joint"
-SBC, COVERAGE, TARP, CONTRACTION, C2ST = "sbc", "coverage", "tarp", "contraction", "c2st"
-REPORTED_LEVEL = 0.9
 
 
 @dataclass(frozen=True)
@@ -144,7 +154,7 @@ class Check:
 
 
 def check_scores(
-    scores: Scores,
+    scores: RankScores,
     prior_variance: FloatArray,
     names: Sequence[str],
     alpha: float,
@@ -188,7 +198,7 @@ def c2st_check(quantity: str, n: int, accuracy: float, limit: float) -> Check:
     return Check(C2ST, quantity, n, accuracy, np.nan, limit, not accuracy <= limit, np.nan, np.nan)
 
 
-def _contraction(scores: Scores, prior_variance: FloatArray) -> FloatArray:
+def _contraction(scores: RankScores, prior_variance: FloatArray) -> FloatArray:
     return np.asarray(1.0 - (scores.sd**2).mean(axis=0) / prior_variance.mean(axis=0))
 
 
@@ -199,9 +209,19 @@ def _covered(level: FloatArray) -> float:
 def _uniform(
     test: str, name: str, level: FloatArray, limit: float, covered: float, contraction: float
 ) -> Check:
-    found = uniformity(level)
-    flag = found.p_value < limit
-    return Check(test, name, found.n, found.distance, found.p_value, limit, flag, covered, contraction)
+    test_of_levels = uniformity(level)
+    flag = test_of_levels.p_value < limit
+    return Check(
+        test,
+        name,
+        test_of_levels.n,
+        test_of_levels.distance,
+        test_of_levels.p_value,
+        limit,
+        flag,
+        covered,
+        contraction,
+    )
 
 
 def _contracted(names: Sequence[str], held: FloatArray, n: int, least: float) -> Iterator[Check]:
@@ -209,25 +229,6 @@ def _contracted(names: Sequence[str], held: FloatArray, n: int, least: float) ->
         if not np.isnan(value):
             value = float(value)
             yield Check(CONTRACTION, name, n, value, np.nan, least, value < least, np.nan, value)
-
-
-POOLED: Final = "pooled"
-LOCAL: Final = "local"
-NONE_LOST: Final = 0.0  # a second recording must not widen the posterior that the first one gave
-COLUMNS: Final = (
-    "subject",
-    "recordings",
-    "sampler",
-    "test",
-    "quantity",
-    "n",
-    "statistic",
-    "p_value",
-    "limit",
-    "flagged",
-    "coverage_90",
-    "contraction",
-)
 
 
 def calibration_table(
@@ -245,7 +246,7 @@ def calibration_table(
         two_samples: Accuracies of classifiers by subject and pair of samplers.
         settings: What is asked.
     """
-    rows = [row for name, part in ranked.items() for row in _of_recordings(name, part, settings)]
+    rows = [row for name, recordings in ranked.items() for row in _of_recordings(name, recordings, settings)]
     rows.extend(_of_two_samples(two_samples, settings.max_c2st))
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
@@ -257,9 +258,9 @@ def _of_recordings(name: str, ranked: Ranked, settings: JudgementSettings) -> It
         if name != LOCAL:
             checks = _checks(ranked, sampler, settings, settings.least_contraction, 1)
             yield from _labelled(POOLED, name, sampler, checks)
-        for subject, part in parts.items():
+        for subject, of_subject in parts.items():
             least = settings.least_contraction if name != LOCAL else NONE_LOST
-            checks = _checks(part, sampler, settings, least, len(subjects))
+            checks = _checks(of_subject, sampler, settings, least, len(subjects))
             yield from _labelled(subject, name, sampler, checks)
 
 
@@ -273,10 +274,10 @@ def _checks(
 
 def _of_two_samples(two_samples: xr.Dataset, limit: float) -> Iterator[dict[str, object]]:
     for subject in two_samples["subject"].to_numpy():
-        part = two_samples.sel(subject=subject)
-        for pair in part["pair"].to_numpy():
-            accuracy = float(part["accuracy"].sel(pair=pair))
-            check = c2st_check("joint", int(part["draws"]), accuracy, limit)
+        accuracies = two_samples.sel(subject=subject)
+        for pair in accuracies["pair"].to_numpy():
+            accuracy = float(accuracies["accuracy"].sel(pair=pair))
+            check = c2st_check("joint", int(accuracies["draws"]), accuracy, limit)
             yield from _labelled(str(subject), LOCAL, str(pair), (check,))
 
 

@@ -25,7 +25,7 @@ from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobi
 FloatArray = NDArray[np.float64]
 
 
-class Proposal(Protocol):
+class LogitProposal(Protocol):
     """A density of eta, the logit of phi in its box, that can be drawn from."""
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
@@ -67,7 +67,7 @@ class Bank:
     eta: FloatArray = field(init=False)
     log_likelihood: FloatArray = field(init=False)
     chi2: FloatArray = field(init=False)
-    _proposals: list[Proposal] = field(default_factory=list)
+    _proposals: list[LogitProposal] = field(default_factory=list)
     _counts: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -85,7 +85,7 @@ class Bank:
         """The draws as parameters; shape (n, 4)."""
         return from_logit(self.eta, self.prior)
 
-    def extend(self, proposal: Proposal, count: int, rng: np.random.Generator) -> None:
+    def extend(self, proposal: LogitProposal, count: int, rng: np.random.Generator) -> None:
         """Add ``count`` draws of a proposal and their simulations."""
         eta = proposal.draw(count, rng)
         log_likelihood, chi2 = _likelihoods(self.model, from_logit(eta, self.prior), self.pairs)

@@ -66,7 +66,7 @@ class GeneratedSubject:
 
 
 @dataclass(frozen=True)
-class RecordedSubject:
+class GeneratedRecording:
     """One generated subject before the cohort's noise is known: truth, samples, observed curve."""
 
     volunteer: Volunteer
@@ -101,10 +101,12 @@ def generate_cohort(
     recorded = [
         record_subject(index, prior, acquisition, recording, grid_points, seed) for index in range(count)
     ]
-    noise = fit_noise({one.observation.subject: _levels(one, recording) for one in recorded}).components
+    noise = fit_noise(
+        {subject.observation.subject: _levels(subject, recording) for subject in recorded}
+    ).components
     return tuple(
-        GeneratedSubject(measured_speeds(one.observation, noise), np.array(one.volunteer.theta))
-        for one in recorded
+        GeneratedSubject(measured_speeds(subject.observation, noise), np.array(subject.volunteer.theta))
+        for subject in recorded
     )
 
 
@@ -136,7 +138,7 @@ def record_subject(
     recording: RecordingSettings,
     grid_points: int,
     seed: int,
-) -> RecordedSubject:
+) -> GeneratedRecording:
     """Generate and record the subject of this number; see :func:`generate_cohort`.
 
     Raises:
@@ -152,9 +154,9 @@ def record_subject(
         except (RuntimeError, RecordingError) as error:
             LOGGER.info("generated subject %s drawn again: %s", volunteer.context.subject, error)
         else:
-            return RecordedSubject(volunteer, samples, observation)
+            return GeneratedRecording(volunteer, samples, observation)
     raise RuntimeError(f"generated subject {index}: no usable recording in {MAX_ATTEMPTS} attempts")
 
 
-def _levels(one: RecordedSubject, recording: RecordingSettings) -> RepeatLevels:
-    return repeat_levels(one.samples, rejection(one.samples, recording) == ACCEPTED)
+def _levels(subject: GeneratedRecording, recording: RecordingSettings) -> RepeatLevels:
+    return repeat_levels(subject.samples, rejection(subject.samples, recording) == ACCEPTED)

@@ -113,23 +113,23 @@ def discrepancy_table(
     below = evidence[:, [best]] - evidence
     rows = []
     for index, pair in enumerate(pairs):
-        own = [row[index] for row in scores]
-        covered = np.mean([score.covered(interval) for score in own], axis=0)
+        of_pair = [row[index] for row in scores]
+        covered = np.mean([score.covered(interval) for score in of_pair], axis=0)
         rows.append(
             {
                 "speed_fraction": pair.speed_fraction,
                 "timing_cycle": pair.timing_cycle,
                 "log_evidence": evidence[:, index].sum(),
-                "log_evidence_se": float(np.sqrt(sum(score.log_evidence_se**2 for score in own))),
+                "log_evidence_se": float(np.sqrt(sum(score.log_evidence_se**2 for score in of_pair))),
                 "below_best": below[:, index].sum(),
                 "below_best_se": _standard_error_of_sum(below[:, index]),
             }
             | {f"coverage_{name}": share for name, share in zip(THETA_NAMES, covered, strict=True)}
             | {
-                "mean_chi2": float(np.mean([score.chi2 for score in own])),
+                "mean_chi2": float(np.mean([score.chi2 for score in of_pair])),
                 "mean_phases": float(np.mean(phases)),
-                "min_effective_draws": min(score.effective_draws for score in own),
-                "subjects": len(own),
+                "min_effective_draws": min(score.effective_draws for score in of_pair),
+                "subjects": len(of_pair),
                 "best": int(index == best),
             }
         )

@@ -32,6 +32,8 @@ from swesbi.recording.speed import NoiseComponents
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+NO_NOISE: Final = 1e-10
+"""Squared relative standard error of infinitely many repeats: invertible even without a discrepancy."""
 
 
 def uniform_phases(count: int, offset: float = 0.5) -> FloatArray:
@@ -51,6 +53,7 @@ def single_repeat_variance(noise: NoiseComponents, samples_by_repeat: IntArray) 
 def correlation(phase: FloatArray, range_cycle: float) -> FloatArray:
     """Return the correlation (..., p, p) of model errors at phases (..., p), around the cycle."""
     distance = np.abs(phase[..., :, None] - phase[..., None, :])
+    # the end of a cycle is the beginning of the next
     around = np.minimum(distance, 1.0 - distance)
     return np.asarray(np.maximum(1.0 - around / range_cycle, 0.0))
 
@@ -79,6 +82,7 @@ def design_information(
     """
     timing, slope = discrepancy.timing_cycle**2, at.slope
     model_error = discrepancy.speed_fraction**2 + timing * slope[..., :, None] * slope[..., None, :]
+    # equal noise at all phases leaves the eigenvectors as they are: one decomposition serves all levels
     value, vector = np.linalg.eigh(error_correlation * model_error)
     half = at.slope_by[..., :, None] * slope[..., None, None, :]
     change = timing * error_correlation[..., None, :, :] * (half + np.swapaxes(half, -1, -2))
@@ -125,6 +129,7 @@ def choose_phases(
     Returns:
         Indices of the chosen candidates, in the order of choice; (count,).
     """
+    # one after the other: the sets of n phases among the candidates are too many to be tried
     chosen: list[int] = []
     for _ in range(count):
         left = np.setdiff1d(np.arange(len(candidates[0].phase)), chosen)
@@ -157,10 +162,6 @@ def _cost(
     )
     variance = expected_variance(precision, information, gradient).mean(axis=-2)
     return np.asarray(np.log(variance).sum(axis=-1))
-
-
-NO_NOISE: Final = 1e-10
-"""Squared relative standard error of infinitely many repeats: invertible even without a discrepancy."""
 
 
 @dataclass(frozen=True)
@@ -197,15 +198,11 @@ class Placement:
     sd_log: Annotated[
         FloatArray,
         Variable(
-            "subject quantity placed",
-            "1",
-            "expected sd of the log with the first so many",
-            group="placement",
+            "subject quantity placed", "1", "expected sd of the log with the first so many", group="placement"
         ),
     ]
     sd_log_even: Annotated[
-        FloatArray,
-        Variable("subject quantity placed", "1", "with as many, evenly spaced", group="placement"),
+        FloatArray, Variable("subject quantity placed", "1", "with as many, evenly spaced", group="placement")
     ]
 
 
@@ -256,7 +253,9 @@ def place_phases(
         settings: Candidates, and how many to choose.
     """
     candidates = uniform_phases(settings.placement_candidates)
-    at = [derivatives_at(model, one, candidates) for model, one in zip(models, simulated, strict=True)]
+    at = [
+        derivatives_at(model, stencil, candidates) for model, stencil in zip(models, simulated, strict=True)
+    ]
     discrepancy, prior = models[0].settings.discrepancy, models[0].settings.prior
     chosen = candidates[
         choose_phases(
@@ -272,15 +271,19 @@ def place_phases(
     counts = tuple(count for count in settings.phases if count <= settings.placement_phases)
     parts = list(zip(models, simulated, durations_s, noise_variances, strict=True))
     reach = settings.discrepancy_range_cycle
-    own = [
-        np.stack([_sd(model, one, duration, [variance], [chosen[:n]], reach)[:, 0] for n in counts], axis=1)
-        for model, one, duration, variance in parts
+    chosen_sd = [
+        np.stack(
+            [_sd(model, stencil, duration, [variance], [chosen[:n]], reach)[:, 0] for n in counts], axis=1
+        )
+        for model, stencil, duration, variance in parts
     ]
     even = [
-        np.stack([_even(model, one, duration, [variance], n, settings, reach)[:, 0] for n in counts], axis=1)
-        for model, one, duration, variance in parts
+        np.stack(
+            [_even(model, stencil, duration, [variance], n, settings, reach)[:, 0] for n in counts], axis=1
+        )
+        for model, stencil, duration, variance in parts
     ]
-    return Placement(chosen, counts, np.stack(own), np.stack(even))
+    return Placement(chosen, counts, np.stack(chosen_sd), np.stack(even))
 
 
 def _even(
@@ -293,6 +296,7 @@ def _even(
     reach: float | None,
 ) -> FloatArray:
     """Return the expected sd (q, noise levels) of evenly spaced phases, whatever the first one's place."""
+    # a protocol sets the distance of the phases, hardly where the first one falls: averaged over its places
     offsets = uniform_phases(settings.offsets)
     sets = [uniform_phases(count, offset) for offset in offsets]
     return _sd(model, simulated, duration_s, variances, sets, reach)

@@ -37,6 +37,9 @@ from swesbi.seeds import generator
 FloatArray = NDArray[np.float64]
 QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED)
 QUANTITY_UNITS: Final = "kPa, s-1, s-1, kPa, kPa"
+SOBOL_POWER: Final = 16
+LOGIT_REACH: Final = 8.0
+"""The search's box in logit: within 0.03 % of the prior's box at either bound."""
 
 
 def quantities(phi: FloatArray, duration_s: float) -> FloatArray:
@@ -55,9 +58,6 @@ def log_gradient(phi: FloatArray, duration_s: float) -> FloatArray:
     gradient[:, -1, K_0] = 1.0
     gradient[:, -1, K_ATP] = exponent / np.expm1(exponent)
     return gradient
-
-
-SOBOL_POWER: Final = 16
 
 
 @dataclass(frozen=True)
@@ -110,10 +110,6 @@ def expected_sd(precision: FloatArray, information: FloatArray, gradient: FloatA
 def interval_fold(sd_log: FloatArray, mass: float) -> FloatArray:
     """Return upper over lower end of the credible interval of a log-normal quantity."""
     return np.asarray(np.exp(2.0 * norm.ppf(0.5 + 0.5 * mass) * sd_log))
-
-
-LOGIT_REACH: Final = 8.0
-"""The search's box in logit: within 0.03 % of the prior's box at either bound."""
 
 
 def moments_of_phi(model: SpeedModel, phi: FloatArray) -> Moments:

@@ -21,6 +21,13 @@ from numpy.typing import NDArray
 from swesbi.measurement.likelihood import normal_log_density
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+MAXIMUM_ROUNDS: Final = 60
+TOLERANCE: Final = 1e-4  # of the log likelihood; likelihood-ratio levels differ by more than 0.2
+FIRST_DAMPING: Final = 1e-2
+GREATEST_DAMPING: Final = 1e8
+EASE: Final = 0.2
+HARDEN: Final = 5.0
 
 
 @dataclass(frozen=True)
@@ -62,7 +69,9 @@ def differentiate(
     """
     coordinates = range(x.shape[1]) if along is None else along
     moments = function(stencil(x, step, coordinates).reshape(-1, x.shape[1]))
-    mean, log_sd = (part.reshape(-1, *x.shape[:1], part.shape[1]) for part in (moments.mean, moments.log_sd))
+    mean, log_sd = (
+        values.reshape(-1, *x.shape[:1], values.shape[1]) for values in (moments.mean, moments.log_sd)
+    )
     return Differentiated(
         Moments(mean[0], log_sd[0]), central_difference(mean, step), central_difference(log_sd, step)
     )
@@ -99,17 +108,8 @@ def score(at: Differentiated, observed: FloatArray) -> FloatArray:
 def information_by_datum(at: Differentiated) -> FloatArray:
     """Return each datum's part of the expected information, (n, p, f, f)."""
     mean_by = at.mean_by * np.exp(-at.moments.log_sd)[:, None]
-    own = np.einsum("njp,nkp->npjk", mean_by, mean_by)
-    return np.asarray(own + 2.0 * np.einsum("njp,nkp->npjk", at.log_sd_by, at.log_sd_by))
-
-
-BoolArray = NDArray[np.bool_]
-MAXIMUM_ROUNDS: Final = 60
-TOLERANCE: Final = 1e-4  # of the log likelihood; likelihood-ratio levels differ by more than 0.2
-FIRST_DAMPING: Final = 1e-2
-GREATEST_DAMPING: Final = 1e8
-EASE: Final = 0.2
-HARDEN: Final = 5.0
+    from_mean = np.einsum("njp,nkp->npjk", mean_by, mean_by)
+    return np.asarray(from_mean + 2.0 * np.einsum("njp,nkp->npjk", at.log_sd_by, at.log_sd_by))
 
 
 @dataclass(frozen=True)

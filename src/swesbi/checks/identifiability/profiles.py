@@ -29,6 +29,7 @@ ZOOM_LEVEL: Final = 0.999  # the grid spans the region of this level for two coo
 CLOSING_ROUNDS: Final = 8
 STILL_CLOSING: Final = 0.7
 NEIGHBOUR_ROUNDS: Final = 2
+PAIR = (K_0, K_ATP)
 
 
 @dataclass(frozen=True)
@@ -68,14 +69,14 @@ def profile(problem: NormalProblem, held: int, best: FloatArray, coarse_points: 
         points: Grid points over the region of level ``ZOOM_LEVEL``.
     """
     axis = np.linspace(problem.low[held], problem.high[held], coarse_points)
-    found = on_grid(problem, (held,), (axis,), np.broadcast_to(best, (coarse_points, len(best))))
+    profiled = on_grid(problem, (held,), (axis,), np.broadcast_to(best, (coarse_points, len(best))))
     for _ in range(CLOSING_ROUNDS):
-        axis = _closer(found, problem, best, coarse_points)
-        if np.ptp(axis) > STILL_CLOSING * np.ptp(found.axes[0]):
+        axis = _closer(profiled, problem, best, coarse_points)
+        if np.ptp(axis) > STILL_CLOSING * np.ptp(profiled.axes[0]):
             break
-        found = on_grid(problem, (held,), (axis,), _along(found, axis))
-    axis = _closer(found, problem, best, points)
-    return on_grid(problem, (held,), (axis,), _along(found, axis))
+        profiled = on_grid(problem, (held,), (axis,), _along(profiled, axis))
+    axis = _closer(profiled, problem, best, points)
+    return on_grid(problem, (held,), (axis,), _along(profiled, axis))
 
 
 def pair_profile(problem: NormalProblem, first: Profile, second: Profile) -> Profile:
@@ -96,24 +97,26 @@ def on_grid(
     grid, shape = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1), start.shape
     free = [j for j in range(shape[-1]) if j not in held]
     first = _held_at(start, held, grid)
-    found = maximise(problem, first.reshape(-1, shape[-1]), free)
+    maxima = maximise(problem, first.reshape(-1, shape[-1]), free)
     for _ in range(NEIGHBOUR_ROUNDS):
-        found = _from_neighbours(problem, found, held, grid, free)
-    return Profile(tuple(held), tuple(axes), found.x.reshape(shape), found.log_likelihood.reshape(shape[:-1]))
+        maxima = _from_neighbours(problem, maxima, held, grid, free)
+    return Profile(
+        tuple(held), tuple(axes), maxima.x.reshape(shape), maxima.log_likelihood.reshape(shape[:-1])
+    )
 
 
-def _closer(found: Profile, problem: NormalProblem, best: FloatArray, points: int) -> FloatArray:
+def _closer(profiled: Profile, problem: NormalProblem, best: FloatArray, points: int) -> FloatArray:
     """Return a finer axis over the region of level ``ZOOM_LEVEL``, one cell wider."""
-    axis = found.axes[0]
-    maximum = max(found.log_likelihood.max(), float(problem.log_likelihood(best[None])[0]))
-    near = np.abs(axis - best[found.held[0]]) <= axis[1] - axis[0]
-    reached = np.flatnonzero((found.deviance(maximum) <= drop(ZOOM_LEVEL, 2)) | near)
+    axis = profiled.axes[0]
+    maximum = max(profiled.log_likelihood.max(), float(problem.log_likelihood(best[None])[0]))
+    near = np.abs(axis - best[profiled.held[0]]) <= axis[1] - axis[0]
+    reached = np.flatnonzero((profiled.deviance(maximum) <= drop(ZOOM_LEVEL, 2)) | near)
     return np.linspace(axis[max(reached[0] - 1, 0)], axis[min(reached[-1] + 1, len(axis) - 1)], points)
 
 
-def _along(found: Profile, axis: FloatArray) -> FloatArray:
+def _along(profiled: Profile, axis: FloatArray) -> FloatArray:
     """Return the coordinates (g, k) of a one-coordinate profile at other values of it, interpolated."""
-    return np.stack([np.interp(axis, found.axes[0], column) for column in found.x.T], axis=1)
+    return np.stack([np.interp(axis, profiled.axes[0], column) for column in profiled.x.T], axis=1)
 
 
 def interval(profiled: Profile, best: FloatArray, maximum: float, level: float) -> tuple[float, float]:
@@ -152,26 +155,23 @@ def _held_at(x: FloatArray, held: Sequence[int], grid: FloatArray) -> FloatArray
 
 
 def _from_neighbours(
-    problem: NormalProblem, found: Maxima, held: Sequence[int], grid: FloatArray, free: Sequence[int]
+    problem: NormalProblem, maxima: Maxima, held: Sequence[int], grid: FloatArray, free: Sequence[int]
 ) -> Maxima:
     """Search again from a neighbour's free coordinates wherever they give a higher likelihood."""
-    x = found.x.reshape(*grid.shape[:-1], -1)
-    start, value = found.x.copy(), found.log_likelihood.copy()
+    x = maxima.x.reshape(*grid.shape[:-1], -1)
+    start, value = maxima.x.copy(), maxima.log_likelihood.copy()
     for axis, shift in product(range(grid.ndim - 1), (-1, 1)):
-        candidate = _held_at(np.roll(x, shift, axis=axis), held, grid).reshape(found.x.shape)
+        candidate = _held_at(np.roll(x, shift, axis=axis), held, grid).reshape(maxima.x.shape)
         reached = problem.log_likelihood(candidate)
         better = reached > value
         start[better], value[better] = candidate[better], reached[better]
-    rows = np.flatnonzero(value > found.log_likelihood)
+    rows = np.flatnonzero(value > maxima.log_likelihood)
     if not rows.size:
-        return found
+        return maxima
     again = maximise(problem, start[rows], free)
-    result = replace(found, x=found.x.copy(), log_likelihood=found.log_likelihood.copy())
+    result = replace(maxima, x=maxima.x.copy(), log_likelihood=maxima.log_likelihood.copy())
     result.x[rows], result.log_likelihood[rows] = again.x, again.log_likelihood
     return result
-
-
-PAIR = (K_0, K_ATP)
 
 
 @dataclass(frozen=True)
@@ -184,8 +184,7 @@ class Profiles:
     log_likelihood: Annotated[float, Variable("", "1", "log likelihood there")]
     value: Annotated[FloatArray, Variable("parameter point", PHI_COLUMNS, "grid of each parameter")]
     deviance: Annotated[
-        FloatArray,
-        Variable("parameter point", "1", "2 (log L_max - log L), maximised over the others"),
+        FloatArray, Variable("parameter point", "1", "2 (log L_max - log L), maximised over the others")
     ]
     interval: Annotated[FloatArray, Variable("parameter bound", PHI_COLUMNS, "likelihood-ratio interval")]
     closed: Annotated[
@@ -201,19 +200,21 @@ def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int)
     """Find the greatest likelihood inside the prior's box, and profile it."""
     grid, prior = settings.profile, model.settings.prior
     problem = in_logit(model, settings.difference_step)
-    found = maximum_likelihood(model, problem, grid.prior_starts, grid.searches, seed)
-    best = found.x[found.best]
+    maxima = maximum_likelihood(model, problem, grid.prior_starts, grid.searches, seed)
+    best = maxima.x[maxima.best]
     sizes = (grid.coarse_points, grid.points)
     single = [profile(problem, j, best, *sizes) for j in range(len(PHI_NAMES))]
     pair = pair_profile(problem, single[PAIR[0]], single[PAIR[1]])
     # a profile may climb a little above the search, whose steps stop at a tolerance
-    highest = max(found.log_likelihood.max(), *(one.log_likelihood.max() for one in (*single, pair)))
+    highest = max(
+        maxima.log_likelihood.max(), *(profiled.log_likelihood.max() for profiled in (*single, pair))
+    )
     ends, closed = _intervals(single, best, highest, settings.interval, prior)
     return Profiles(
         maximum_phi=from_logit(best, prior),
         log_likelihood=float(highest),
-        value=np.stack([_phi_of(one.axes[0], j, prior) for j, one in enumerate(single)]),
-        deviance=np.stack([one.deviance(highest) for one in single]),
+        value=np.stack([_phi_of(profiled.axes[0], j, prior) for j, profiled in enumerate(single)]),
+        deviance=np.stack([profiled.deviance(highest) for profiled in single]),
         interval=ends,
         closed=closed,
         k0_kpa=_phi_of(pair.axes[0], PAIR[0], prior),
@@ -223,13 +224,9 @@ def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int)
 
 
 def _intervals(
-    single: list[Profile],
-    best: FloatArray,
-    maximum: float,
-    level: float,
-    prior: JointPriorSettings,
+    single: list[Profile], best: FloatArray, maximum: float, level: float, prior: JointPriorSettings
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    crossings = np.array([interval(one, best, maximum, level) for one in single])
+    crossings = np.array([interval(profiled, best, maximum, level) for profiled in single])
     ends = np.stack([_phi_of(row, j, prior) for j, row in enumerate(crossings)])
     closed = np.isfinite(crossings)
     return np.where(closed, ends, np.column_stack(bounds(prior))), closed

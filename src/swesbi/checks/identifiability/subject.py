@@ -198,15 +198,15 @@ def identify_cohort(
         raise ValueError("no subject: the cohort is empty")
     progress = Progress("identifiability", len(recorded), "subject")
     subjects = []
-    for one in recorded:
-        subjects.append(identify(one, settings, seed))
-        progress.step(note=one.name)
+    for subject in recorded:
+        subjects.append(identify(subject, settings, seed))
+        progress.step(note=subject.name)
     draws = settings.design.placement_draws
     placement = place_phases(
-        [one.model for one in recorded],
-        [stencil_of(one, draws, settings, seed) for one in recorded],
-        [one.duration_s for one in recorded],
-        [one.repeat_variance / one.equivalent_repeats for one in recorded],
+        [subject.model for subject in recorded],
+        [stencil_of(subject, draws, settings, seed) for subject in recorded],
+        [subject.duration_s for subject in recorded],
+        [subject.repeat_variance / subject.equivalent_repeats for subject in recorded],
         settings.design,
     )
     return CohortIdentifiability(tuple(recorded), tuple(subjects), placement)

@@ -54,25 +54,26 @@ SCHEMA: Final = {group: arranged(OF_SUBJECTS.get(group, {}) | ADDED[group]) for 
     Placement
 )
 KIND: Final = register("identifiability", SCHEMA, ("subject", "quantity", "parameter", "bound"))
+PLACEMENTS: Final = ("even", "chosen")
 
 
-def to_groups(found: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, xr.Dataset]:
+def to_groups(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, xr.Dataset]:
     """Return the groups of ``identifiability.h5``."""
     added = {
-        "/": _root(found, settings),
-        "profile": _profiles(found, settings),
-        "phases": _phases(found),
-        "design": _designs(found),
+        "/": _root(cohort, settings),
+        "profile": _profiles(cohort, settings),
+        "phases": _phases(cohort),
+        "design": _designs(cohort),
     }
-    values = stacked_values(found.subjects) | values_of(found.placement)
+    values = stacked_values(cohort.subjects) | values_of(cohort.placement)
     labels = {
-        "subject": [one.subject for one in found.subjects],
+        "subject": [subject.subject for subject in cohort.subjects],
         "quantity": list(QUANTITY_NAMES),
         "parameter": list(PHI_NAMES),
         "bound": ["lower", "upper"],
         "phases": list(settings.design.phases),
         "repeats": list(settings.design.repeats),
-        "placed": list(found.placement.counts),
+        "placed": list(cohort.placement.counts),
     }
     return {
         group: build_dataset(variables, values.get(group, {}) | added.get(group, {}), labels)
@@ -80,31 +81,31 @@ def to_groups(found: CohortIdentifiability, settings: IdentifiabilitySettings) -
     }
 
 
-def _root(found: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, Any]:
+def _root(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, Any]:
     return {
         "interval_mass": settings.interval,
-        "shown_phi": _equal_rows([one.shown for one in found.subjects]),
+        "shown_phi": _equal_rows([subject.shown for subject in cohort.subjects]),
     }
 
 
 def _equal_rows(draws: list[FloatArray]) -> FloatArray:
     """Stack draws (m_i, 4), cut to the fewest of any subject."""
     fewest = min(map(len, draws))
-    return np.stack([one[:fewest] for one in draws])
+    return np.stack([rows[:fewest] for rows in draws])
 
 
-def _profiles(found: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, Any]:
+def _profiles(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, Any]:
     return {
-        "activation_duration_s": np.array([one.duration_s for one in found.recorded]),
+        "activation_duration_s": np.array([subject.duration_s for subject in cohort.recorded]),
         "confidence_level": list(settings.profile.confidence_levels),
     }
 
 
-def _phases(found: CohortIdentifiability) -> dict[str, Any]:
-    pairs = list(zip(found.recorded, found.subjects, strict=True))
+def _phases(cohort: CohortIdentifiability) -> dict[str, Any]:
+    pairs = list(zip(cohort.recorded, cohort.subjects, strict=True))
     return {
-        "phase_of": np.stack([one.phase for one in found.recorded]),
-        "measured": np.stack([one.measured for one in found.recorded]).astype(np.int8),
+        "phase_of": np.stack([subject.phase for subject in cohort.recorded]),
+        "measured": np.stack([subject.measured for subject in cohort.recorded]).astype(np.int8),
         "share": np.stack([_with_missing(r, s.phases.share) for r, s in pairs]),
         "expected_sd_increase": np.stack([_with_missing(r, s.phases.sd_increase) for r, s in pairs]),
         "left_out_sd_increase": np.stack([_with_missing(r, s.left_out.sd_increase) for r, s in pairs]),
@@ -120,15 +121,12 @@ def _with_missing(recorded: RecordedSubject, values: FloatArray) -> FloatArray:
     return spread
 
 
-def _designs(found: CohortIdentifiability) -> dict[str, Any]:
+def _designs(cohort: CohortIdentifiability) -> dict[str, Any]:
     return {
-        "repeat_se": np.sqrt([one.repeat_variance for one in found.recorded]),
-        "own_repeats": np.array([one.equivalent_repeats for one in found.recorded]),
-        "own_phases": np.array([int(one.measured.sum()) for one in found.recorded]),
+        "repeat_se": np.sqrt([subject.repeat_variance for subject in cohort.recorded]),
+        "own_repeats": np.array([subject.equivalent_repeats for subject in cohort.recorded]),
+        "own_phases": np.array([int(subject.measured.sum()) for subject in cohort.recorded]),
     }
-
-
-PLACEMENTS: Final = ("even", "chosen")
 
 
 def summary_table(root: xr.Dataset, profile: xr.Dataset) -> pd.DataFrame:

@@ -20,7 +20,7 @@ from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
 from swesbi.show.docs.reproduction import PARTS
 from swesbi.show.docs.results import read_results
-from swesbi.show.figures.registry import PagePart, figures_of
+from swesbi.show.page.figures import PagePart, figures_of
 
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
@@ -63,13 +63,13 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     pages = {PAGE: {name: part(results) for name, part in PARTS.items()}}
     figures = documented(PagePart.STUDY)
     if name := experiment_shown(study):
-        found = read_calibration_results(folder, study, name, docs)
-        pages[CALIBRATION_PAGE] = {mark: part(found) for mark, part in CALIBRATION_PARTS.items()}
+        calibration = read_calibration_results(folder, study, name, docs)
+        pages[CALIBRATION_PAGE] = {mark: part(calibration) for mark, part in CALIBRATION_PARTS.items()}
         figures += [*documented(PagePart.SPEEDS, name), f"training-{name}"]
         write_noise_figure(folder / "cohort" / "noise.h5", docs, study.config.cohort_title)
     for name in study.config.populations_run[:1]:
-        shown = read_population_results(folder, study, name, docs)
-        pages[POPULATION_PAGE] = {mark: part(shown) for mark, part in POPULATION_PARTS.items()}
+        population = read_population_results(folder, study, name, docs)
+        pages[POPULATION_PAGE] = {mark: part(population) for mark, part in POPULATION_PARTS.items()}
         figures += documented(PagePart.POPULATION, name)
         write_population_figure(study, name, docs)
     texts = {page: fill((docs / page).read_text(encoding="utf-8"), parts) for page, parts in pages.items()}

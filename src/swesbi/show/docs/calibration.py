@@ -17,10 +17,9 @@ from swesbi.show.docs.results import finished, of_experiment, read_experiment, r
 from swesbi.show.numbers import MISSING, fixed, share
 from swesbi.show.results import records
 from swesbi.show.table import Table, markdown, of_records
+from swesbi.show.tables.calibration import alarms_table, calibration_summary
 from swesbi.show.tables.exact import (
     Exact,
-    alarms_table,
-    calibration_summary,
     exact_table,
     identifiability_table,
     noise_table,
@@ -72,15 +71,17 @@ def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) 
     Raises:
         ArtefactError: The study is not finished: a file is missing.
     """
-    own, truth = folder / name, folder / "tables" / "truth.csv"
+    inferred, truth = folder / name, folder / "tables" / "truth.csv"
     known = (study.cohort / "truth.csv").is_file()
     with finished():
         shown = Exact(
             experiment=read_experiment(folder, study, name),
-            results={s: read_exact_result(own / "subjects" / s / "posterior.h5") for s in study.subjects},
-            calibration=read_table(own / "calibration.csv"),
-            misspecification=read_table(own / "misspecification.csv"),
-            identifiability=read_table(own / "identifiability.csv"),
+            results={
+                s: read_exact_result(inferred / "subjects" / s / "posterior.h5") for s in study.subjects
+            },
+            calibration=read_table(inferred / "calibration.csv"),
+            misspecification=read_table(inferred / "misspecification.csv"),
+            identifiability=read_table(inferred / "identifiability.csv"),
             noise=read_noise(folder / "cohort" / "noise.h5"),
             truth=of_experiment(truth, name) if known else pd.DataFrame(),
         )
@@ -96,8 +97,8 @@ def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) 
 def answer_part(results: CalibrationResults) -> str:
     """Say in a few lines what came out."""
     exact, experiment = results.shown, results.shown.experiment
-    found = [status(part) for part in exact.supports.values()]
-    counted = ", ".join(f"{found.count(name)} {name}" for name in dict.fromkeys(found))
+    statuses = [status(support) for support in exact.supports.values()]
+    counted = ", ".join(f"{statuses.count(name)} {name}" for name in dict.fromkeys(statuses))
     covered = experiment.supported["coverage_phases"]
     phases = f"{share(covered.min(), 0)} to {share(covered.max(), 0)}" if len(covered) else MISSING
     own, acquired = (
@@ -129,8 +130,8 @@ def discrepancy_part(results: CalibrationResults) -> str:
     """Show the evidence of the sizes of the discrepancy on the generated cohort."""
     if results.discrepancy is None:
         return "Not measured yet: `make discrepancy`."
-    found = results.discrepancy.sort_values("log_evidence", ascending=False)
-    chosen = pd.concat([found.head(5), found[(found["speed_fraction"] == 0) & (found["timing_cycle"] == 0)]])
+    pairs = results.discrepancy.sort_values("log_evidence", ascending=False)
+    chosen = pd.concat([pairs.head(5), pairs[(pairs["speed_fraction"] == 0) & (pairs["timing_cycle"] == 0)]])
     rows = [
         {
             "speed": share(row["speed_fraction"], 0),
@@ -141,7 +142,7 @@ def discrepancy_part(results: CalibrationResults) -> str:
         | {f"coverage `{name}`": share(row[f"coverage_{name}"], 0) for name in THETA_NAMES}
         for row in records(chosen)
     ]
-    note = f"{int(found['subjects'].iloc[0])} generated subjects; the last row is without."
+    note = f"{int(pairs['subjects'].iloc[0])} generated subjects; the last row is without."
     return f"{markdown(of_records(rows))}\n\n{note}"
 
 

@@ -15,6 +15,9 @@ from swesbi.show.figures.style import save_figure
 from swesbi.virtual_cohort.settings import ACQUISITION
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
+CONTEXTS: Final = 20_000
+"""As many as the page says."""
+
 
 def write_noise_figure(noise: Path, docs: Path, cohort_title: str) -> None:
     """Draw the cohort's noise into ``docs/figures``; with the truth where all are virtual volunteers.
@@ -22,15 +25,11 @@ def write_noise_figure(noise: Path, docs: Path, cohort_title: str) -> None:
     Raises:
         ArtefactError: There is no such artefact.
     """
-    found = read_noise(noise)
-    virtual = {volunteer.context.subject for volunteer in VOLUNTEERS} >= set(found.by_subject)
+    estimates = read_noise(noise)
+    virtual = {volunteer.context.subject for volunteer in VOLUNTEERS} >= set(estimates.by_subject)
     made_with = NoiseComponents(ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction)
-    figure = draw_noise(found, cohort_title, made_with if virtual else None)
+    figure = draw_noise(estimates, cohort_title, made_with if virtual else None)
     save_figure(figure, docs / "figures" / "noise.png")
-
-
-CONTEXTS: Final = 20_000
-"""As many as the page says."""
 
 
 def write_population_figure(study: Study, name: str, docs: Path) -> None:

@@ -27,10 +27,7 @@ COSTS: Final = {
     "job_memory_mb": ("largest job (MB)", 0),
     "snakemake_memory_mb": ("Snakemake (MB)", 0),
 }
-EXPONENTS: Final = {
-    "exponent": "exponent of growth",
-    "exponent_largest": "exponent between the two largest",
-}
+EXPONENTS: Final = {"exponent": "exponent of growth", "exponent_largest": "exponent between the two largest"}
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Final
 import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
-from swesbi.show.docs.results import Results
+from swesbi.show.docs.results import ReproductionResults
 from swesbi.show.numbers import fixed, mean_sd, share
 from swesbi.show.table import markdown, of_records
 from swesbi.show.tables.experiments import (
@@ -33,35 +33,35 @@ PAPER_RECOVERY: Final = (
 )
 
 
-def run_part(results: Results) -> str:
+def run_part(results: ReproductionResults) -> str:
     """Say what was run."""
     return markdown(training_table(results.experiments))
 
 
-def support_part(results: Results) -> str:
+def support_part(results: ReproductionResults) -> str:
     """Show both criteria of prior support, subject by subject."""
     count = f"{len(results.supported)} of {len(results.subjects)}"
     shown = markdown(verdict_table(results.main, results.cohort_title))
     return f"Supported: {count} ({results.cohort_title}, experiment `{results.main.name}`).\n\n{shown}"
 
 
-def scores_part(results: Results) -> str:
+def scores_part(results: ReproductionResults) -> str:
     """Show table 1: the scores of the subjects, and mean and standard deviation over the supported ones."""
     return markdown(score_table(results.main, results.cohort_title))
 
 
-def recovery_part(results: Results) -> str:
+def recovery_part(results: ReproductionResults) -> str:
     """Show what credible intervals cover, under the own observation model and on recordings."""
     return f"{markdown(recovery_table(results.experiments))}\n\n{PAPER_RECOVERY}"
 
 
-def experiments_part(results: Results) -> str:
+def experiments_part(results: ReproductionResults) -> str:
     """Show support, fit, coverage and medians of each experiment beside the others."""
     tables = (make(results.experiments, results.cohort_title) for make in (comparison_table, median_table))
     return "\n\n".join([*map(markdown, tables), _shared(results)])
 
 
-def truth_part(results: Results) -> str:
+def truth_part(results: ReproductionResults) -> str:
     """Set medians and 90 % intervals of the supported subjects beside the theta that made the recordings."""
     if not results.true_theta:
         return "The cohort has no known true parameters."
@@ -70,12 +70,12 @@ def truth_part(results: Results) -> str:
     for name in results.supported:
         row = {"subject": name}
         for j, parameter in enumerate(THETA_NAMES):
-            found = chosen[(chosen["subject"] == name) & (chosen["parameter"] == parameter)].iloc[0]
-            true, low, high = results.true_theta[name][j], found["ci_low"], found["ci_high"]
+            summary = chosen[(chosen["subject"] == name) & (chosen["parameter"] == parameter)].iloc[0]
+            true, low, high = results.true_theta[name][j], summary["ci_low"], summary["ci_high"]
             inside += int(low <= true <= high)
             row[f"`{parameter}` true"] = fixed(true, 1)
             interval = f"[{fixed(low, 2)}, {fixed(high, 2)}]"
-            row[f"`{parameter}` inferred"] = f"{fixed(found['median'], 2)} {interval}"
+            row[f"`{parameter}` inferred"] = f"{fixed(summary['median'], 2)} {interval}"
         rows.append(row)
     if not rows:
         return "The prior supports no subject."
@@ -84,7 +84,7 @@ def truth_part(results: Results) -> str:
     return f"True parameters inside their 90 % credible intervals: {inside} of {total}.\n\n{shown}"
 
 
-def correlation_part(results: Results) -> str:
+def correlation_part(results: ReproductionResults) -> str:
     """Show the posterior correlations of the supported subjects."""
     table = results.main.posterior
     chosen = table[table["parameter"].isin(THETA_NAMES) & table["subject"].isin(results.supported)]
@@ -104,35 +104,35 @@ def correlation_part(results: Results) -> str:
     return markdown(of_records([*rows, {"subject": "mean ± sd"} | mean]))
 
 
-def comparison_part(results: Results) -> str:
+def comparison_part(results: ReproductionResults) -> str:
     """Show every number of the paper beside this study's, folded."""
     shown = markdown(paper_table(results.comparison, results.cohort_title))
     summary = f"<summary>All {len(results.comparison)} numbers</summary>"
     return f"<details>\n{summary}\n\n{shown}\n\n</details>"
 
 
-def _shared(results: Results) -> str:
+def _shared(results: ReproductionResults) -> str:
     """Show errors on the subjects that every experiment supports, where recordings are the same."""
     sets = [set(experiment.supported["subject"]) for experiment in results.experiments]
-    common = [name for name in results.subjects if all(name in one for one in sets)]
+    common = [name for name in results.subjects if all(name in supported for supported in sets)]
     if not common:
         return "No subject is supported under every experiment."
     errors = []
     for experiment in results.experiments:
-        own = experiment.scores.set_index("subject")
-        errors.append(f"`{experiment.name}` {mean_sd(own.loc[common, 'rmse_kpa'], 2)} kPa")
+        scores = experiment.scores.set_index("subject")
+        errors.append(f"`{experiment.name}` {mean_sd(scores.loc[common, 'rmse_kpa'], 2)} kPa")
     return (
         f"RMSE over the subjects that every experiment supports ({', '.join(common)}): {'; '.join(errors)}."
     )
 
 
-def epochs_part(results: Results) -> str:
+def epochs_part(results: ReproductionResults) -> str:
     """Show loss, recovery, observed coverage, error and width at each checkpoint."""
     epochs = sorted(set(results.epochs["epoch"]))
     return markdown(of_records([_row(results, epoch) for epoch in epochs]))
 
 
-def _row(results: Results, epoch: int) -> dict[str, str]:
+def _row(results: ReproductionResults, epoch: int) -> dict[str, str]:
     at = results.epochs[results.epochs["epoch"] == epoch]
     recovery = _of(at, RECOVERY_COVERAGE).set_index("parameter")["value"]
     widths = _supported(results, at, RELATIVE_SD).groupby("parameter")["value"].median()
@@ -150,7 +150,7 @@ def _row(results: Results, epoch: int) -> dict[str, str]:
     }
 
 
-def width_part(results: Results) -> str:
+def width_part(results: ReproductionResults) -> str:
     """Say in a sentence how far the posteriors shrink between the first and the best epoch."""
     earliest, reached = int(results.epochs["epoch"].min()), _best_epoch(results)
     first, best = (_median_width(results, epoch) for epoch in (earliest, reached))
@@ -163,11 +163,11 @@ def width_part(results: Results) -> str:
     )
 
 
-def _best_epoch(results: Results) -> int:
+def _best_epoch(results: ReproductionResults) -> int:
     return int(results.epochs["epoch"][results.epochs["best"] == 1].iloc[0])
 
 
-def _median_width(results: Results, epoch: int) -> pd.Series:
+def _median_width(results: ReproductionResults, epoch: int) -> pd.Series:
     at = results.epochs[results.epochs["epoch"] == epoch]
     widths = _supported(results, at, RELATIVE_SD).groupby("parameter")["value"].median()
     return widths.reindex(list(THETA_NAMES))
@@ -177,7 +177,7 @@ def _of(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
     return rows[rows["quantity"] == quantity]
 
 
-def _supported(results: Results, rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
+def _supported(results: ReproductionResults, rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
     return _of(rows[rows["subject"].isin(results.supported)], quantity)
 
 
@@ -187,7 +187,7 @@ def _range(rows: pd.DataFrame, scale: float, decimals: int, unit: str = "") -> s
     return f"{low}{unit}" if low == high else f"{low} to {high}{unit}"
 
 
-PARTS: Final[Mapping[str, Callable[[Results], str]]] = {
+PARTS: Final[Mapping[str, Callable[[ReproductionResults], str]]] = {
     "run": run_part,
     "support": support_part,
     "scores": scores_part,

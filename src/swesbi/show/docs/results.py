@@ -21,7 +21,7 @@ from swesbi.virtual_cohort.acquisition import read_true_theta
 
 
 @dataclass(frozen=True)
-class Results:
+class ReproductionResults:
     """Results of the experiments on features.
 
     Attributes:
@@ -53,7 +53,7 @@ class Results:
         return tuple(name for name in self.subjects if self.supports[name].supported)
 
 
-def read_results(folder: Path, study: Study) -> Results:
+def read_results(folder: Path, study: Study) -> ReproductionResults:
     """Read what the documentation shows.
 
     Raises:
@@ -63,7 +63,7 @@ def read_results(folder: Path, study: Study) -> Results:
     names = [name for name in config.experiments_run if name in config.feature_experiments]
     with finished():
         experiments = tuple(read_experiment(folder, study, name) for name in names)
-        return Results(
+        return ReproductionResults(
             main=next(each for each in experiments if each.name == config.main_experiment),
             experiments=experiments,
             subjects=study.subjects,

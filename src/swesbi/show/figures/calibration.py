@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter, PercentFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
 from swesbi.checks.calibration.ranks import (
@@ -30,20 +30,18 @@ from swesbi.show.figures.style import (
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
+    in_percent,
     new_figure,
     shared_legend,
     style,
     titled,
 )
+from swesbi.show.numbers import share
 
 FloatArray = NDArray[np.float64]
 HEIGHT_IN: Final = 6.9
 BAND: Final = "#DCDCDC"
-LABELS: Final = {
-    **PHI_SYMBOLS,
-    ATTAINED: ATTAINED_SYMBOL,
-    "log_likelihood": "log-likelihood",
-}
+LABELS: Final = {**PHI_SYMBOLS, ATTAINED: ATTAINED_SYMBOL, "log_likelihood": "log-likelihood"}
 PARAMETERS: Final = PHI_NAMES
 COLORS: Final = dict(zip(PARAMETERS, ("#009E73", "#CC79A7", "#000000", "#E69F00"), strict=True))
 SAMPLER_COLORS: Final = {NETWORK: CMAES, WEIGHTED: POSTERIOR}
@@ -99,24 +97,31 @@ def draw_calibration(case: CalibrationCase, cohort_title: str, experiment: str) 
 
 
 def _ranks(axes: Axes, case: CalibrationCase, index: int) -> None:
-    own = case.ranked["own"]
-    for subject in dict.fromkeys(own.subject.tolist()):
-        level = own.weighted.level[own.subject == subject, index]
+    ranked = case.ranked["own"]
+    for subject in dict.fromkeys(ranked.subject.tolist()):
+        level = ranked.weighted.level[ranked.subject == subject, index]
         _line(axes, level, color=POSTERIOR, lw=0.4, alpha=0.35, label="weighted, one subject")
-    _band(axes, len(own.truth), case.settings.alpha / len(QUANTITY_NAMES))
+    _band(axes, len(ranked.truth), case.settings.alpha / len(QUANTITY_NAMES))
     for sampler in (NETWORK, WEIGHTED):
         _line(
-            axes, own.of(sampler).level[:, index], color=SAMPLER_COLORS[sampler], label=SAMPLER_NAMES[sampler]
+            axes,
+            ranked.of(sampler).level[:, index],
+            color=SAMPLER_COLORS[sampler],
+            label=SAMPLER_NAMES[sampler],
         )
     _level_axis(axes)
 
 
 def _coverage(axes: Axes, case: CalibrationCase) -> None:
-    own = case.ranked["own"]
-    _band(axes, len(own.truth), case.settings.alpha / len(QUANTITY_NAMES))
+    ranked = case.ranked["own"]
+    _band(axes, len(ranked.truth), case.settings.alpha / len(QUANTITY_NAMES))
     for index, name in enumerate(PARAMETERS):
         _line(
-            axes, central_level(own.weighted.level[:, index]), color=COLORS[name], lw=0.9, label=LABELS[name]
+            axes,
+            central_level(ranked.weighted.level[:, index]),
+            color=COLORS[name],
+            lw=0.9,
+            label=LABELS[name],
         )
     _level_axis(axes, "nominal level")
     axes.set_ylabel("coverage $-$ nominal")
@@ -138,13 +143,13 @@ def _joint(axes: Axes, case: CalibrationCase) -> None:
 def _reported_coverage(axes: Axes, case: CalibrationCase) -> None:
     """Draw the coverage of the 90 % intervals with 95 % normal errors, over the 88 to 92 % asked for."""
     table = case.table[(case.table["subject"] == POOLED) & (case.table["test"] == SBC)]
-    looks = [
+    styles = [
         ("own", NETWORK, "o"),
         ("own", WEIGHTED, "o"),
         ("acquired", NETWORK, "s"),
         ("acquired", WEIGHTED, "s"),
     ]
-    for offset, (recordings, sampler, marker) in enumerate(looks):
+    for offset, (recordings, sampler, marker) in enumerate(styles):
         rows = table[(table["recordings"] == recordings) & (table["sampler"] == sampler)].set_index(
             "quantity"
         )
@@ -157,24 +162,24 @@ def _reported_coverage(axes: Axes, case: CalibrationCase) -> None:
     axes.axhline(REPORTED, color=PRIOR, lw=0.8, ls="--", zorder=0)
     axes.axhspan(0.88, 0.92, color=BAND, lw=0, zorder=-1)
     axes.set_xticks(range(len(PARAMETERS)), [LABELS[name] for name in PARAMETERS])
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.yaxis)
     axes.set_xlabel("open: acquired")
     axes.set_title("(i) 90 % intervals")
 
 
 def _efficiency(axes: Axes, case: CalibrationCase) -> None:
-    found = case.diagnostics
-    axes.hist(found.efficiency, bins=np.linspace(0.0, 1.0, 41).tolist(), color=POSTERIOR, alpha=0.8)
-    median = float(np.median(found.efficiency))
+    diagnostics = case.diagnostics
+    axes.hist(diagnostics.efficiency, bins=np.linspace(0.0, 1.0, 41).tolist(), color=POSTERIOR, alpha=0.8)
+    median = float(np.median(diagnostics.efficiency))
     axes.axvline(median, 0.0, 0.66, color=OBSERVED, lw=0.8, ls="--")
-    high = float(np.mean(found.k_hat > case.max_k_hat))
+    high = float(np.mean(diagnostics.k_hat > case.max_k_hat))
     text = (
-        f"median {100 * median:.0f} %\n"
-        rf"$\hat{{k}}$ > {case.max_k_hat:g}: {100 * high:.1f} %" + "\n"
-        f"MCMC: {int(found.by_mcmc.sum())} of {len(found.by_mcmc)}"
+        f"median {share(median, 0)}\n"
+        rf"$\hat{{k}}$ > {case.max_k_hat:g}: {share(high)}" + "\n"
+        f"MCMC: {int(diagnostics.by_mcmc.sum())} of {len(diagnostics.by_mcmc)}"
     )
     axes.text(0.04, 0.96, text, transform=axes.transAxes, va="top", fontsize=6.0)
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.xaxis)
     axes.set_ylim(0.0, 1.5 * axes.get_ylim()[1])
     axes.set_xlabel("importance efficiency")
     axes.set_ylabel("recordings")

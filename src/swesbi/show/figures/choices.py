@@ -10,19 +10,22 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, PercentFormatter, ScalarFormatter
+from matplotlib.ticker import FuncFormatter, ScalarFormatter
 from numpy.typing import NDArray
 from scipy.stats import binom
 
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
+from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, in_percent, new_figure, style
 from swesbi.show.numbers import as_percent
 
 HEIGHT_IN: Final = 4.2
 CHANCE: Final = 0.9  # mass of the band in which coverage lies by chance
 EXPLANATION: Final = r"$\delta$: relative error of the speed; $\tau$: error in phase, of the cycle"
 MARKERS: Final = "osD^vPX*"
+ROW_HEIGHT_IN: Final = 0.17
+FRAME_HEIGHT_IN: Final = 1.3
+COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C8C8C", "#000000")
 
 
 def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
@@ -45,14 +48,8 @@ def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
         for axes in (evidence, misfit, *covered):
             axes.set_xlabel(r"$\delta$")
         lines, labels = evidence.get_legend_handles_labels()
-        figure.legend(
-            lines,
-            labels,
-            loc="outside lower center",
-            ncols=len(labels),
-            title=EXPLANATION,
-            title_fontsize=6.5,
-        )
+        place: dict[str, Any] = {"loc": "outside lower center", "ncols": len(labels)}
+        figure.legend(lines, labels, title=EXPLANATION, title_fontsize=6.5, **place)
         covered[0].set_ylabel(f"truth in the {as_percent(interval)} interval")
         subjects = int(table["subjects"].iloc[0])
         figure.suptitle(
@@ -66,13 +63,9 @@ def _lines(axes: Axes, table: pd.DataFrame, draw: Callable[[pd.DataFrame, str, s
     colors = mpl.colormaps["viridis"](np.linspace(0.0, 0.85, len(values)))
     for index, tau in enumerate(values):
         color = mpl.colors.to_hex(colors[index])
-        draw(
-            table[table["timing_cycle"] == tau],
-            color,
-            MARKERS[index % len(MARKERS)],
-            rf"$\tau$ = {as_percent(tau)}",
-        )
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+        marker, label = MARKERS[index % len(MARKERS)], rf"$\tau$ = {as_percent(tau)}"
+        draw(table[table["timing_cycle"] == tau], color, marker, label)
+    in_percent(axes.xaxis)
 
 
 def _evidence(axes: Axes, table: pd.DataFrame) -> None:
@@ -115,12 +108,7 @@ def _coverage(axes: Axes, table: pd.DataFrame, column: str, interval: float) -> 
     axes.axhspan(low / subjects, high / subjects, color=PRIOR, alpha=0.2, lw=0)
     axes.axhline(interval, color=PRIOR, ls="--", lw=0.8, zorder=0)
     axes.set_ylim(-0.03, 1.03)
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
-
-
-ROW_HEIGHT_IN: Final = 0.17
-FRAME_HEIGHT_IN: Final = 1.3
-COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C8C8C", "#000000")
+    in_percent(axes.yaxis)
 
 
 def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
@@ -163,13 +151,13 @@ def _points(axes: Axes, rows: pd.DataFrame, names: list[str], column: str) -> No
     subjects = list(dict.fromkeys(rows["subject"]))
     offsets = np.linspace(-0.28, 0.28, len(subjects)) if len(subjects) > 1 else np.zeros(1)
     for number, (subject, offset) in enumerate(zip(subjects, offsets, strict=True)):
-        own = rows[rows["subject"] == subject]
-        height = [names.index(label) + offset for label in own["label"]]
+        points = rows[rows["subject"] == subject]
+        height = [names.index(label) + offset for label in points["label"]]
         look: dict[str, Any] = {
             "color": COLOURS[number % len(COLOURS)],
             "marker": MARKERS[number % len(MARKERS)],
         }
-        axes.plot(own[column], height, linestyle="none", markersize=2.4, label=subject, **look)
+        axes.plot(points[column], height, linestyle="none", markersize=2.4, label=subject, **look)
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(axis="y", linewidth=0.3, color="#DDDDDD")

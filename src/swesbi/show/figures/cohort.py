@@ -11,13 +11,23 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, PercentFormatter, ScalarFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
 from swesbi.parameters import PHI_LABELS, PHI_NAMES, THETA_NAMES
 from swesbi.prior import JointPriorSettings, quantile
-from swesbi.show.figures.style import OBSERVED, PRIOR, STATUS_COLORS, new_figure, shared_legend, style, titled
-from swesbi.show.numbers import as_percent
+from swesbi.show.figures.style import (
+    OBSERVED,
+    PRIOR,
+    STATUS_COLORS,
+    in_percent,
+    new_figure,
+    plain_decades,
+    shared_legend,
+    style,
+    titled,
+)
+from swesbi.show.numbers import as_percent, fixed, share
 from swesbi.verdict.answers import OUTCOMES, REFUSED, SEPARATOR, STATUSES
 
 FloatArray = NDArray[np.float64]
@@ -30,7 +40,12 @@ MOST_NAMED: Final = 24
 LONGEST_LEVEL_NAME: Final = 3
 PRIOR_TAIL: Final = 0.05
 MARGIN: Final = 1.15  # of a logarithmic axis, as a factor
+ANSWER: Final = ("low", "median", "high")
 LIGHT: Final = 0.22  # opacity of intervals behind their medians
+COLORS: Final = {**STATUS_COLORS, REFUSED: "#BDBDBD"}
+MOST_TESTS: Final = 7
+BINS: Final = 20
+OUTSIDE: Final = "outside the declared range"
 
 
 @dataclass(frozen=True)
@@ -114,10 +129,8 @@ def _in_order(axes: Axes, shown: pd.DataFrame, name: str) -> None:
     position = np.arange(len(ordered))
     width = float(np.clip(60.0 / max(len(ordered), 1), 0.35, 1.2))
     for verdict, chosen in _by_verdict(ordered):
-        part, color = ordered[chosen], STATUS_COLORS[verdict]
-        low, median, high = (
-            part[f"{name}_{limit}"].to_numpy(dtype=float) for limit in ("low", "median", "high")
-        )
+        color = STATUS_COLORS[verdict]
+        low, median, high = (ordered.loc[chosen, f"{name}_{limit}"].to_numpy(dtype=float) for limit in ANSWER)
         axes.vlines(position[chosen], low, high, color=color, lw=width, alpha=0.6)
         axes.plot(position[chosen], median, "o", color=color, ms=min(2.4, 3.0 * width), mew=0)
         axes.plot([], [], "o", color=color, ms=3.0, mew=0, label=verdict)
@@ -139,10 +152,8 @@ def _against(axes: Axes, shown: pd.DataFrame, x: FloatArray, name: str) -> None:
     """Draw medians against another value of each subject, intervals light behind them."""
     size = 3.0 if len(shown) <= MOST_NAMED else 1.9
     for verdict, chosen in _by_verdict(shown):
-        part, color = shown[chosen], STATUS_COLORS[verdict]
-        low, median, high = (
-            part[f"{name}_{limit}"].to_numpy(dtype=float) for limit in ("low", "median", "high")
-        )
+        color = STATUS_COLORS[verdict]
+        low, median, high = (shown.loc[chosen, f"{name}_{limit}"].to_numpy(dtype=float) for limit in ANSWER)
         axes.vlines(x[chosen], low, high, color=color, lw=0.5, alpha=LIGHT)
         axes.plot(x[chosen], median, "o", color=color, ms=size, mew=0, alpha=0.85)
 
@@ -169,9 +180,7 @@ def _scale(axes: Axes, band: FloatArray, limits: tuple[float, float], *, labelle
     axes.axhspan(*band, color=PRIOR, alpha=0.16, lw=0, zorder=0, label="prior, central 90 %")
     axes.set_yscale("log")
     axes.set_ylim(*limits)
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(ScalarFormatter())
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    plain_decades(axes.yaxis)
     axes.tick_params(labelleft=labelled)
 
 
@@ -189,8 +198,8 @@ def _limits(overview: Overview, j: int) -> tuple[float, float]:
 
 
 def _by_verdict(table: pd.DataFrame) -> list[tuple[str, NDArray[np.bool_]]]:
-    found = [(verdict, (table["status"] == verdict).to_numpy()) for verdict in STATUSES]
-    return [(verdict, chosen) for verdict, chosen in found if chosen.any()]
+    masks = [(verdict, (table["status"] == verdict).to_numpy()) for verdict in STATUSES]
+    return [(verdict, chosen) for verdict, chosen in masks if chosen.any()]
 
 
 def _label(panels: NDArray[np.object_], overview: Overview) -> None:
@@ -205,17 +214,12 @@ def _label(panels: NDArray[np.object_], overview: Overview) -> None:
         panels[-2, -1].set_xlabel("truth")
 
 
-COLORS: Final = {**STATUS_COLORS, REFUSED: "#BDBDBD"}
-MOST_TESTS: Final = 7
-BINS: Final = 20
-OUTSIDE: Final = "outside the declared range"
-
-
 def _draw_counts(panels: Sequence[Axes], table: pd.DataFrame) -> None:
     """Draw shares of verdicts, the commonest reasons, and the efficiency of the weights, left to right."""
     counts = {name: int((table["status"] == name).sum()) for name in OUTCOMES}
     total = max(len(table), 1)
-    shares = {f"{name}: {count} ({100.0 * count / total:.0f} %)": count for name, count in counts.items()}
+    percent = {name: fixed(100.0 * count / total, 0) for name, count in counts.items()}
+    shares = {f"{name}: {count} ({percent[name]} %)": count for name, count in counts.items()}
     _bars(panels[0], shares, list(COLORS.values()))
     panels[0].set_title("verdicts")
     panels[0].set_xlabel("subjects")
@@ -229,19 +233,19 @@ def _draw_counts(panels: Sequence[Axes], table: pd.DataFrame) -> None:
 def counted_reasons(table: pd.DataFrame) -> dict[str, int]:
     """Return in how many subjects each test speaks against the model, and how many are refused."""
     refused = table["status"] == REFUSED
-    found = Counter(
+    counts = Counter(
         reason for reasons in table.loc[~refused, "reason"] if reasons for reason in reasons.split(SEPARATOR)
     )
     if refused.any():
-        found[OUTSIDE] = int(refused.sum())
-    return dict(sorted(found.items(), key=lambda item: (-item[1], item[0])))
+        counts[OUTSIDE] = int(refused.sum())
+    return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
 
 def _bars(axes: Axes, counts: Mapping[str, int], colors: Sequence[str]) -> None:
     """Draw horizontal bars, each with its name above it, so that names take no room beside them."""
     position = np.arange(len(counts), dtype=float)
-    looks = list(colors) if len(colors) == len(counts) else colors[0]
-    axes.barh(position, list(counts.values()), height=0.3, color=looks, align="center")
+    bar_colors = list(colors) if len(colors) == len(counts) else colors[0]
+    axes.barh(position, list(counts.values()), height=0.3, color=bar_colors, align="center")
     for place, (name, count) in enumerate(counts.items()):
         text = name if ":" in name else f"{name}: {count}"
         axes.text(0.0, place - 0.2, text, fontsize=5.6, va="bottom", ha="left")
@@ -262,8 +266,8 @@ def _efficiency(axes: Axes, table: pd.DataFrame) -> None:
     if len(answered):
         median = float(np.median(np.concatenate(parts)))
         axes.axvline(median, color=OBSERVED, lw=0.8, ls="--")
-        axes.set_title(f"efficiency, median {100.0 * median:.0f} %")
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+        axes.set_title(f"efficiency, median {share(median, 0)}")
+    in_percent(axes.xaxis)
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
     axes.set_xlim(0.0, 1.0)
     by_mcmc = int((answered["sampler"] == "mcmc").sum())

@@ -19,6 +19,14 @@ from swesbi.show.numbers import digits
 
 FloatArray = NDArray[np.float64]
 POINTS = 256
+SYMBOLS: Final = tuple(PHI_SYMBOLS.values())
+SHOWN_DRAWS: Final = 2000
+RANGE_QUANTILES: Final = (0.002, 0.998)
+DENSITY_QUANTILES: Final = (0.0005, 0.9995)
+MARGIN: Final = 0.06
+FARTHEST: Final = 1.0
+GRID_POINTS: Final = 60
+EXCLUDED_COLOR: Final = "#6E6E6E"
 
 
 def log_density_of_draws(draws: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -39,16 +47,6 @@ def log_density_of_prior(prior: ParameterPrior) -> tuple[FloatArray, FloatArray]
     standard = norm(np.log(prior.centre), prior.log_sd)
     mass = standard.cdf(np.log(prior.high)) - standard.cdf(np.log(prior.low))
     return np.exp(at), standard.pdf(at) / mass
-
-
-SYMBOLS: Final = tuple(PHI_SYMBOLS.values())
-SHOWN_DRAWS: Final = 2000
-RANGE_QUANTILES: Final = (0.002, 0.998)
-DENSITY_QUANTILES: Final = (0.0005, 0.9995)
-MARGIN: Final = 0.06
-FARTHEST: Final = 1.0
-GRID_POINTS: Final = 60
-EXCLUDED_COLOR: Final = "#6E6E6E"
 
 
 def shown_range(draws: FloatArray, points: Sequence[float]) -> tuple[float, float]:

@@ -9,13 +9,13 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from swesbi.show.figures.style import (
     EXCLUDED_BACKGROUND,
     PRIOR,
     TEXT_WIDTH_IN,
     new_figure,
+    plain_decades,
     shared_legend,
     style,
     titled,
@@ -175,9 +175,7 @@ def _finish(panels: Sequence[Axes], subjects: Sequence[str], masses: tuple[float
     )
     for axes in (panels[0], panels[2]):
         axes.set_yscale("log")
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.yaxis.set_major_formatter(ScalarFormatter())
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        plain_decades(axes.yaxis)
     panels[2].set_ylabel(r"$k_\mathrm{ATP}$ (s$^{-1}$)")
     panels[2].set_title(f"posterior median and {credible} CI", fontsize=6.0, pad=2.0)
     rotation = 90.0 if max(map(len, subjects)) > LONGEST_LEVEL_NAME else 0.0

@@ -13,14 +13,7 @@ from matplotlib.colors import ListedColormap, PowerNorm
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import (
-    FixedLocator,
-    LogLocator,
-    MaxNLocator,
-    NullFormatter,
-    NullLocator,
-    ScalarFormatter,
-)
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, NullLocator, ScalarFormatter
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 from scipy.stats import chi2
@@ -40,6 +33,7 @@ from swesbi.show.figures.style import (
     label_outer,
     new_figure,
     panel_grid,
+    plain_decades,
     rows,
     shared_legend,
     style,
@@ -56,6 +50,14 @@ FRAME_HEIGHT_IN: Final = 1.5
 MARGIN: Final = 1.15
 TOP_INCREASE: Final = 0.6  # the end of the colour scale: a phase without which the sd grows by 60 %
 DOT_AREA: Final = 30.0  # points^2 at the end of the colour scale
+SHOWN: Final = (*THETA_NAMES, ATTAINED)
+WIDTH_IN: Final = 6.9
+ROW_HEIGHT_IN: Final = 1.45
+DESIGN_FRAME_HEIGHT_IN: Final = 1.35
+MOST_NAMED: Final = 8
+CONTOURS: Final = 7
+SPREAD: Final = 0.12
+FLOOR_LABEL: Final = "no noise: the model's errors alone"
 
 
 def draw_identifiability(groups: dict[str, xr.Dataset], cohort_title: str) -> Figure:
@@ -130,9 +132,7 @@ def _log_axes(axes: Axes, x_limits: tuple[float, float], y_limits: tuple[float, 
     axes.set_xlim(x_limits)
     axes.set_ylim(y_limits)
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter(ScalarFormatter())
-        axis.set_minor_formatter(NullFormatter())
+        plain_decades(axis)
 
 
 def _profile_legend(figure: SubFigure, levels: FloatArray) -> None:
@@ -175,7 +175,7 @@ def _greens() -> FloatArray:
 
 def _draw_heat_map(axes: Axes, phases: xr.Dataset, norm: PowerNorm, colors: ListedColormap) -> None:
     expected = 100.0 * phases["expected_sd_increase"].to_numpy()
-    found = phases["left_out_sd_increase"].to_numpy()
+    left_out = phases["left_out_sd_increase"].to_numpy()
     phase = phases["phase_of"].to_numpy()
     between = 0.5 * (phase[1:] + phase[:-1])
     edges = np.concatenate([[0.0], between, [1.0]])
@@ -184,8 +184,8 @@ def _draw_heat_map(axes: Axes, phases: xr.Dataset, norm: PowerNorm, colors: List
         edges, np.arange(len(expected) + 1) - 0.5, np.ma.masked_invalid(expected), norm=norm, cmap=colors
     )
     x, y = np.meshgrid(phase, np.arange(len(expected)))
-    shown = np.nan_to_num(found) > 0.02
-    area = DOT_AREA * np.minimum(found[shown] / TOP_INCREASE, 1.5)
+    shown = np.nan_to_num(left_out) > 0.02
+    area = DOT_AREA * np.minimum(left_out[shown] / TOP_INCREASE, 1.5)
     axes.scatter(x[shown], y[shown], s=area, facecolors="none", edgecolors=CMAES, linewidths=0.7)
     axes.set_xlim(0.0, 1.0)
     axes.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0", "", "0.5", "", "1"])
@@ -193,16 +193,6 @@ def _draw_heat_map(axes: Axes, phases: xr.Dataset, norm: PowerNorm, colors: List
     axes.tick_params(axis="y", length=0)
     for row in range(1, len(expected)):
         axes.axhline(row - 0.5, color=PRIOR, lw=0.3)
-
-
-SHOWN: Final = (*THETA_NAMES, ATTAINED)
-WIDTH_IN: Final = 6.9
-ROW_HEIGHT_IN: Final = 1.45
-DESIGN_FRAME_HEIGHT_IN: Final = 1.35
-MOST_NAMED: Final = 8
-CONTOURS: Final = 7
-SPREAD: Final = 0.12
-FLOOR_LABEL: Final = "no noise: the model's errors alone"
 
 
 def half_width(sd_log: FloatArray | xr.DataArray, mass: float) -> FloatArray:
@@ -224,10 +214,12 @@ def draw_design(groups: dict[str, xr.Dataset], cohort_title: str) -> Figure:
         figure = new_figure(WIDTH_IN, DESIGN_FRAME_HEIGHT_IN + ROW_HEIGHT_IN * len(SHOWN))
         grid = figure.subplots(len(SHOWN), 3, sharex="col", squeeze=False, width_ratios=(1.0, 1.0, 1.0))
         for row, name in enumerate(SHOWN):
-            of_one = {key: data.sel(quantity=name) for key, data in groups.items() if "quantity" in data.dims}
-            _against_repeats(grid[row, 0], of_one, phases, mass)
-            _against_phases(grid[row, 1], of_one, repeats, mass)
-            _over_both(grid[row, 2], of_one["design"], repeats * phases, mass)
+            groups_of_quantity = {
+                key: data.sel(quantity=name) for key, data in groups.items() if "quantity" in data.dims
+            }
+            _against_repeats(grid[row, 0], groups_of_quantity, phases, mass)
+            _against_phases(grid[row, 1], groups_of_quantity, repeats, mass)
+            _over_both(grid[row, 2], groups_of_quantity["design"], repeats * phases, mass)
             grid[row, 1].sharey(grid[row, 0])
             grid[row, 0].set_ylabel(f"{QUANTITY_LABELS[name]}\n± (%)")
             grid[row, 2].set_ylabel("phases")
@@ -244,29 +236,26 @@ def _nearest(values: xr.DataArray, wanted: float) -> int:
     return int(values.to_numpy()[np.argmin(np.abs(values.to_numpy() - wanted))])
 
 
-def _against_repeats(axes: Axes, of_one: dict[str, xr.Dataset], phases: int, mass: float) -> None:
-    design, repeats = of_one["design"].sel(phases=phases), of_one["design"]["repeats"].to_numpy()
+def _against_repeats(axes: Axes, groups: dict[str, xr.Dataset], phases: int, mass: float) -> None:
+    design, repeats = groups["design"].sel(phases=phases), groups["design"]["repeats"].to_numpy()
     _draw_subjects(axes, repeats, design["sd_log"], mass)
-    axes.plot(
-        repeats,
-        half_width(design["sd_log"].median("subject"), mass),
-        color=OBSERVED,
-        lw=1.6,
-        label="median subject",
-    )
+    median = half_width(design["sd_log"].median("subject"), mass)
+    axes.plot(repeats, median, color=OBSERVED, lw=1.6, label="median subject")
     floor = float(half_width(design["floor"].median("subject"), mass))
     axes.axhline(floor, color=OBSERVED, lw=0.9, ls="--", label=FLOOR_LABEL)
-    found = half_width(of_one["/"]["sd_log"], mass)
-    for index, (at, value) in enumerate(zip(design["own_repeats"].to_numpy(), found, strict=True)):
-        beside = at + SPREAD * (index - 0.5 * (len(found) - 1)) if len(found) <= MOST_NAMED else at
+    half_widths = half_width(groups["/"]["sd_log"], mass)
+    for index, (at, value) in enumerate(zip(design["own_repeats"].to_numpy(), half_widths, strict=True)):
+        beside = (
+            at + SPREAD * (index - 0.5 * (len(half_widths) - 1)) if len(half_widths) <= MOST_NAMED else at
+        )
         axes.plot(
-            beside, value, "o", color=_color(index, len(found)), ms=3.0, mew=0.5, mec="white", zorder=5,
+            beside, value, "o", color=_color(index, len(half_widths)), ms=3.0, mew=0.5, mec="white", zorder=5,
             label="posterior found" if index == 0 else None,
         )  # fmt: skip
 
 
-def _against_phases(axes: Axes, of_one: dict[str, xr.Dataset], repeats: int, mass: float) -> None:
-    design, phases = of_one["design"].sel(repeats=repeats), of_one["design"]["phases"].to_numpy()
+def _against_phases(axes: Axes, groups: dict[str, xr.Dataset], repeats: int, mass: float) -> None:
+    design, phases = groups["design"].sel(repeats=repeats), groups["design"]["phases"].to_numpy()
     _draw_subjects(axes, phases, design["sd_log"], mass)
     lines: dict[str, tuple[FloatArray, xr.DataArray, dict[str, Any]]] = {
         "median subject": (phases, design["sd_log"], {"color": OBSERVED, "lw": 1.6}),
@@ -274,8 +263,8 @@ def _against_phases(axes: Axes, of_one: dict[str, xr.Dataset], repeats: int, mas
             phases, design["sd_log_independent"], {"color": OBSERVED, "lw": 0.9, "ls": ":"},
         ),
         "phases chosen for the cohort": (
-            of_one["placement"]["placed"].to_numpy(),
-            of_one["placement"]["sd_log"],
+            groups["placement"]["placed"].to_numpy(),
+            groups["placement"]["sd_log"],
             {"color": TRUTH, "lw": 1.0, "marker": "^", "ms": 3.0},
         ),
     }  # fmt: skip
@@ -289,13 +278,8 @@ def _draw_subjects(axes: Axes, x: NDArray[np.int64], sd_log: xr.DataArray, mass:
     names = [str(name) for name in sd_log["subject"].to_numpy()]
     for index, name in enumerate(names):
         label = name if len(names) <= MOST_NAMED else "single subjects"
-        axes.plot(
-            x,
-            half_width(sd_log.isel(subject=index), mass),
-            color=_color(index, len(names)),
-            lw=0.7,
-            label=label,
-        )
+        width = half_width(sd_log.isel(subject=index), mass)
+        axes.plot(x, width, color=_color(index, len(names)), lw=0.7, label=label)
 
 
 def _color(index: int, subjects: int) -> str:
@@ -334,11 +318,7 @@ def _label_places(
 
 
 def _finish(grid: NDArray[np.object_], phases: int, repeats: int, mass: float) -> None:
-    titles = (
-        f"{phases} phases",
-        f"{repeats} repeats",
-        f"median; dash-dotted: {phases * repeats} pushes",
-    )
+    titles = (f"{phases} phases", f"{repeats} repeats", f"median; dash-dotted: {phases * repeats} pushes")
     for axes, title in zip(grid[0], titles, strict=True):
         axes.set_title(title, fontsize=6.5, pad=3.0)
     for axes, label in zip(grid[-1], ("repeats", "phases", "repeats"), strict=True):

@@ -120,10 +120,10 @@ def _draw_rates(axes: Axes, rows: Sequence[AlarmRow], level: float) -> None:
     ]
     width = 0.8 / len(alarms)
     for which, (alarm, color, label) in enumerate(alarms):
-        found = [by_alarm[(subject, kind, alarm)] for subject, kind in shown]
-        x = np.arange(len(found)) + (which - 0.5 * (len(alarms) - 1)) * width
-        rate = np.array([row.rate for row in found])
-        ends = [rate - [row.ci_low for row in found], [row.ci_high for row in found] - rate]
+        alarm_rows = [by_alarm[(subject, kind, alarm)] for subject, kind in shown]
+        x = np.arange(len(alarm_rows)) + (which - 0.5 * (len(alarms) - 1)) * width
+        rate = np.array([row.rate for row in alarm_rows])
+        ends = [rate - [row.ci_low for row in alarm_rows], [row.ci_high for row in alarm_rows] - rate]
         axes.bar(x, rate, 0.92 * width, color=color, label=label)
         axes.errorbar(x, rate, np.maximum(ends, 0.0), fmt="none", ecolor="black", elinewidth=0.5)
     axes.axhline(level, color="black", lw=0.6, ls=":", label=f"level of the rule, {as_percent(level)}")
@@ -139,8 +139,8 @@ def _draw_rates(axes: Axes, rows: Sequence[AlarmRow], level: float) -> None:
 
 def _columns(verdicts: Mapping[str, Support]) -> list[str]:
     """Return the names of all tests, those with a null distribution first."""
-    found = dict.fromkeys(test.name for support in verdicts.values() for test in support.tests)
-    return [*(name for name in TEST_NAMES if name in found), *(n for n in found if n not in TEST_NAMES)]
+    names = dict.fromkeys(test.name for support in verdicts.values() for test in support.tests)
+    return [*(name for name in TEST_NAMES if name in names), *(n for n in names if n not in TEST_NAMES)]
 
 
 def _recordings(rows: Sequence[AlarmRow]) -> list[tuple[str, str]]:

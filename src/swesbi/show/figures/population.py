@@ -13,15 +13,15 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator, PercentFormatter
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from swesbi.artefacts import ArtefactError
 from swesbi.checks.calibration.ranks import NETWORK, SAMPLERS, WEIGHTED
 from swesbi.context import CONTEXT, Context
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.population.contexts import DrawnContext
 from swesbi.population.settings import DECLARED_NAMES, DeclaredRange
+from swesbi.show.csv import checked
 from swesbi.show.figures.style import (
     CMAES,
     EXCLUDED_BACKGROUND,
@@ -29,6 +29,7 @@ from swesbi.show.figures.style import (
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
+    in_percent,
     new_figure,
     shared_legend,
     style,
@@ -60,6 +61,24 @@ PANEL_COLUMNS: Final = 3
 HEIGHT_IN: Final = 7.0
 MARGIN_FRACTION: Final = 0.06
 """How far an axis reaches beyond everything shown, so that the limits of the declared range are seen."""
+STRATA_COLUMNS: Final = (
+    "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "median_efficiency",
+)  # fmt: skip
+NAMES: Final = {"all": "all", "sex F": "female", "sex M": "male"}
+QUANTITIES: Final = {
+    "age_years": ("age", "years"),
+    "hr_bpm": ("heart rate", "/min"),
+    "relative_se": ("noise of a speed", ""),
+}
+BANDS: Final = (
+    (0.05, "#EFEFEF", "5 points: asked of each stratum"),
+    (0.02, "#D2D2D2", "2 points: asked of all"),
+)
+LOOKS: Final = {NETWORK: (CMAES, "network alone"), WEIGHTED: (POSTERIOR, "exact posterior")}
+WIDTH_IN: Final = 7.2
+FRAME_HEIGHT_IN: Final = 1.1
+ROW_HEIGHT_IN: Final = 0.24
+OFFSET: Final = 0.17
 
 
 def population_figure(
@@ -88,12 +107,12 @@ def population_figure(
 def _distribution(
     axes: Axes, name: str, drawn: Sequence[DrawnContext], shown: Sequence[Context], declared: DeclaredRange
 ) -> None:
-    everything = _values([one.context for one in drawn], name)
+    everything = _values([person.context for person in drawn], name)
     for (group, sex), colour in _colours(drawn).items():
-        own = _values([one.context for one in _members(drawn, group, sex)], name)
-        density, edges = np.histogram(own, bins=BINS[name], density=True)
+        members = _values([person.context for person in _members(drawn, group, sex)], name)
+        density, edges = np.histogram(members, bins=BINS[name], density=True)
         # Bins within the group's own values: the ages of two groups meet at an edge.
-        axes.stairs(density * own.size / len(drawn), edges, color=colour, linewidth=0.9)
+        axes.stairs(density * members.size / len(drawn), edges, color=colour, linewidth=0.9)
     axes.set_ylim(bottom=0.0)
     marks = _values(shown, name)
     axes.plot(marks, np.full(marks.size, 0.04), "v", transform=axes.get_xaxis_transform(), **MARK)
@@ -114,10 +133,10 @@ def _pair(
 ) -> None:
     colours = _colours(drawn)
     # In the order of drawing, not by group: no group hides another.
-    points = [one.context for one in drawn[:POINTS]]
-    own = [colours[one.group, one.context.sex] for one in drawn[:POINTS]]
+    points = [person.context for person in drawn[:POINTS]]
+    point_colours = [colours[person.group, person.context.sex] for person in drawn[:POINTS]]
     x, y = _values(points, horizontal), _values(points, vertical)
-    axes.scatter(x, y, s=1.2, c=own, linewidths=0, alpha=0.7, rasterized=True)
+    axes.scatter(x, y, s=1.2, c=point_colours, linewidths=0, alpha=0.7, rasterized=True)
     marks_x, marks_y = _values(shown, horizontal), _values(shown, vertical)
     axes.plot(marks_x, marks_y, "v", **MARK)
     axes.set_xlim(*_limits(x, marks_x, horizontal, declared))
@@ -150,7 +169,7 @@ def _limits(values: FloatArray, marks: FloatArray, name: str, declared: Declared
 
 def _colours(drawn: Sequence[DrawnContext]) -> dict[tuple[str, Literal["F", "M"]], Colour]:
     """Return a colour for every group and sex: the hue is the sex, later groups are paler."""
-    groups = sorted({one.group for one in drawn})
+    groups = sorted({person.group for person in drawn})
     paleness = np.linspace(0.0, PALEST, len(groups))
     return {
         (group, sex): _pale(hue, pale)
@@ -160,12 +179,12 @@ def _colours(drawn: Sequence[DrawnContext]) -> dict[tuple[str, Literal["F", "M"]
 
 
 def _pale(colour: str, paleness: float) -> Colour:
-    red, green, blue = ((1.0 - paleness) * part + paleness for part in to_rgb(colour))
+    red, green, blue = ((1.0 - paleness) * channel + paleness for channel in to_rgb(colour))
     return red, green, blue
 
 
 def _members(drawn: Sequence[DrawnContext], group: str, sex: Literal["F", "M"]) -> list[DrawnContext]:
-    return [one for one in drawn if one.group == group and one.context.sex == sex]
+    return [person for person in drawn if person.group == group and person.context.sex == sex]
 
 
 def _values(contexts: Sequence[Context], name: str) -> FloatArray:
@@ -182,38 +201,13 @@ def _legend(drawn: Sequence[DrawnContext], cohort_title: str) -> list[Line2D | P
     return [*people, cohort, outside]
 
 
-STRATA_COLUMNS: Final = (
-    "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "median_efficiency",
-)  # fmt: skip
-NAMES: Final = {"all": "all", "sex F": "female", "sex M": "male"}
-QUANTITIES: Final = {
-    "age_years": ("age", "years"),
-    "hr_bpm": ("heart rate", "/min"),
-    "relative_se": ("noise of a speed", ""),
-}
-BANDS: Final = (
-    (0.05, "#EFEFEF", "5 points: asked of each stratum"),
-    (0.02, "#D2D2D2", "2 points: asked of all"),
-)
-LOOKS: Final = {NETWORK: (CMAES, "network alone"), WEIGHTED: (POSTERIOR, "exact posterior")}
-WIDTH_IN: Final = 7.2
-FRAME_HEIGHT_IN: Final = 1.1
-ROW_HEIGHT_IN: Final = 0.24
-OFFSET: Final = 0.17
-
-
 def read_strata(path: Path) -> pd.DataFrame:
     """Read ``strata.csv``.
 
     Raises:
         ArtefactError: A column or every row is missing.
     """
-    table = pd.read_csv(path)
-    if missing := [name for name in STRATA_COLUMNS if name not in table]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    if table.empty:
-        raise ArtefactError(f"{path}: holds no stratum; delete it and rerun")
-    return table
+    return checked(pd.read_csv(path), path, STRATA_COLUMNS, "stratum")
 
 
 def stratum_label(name: str) -> str:
@@ -270,7 +264,7 @@ def _coverage(axes: Axes, table: pd.DataFrame, names: Sequence[str], interval: f
             rows["coverage"], _places(rows, names, sampler), xerr=np.clip(ends, 0.0, None), fmt="o", ms=2.6,
             mew=0, lw=0.9, color=color, label=label,
         )  # fmt: skip
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.xaxis)
     axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.set_xlabel("coverage")
 
@@ -284,7 +278,7 @@ def _efficiency(axes: Axes, table: pd.DataFrame, names: Sequence[str]) -> None:
     for name, value in zip(rows["stratum"], rows["median_efficiency"], strict=True):
         axes.text(value + 0.02, names.index(name), as_percent(round(value, 2)), va="center", fontsize=5.6)
     axes.set_xlim(0.0, 1.12)
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.xaxis)
     axes.set_xticks([0.0, 0.5, 1.0])
     axes.set_xlabel("median efficiency")
     axes.set_title("weights")

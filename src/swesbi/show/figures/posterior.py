@@ -7,11 +7,12 @@ median, which shows its shape where it is much narrower than the prior; exact on
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from swesbi.draws import median_and_interval
@@ -29,6 +30,7 @@ from swesbi.show.figures.style import (
     TEXT_WIDTH_IN,
     TRUTH,
     new_figure,
+    plain_decades,
     shared_legend,
     style,
     titled,
@@ -47,6 +49,16 @@ FIT_OFFSET = 0.22
 LONGEST_LEVEL_NAME = 3
 FEWEST_SLOTS = 3
 SHOWN_QUANTILES = (0.005, 0.995)
+PARAMETERS = len(PHI_LABELS)
+ACTIVE = len(THETA_LABELS)
+EXACT_ROW_HEIGHT_IN = 1.0
+EXACT_FRAME_HEIGHT_IN = 1.3
+EXACT_FRAME_WIDTH_IN = 1.2
+EXACT_SLOT_WIDTH_IN = 0.5
+RELIABILITY = 0.6
+OFFSET = 0.24
+TOP_K_HAT = 1.15
+EXACT_SHOWN_QUANTILES = (0.002, 0.998)
 
 
 def draw_cohort_posteriors(
@@ -137,20 +149,9 @@ def _draw_posterior(axes: Axes, position: int, draws: FloatArray, interval: floa
 
 def _interval(axes: Axes, position: int, draws: FloatArray, interval: float, size: float = 3.0) -> None:
     low, median, high = median_and_interval(draws, interval)
-    axes.errorbar(
-        position,
-        median,
-        [[median - low], [high - median]],
-        fmt="o",
-        color="black",
-        mfc="white",
-        ms=size,
-        mew=0.7,
-        elinewidth=0.9,
-        capsize=2.0,
-        zorder=4,
-        label=f"median, {as_percent(interval)} CI",
-    )
+    mark: dict[str, Any] = {"fmt": "o", "color": "black", "mfc": "white", "ms": size, "mew": 0.7, "zorder": 4}
+    ends, label = [[median - low], [high - median]], f"median, {as_percent(interval)} CI"
+    axes.errorbar(position, median, ends, elinewidth=0.9, capsize=2.0, label=label, **mark)
 
 
 def _draw_fit(axes: Axes, position: int, value: float) -> None:
@@ -162,16 +163,8 @@ def _draw_fit(axes: Axes, position: int, value: float) -> None:
 def _draw_excluded(axes: Axes, position: int, unfiltered_median: float) -> None:
     """Grey the subject's column; the median of all candidates shows where the estimator went."""
     axes.axvspan(position - 0.5, position + 0.5, color=EXCLUDED_BACKGROUND, lw=0, zorder=0)
-    axes.plot(
-        position,
-        unfiltered_median,
-        "D",
-        color="black",
-        mfc="none",
-        ms=3.0,
-        mew=0.7,
-        label="excluded (grey): unfiltered median",
-    )
+    label = "excluded (grey): unfiltered median"
+    axes.plot(position, unfiltered_median, "D", color="black", mfc="none", ms=3.0, mew=0.7, label=label)
 
 
 def _violin(
@@ -194,24 +187,10 @@ def _violin(
 def _prior_scale(axes: Axes, prior: ParameterPrior, exact: bool = False) -> None:
     """Draw the prior and its bounds on a logarithmic axis."""
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(ScalarFormatter())
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    plain_decades(axes.yaxis)
     _violin(axes, 0, *log_density_of_prior(prior), PRIOR, "prior density", exact)
     for bound in (prior.low, prior.high):
         axes.axhline(bound, color=PRIOR, lw=0.6, ls=":", zorder=0.5, label="prior bounds")
-
-
-PARAMETERS = len(PHI_LABELS)
-ACTIVE = len(THETA_LABELS)
-EXACT_ROW_HEIGHT_IN = 1.0
-EXACT_FRAME_HEIGHT_IN = 1.3
-EXACT_FRAME_WIDTH_IN = 1.2
-EXACT_SLOT_WIDTH_IN = 0.5
-RELIABILITY = 0.6
-OFFSET = 0.24
-TOP_K_HAT = 1.15
-EXACT_SHOWN_QUANTILES = (0.002, 0.998)
 
 
 def draw_exact_posteriors(

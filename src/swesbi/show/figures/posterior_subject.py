@@ -41,6 +41,9 @@ from swesbi.verdict.support import support_numbers
 FloatArray = NDArray[np.float64]
 
 SIDE_IN = 5.2
+EXACT_SIDE_IN = 6.2
+PARAMETERS = 4
+ACTIVE = 3  # fit and truth have no passive scale that would be the same quantity
 
 
 def draw_subject_posterior(
@@ -96,17 +99,9 @@ def _legend(figure: Figure, panel: PosteriorPanel, color: str, interval: float) 
     mass = as_percent(interval)
     handles = [
         Line2D([], [], color=color, label=what),
-        Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
-        Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
-        Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
-        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
+        *_common_handles(mass),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)
-
-
-EXACT_SIDE_IN = 6.2
-PARAMETERS = 4
-ACTIVE = 3  # fit and truth have no passive scale that would be the same quantity
 
 
 def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_title: str) -> Figure:
@@ -171,7 +166,7 @@ def _draw_references(axes: Axes, panel: ExactPanel, i: int, j: int) -> None:
 
 
 def _exact_title(panel: ExactPanel, cohort_title: str) -> str:
-    """Say what is shown, the verdict, and how the draws were come by."""
+    """Say what is shown, the verdict, and how the draws were obtained."""
     result, support = panel.result, panel.support
     made = "MCMC" if result.by_mcmc else "importance weights"
     certificate = f", R-hat {result.r_hat:.3f}" if result.by_mcmc else ""
@@ -191,13 +186,19 @@ def _exact_legend(figure: Figure, panel: ExactPanel, color: str) -> None:
     handles = [
         Line2D([], [], color=color, label=f"exact posterior ({status(panel.support)})"),
         Line2D([], [], color=NETWORK, lw=0.8, ls="--", label=f"network alone, {mass} region"),
-        Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
-        Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
-        Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
-        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
+        *_common_handles(mass),
     ]
     if panel.truth is not None:
         handles.append(
             Line2D([], [], color=TRUTH, marker="*", ls="none", label="truth of the generated recording")
         )
     figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)
+
+
+def _common_handles(mass: str) -> list[Line2D]:
+    return [
+        Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
+        Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
+        Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
+        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
+    ]

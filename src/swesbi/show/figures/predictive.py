@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -37,6 +38,16 @@ from swesbi.verdict.answers import is_exact, sampler_in_words, status, verdict_n
 from swesbi.verdict.support import Support
 
 FloatArray = NDArray[np.float64]
+PANEL_HEIGHT_IN = 1.35
+FRAME_HEIGHT_IN = 0.95
+COHORT_HEAD_ROOM = 1.15
+HEAD_ROOM_OF_REASONS = 1.45
+SHOWN_TESTS = 2
+SIZE_IN = (7.2, 4.4)
+HEAD_ROOM = 1.05
+LINE_HEIGHT = 0.047
+ERROR_BAR: Final[dict[str, Any]] = {"elinewidth": 0.7, "capsize": 1.2, "capthick": 0.6}
+Row = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -109,19 +120,9 @@ def draw_observation(axes: Axes, panel: PredictivePanel) -> None:
     """Draw the observed curve and the measured phases with their standard errors."""
     target = panel.check.target
     axes.plot(target.grid, target.curve_kpa, color=OBSERVED, lw=0.7, label="observed curve", zorder=1.9)
-    axes.errorbar(
-        target.phase[target.measured],
-        target.stiffness_kpa[target.measured],
-        target.stiffness_se_kpa[target.measured],
-        fmt="o",
-        color=OBSERVED,
-        ms=2.0,
-        elinewidth=0.7,
-        capsize=1.2,
-        capthick=0.6,
-        label="measured ± SE",
-        zorder=4,
-    )
+    phase, se = target.phase[target.measured], target.stiffness_se_kpa[target.measured]
+    mark: dict[str, Any] = {"fmt": "o", "color": OBSERVED, "ms": 2.0, "label": "measured ± SE", "zorder": 4}
+    axes.errorbar(phase, target.stiffness_kpa[target.measured], se, **mark, **ERROR_BAR)
 
 
 def draw_fit(axes: Axes, panel: PredictivePanel) -> None:
@@ -134,13 +135,6 @@ def _draw_band(
 ) -> None:
     axes.plot(grid, values.median, color=color, ls=linestyle, label=labels[0])
     axes.fill_between(grid, values.low, values.high, color=color, alpha=0.25, lw=0, label=labels[1])
-
-
-PANEL_HEIGHT_IN = 1.35
-FRAME_HEIGHT_IN = 0.95
-COHORT_HEAD_ROOM = 1.15
-HEAD_ROOM_OF_REASONS = 1.45
-SHOWN_TESTS = 2
 
 
 def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> Figure:
@@ -159,8 +153,8 @@ def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> 
         width = TEXT_WIDTH_IN * max(1.0, columns(len(panels)) / 3)
         figure = new_figure(width, FRAME_HEIGHT_IN + PANEL_HEIGHT_IN * rows(len(panels)))
         axes = panel_grid(figure, len(panels))
-        for one, panel in zip(axes, panels, strict=True):
-            _draw_panel(one, panel)
+        for panel_axes, panel in zip(axes, panels, strict=True):
+            _draw_panel(panel_axes, panel)
         axes[0].set_xlim(0.0, 1.0)
         axes[0].set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
         exact = any(is_exact(panel.support) for panel in panels)
@@ -183,16 +177,8 @@ def _draw_panel(axes: Axes, panel: PredictivePanel) -> None:
     draw_observation(axes, panel)
     draw_fit(axes, panel)
     axes.set_title(panel.subject, fontweight="bold", pad=3.0)
-    axes.text(
-        0.99,
-        0.98,
-        _note(panel),
-        transform=axes.transAxes,
-        ha="right",
-        va="top",
-        fontsize=6.0,
-        linespacing=1.1,
-    )
+    look: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 6.0, "linespacing": 1.1}
+    axes.text(0.99, 0.98, _note(panel), transform=axes.transAxes, **look)
     if not panel.check.supported:
         mark_excluded(axes)
 
@@ -208,12 +194,6 @@ def _note(panel: PredictivePanel) -> str:
         inside = panel.check.posterior.phase_scores.coverage
         lines += [errors, f"{as_percent(round(inside, 2))} of phases inside"]
     return "\n".join(lines)
-
-
-SIZE_IN = (7.2, 4.4)
-HEAD_ROOM = 1.05
-LINE_HEIGHT = 0.047
-Row = tuple[str, ...]
 
 
 def draw_subject_check(panel: PredictivePanel, cohort_title: str) -> Figure:
@@ -264,16 +244,8 @@ def _draw_residuals(axes: Axes, panel: PredictivePanel) -> None:
     else:
         axes.plot(grid, panel.check.prior.curve.median - observed, color=PRIOR, ls="--")
     axes.plot(grid, panel.fit.curve_kpa - observed, color=CMAES, ls="-.", lw=1.0)
-    axes.errorbar(
-        target.phase[target.measured],
-        0.0 * target.phase[target.measured],
-        target.stiffness_se_kpa[target.measured],
-        fmt="none",
-        ecolor=OBSERVED,
-        elinewidth=0.7,
-        capsize=1.2,
-        capthick=0.6,
-    )
+    phase, se = target.phase[target.measured], target.stiffness_se_kpa[target.measured]
+    axes.errorbar(phase, 0.0 * phase, se, fmt="none", ecolor=OBSERVED, **ERROR_BAR)
     axes.set_xlabel("fraction of the cardiac cycle from the R peak, $s$")
     axes.set_ylabel("predicted −\nobserved (kPa)")
 
@@ -333,14 +305,8 @@ def _feature_rows(panel: PredictivePanel) -> list[Row]:
     for j, label in enumerate(check.target.feature_names):
         low, high = features.predicted.low[j], features.predicted.high[j]
         mark = "in" if features.inside[j] else "out"
-        rows.append(
-            (
-                feature_label(label),
-                digits(features.observed[j]),
-                "",
-                f"{mark} [{digits(low)}, {digits(high)}]",
-            )
-        )
+        interval = f"{mark} [{digits(low)}, {digits(high)}]"
+        rows.append((feature_label(label), digits(features.observed[j]), "", interval))
     return rows
 
 

@@ -8,7 +8,6 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
 
 from swesbi.recording.check import Checked
 from swesbi.recording.components import ComponentEstimate
@@ -22,14 +21,27 @@ from swesbi.show.figures.style import (
     PRIOR,
     TEXT_WIDTH_IN,
     TRUTH,
+    in_percent,
     new_figure,
     style,
     titled,
 )
-from swesbi.show.numbers import as_percent
+from swesbi.show.numbers import as_percent, share
 
 HEIGHT_IN: Final = 2.3
 NAMED_SUBJECTS: Final = 30
+MARKS: Final = dict(zip(REASONS, ("x", "+", "1", "2", "3", "v", "D", "s", "o"), strict=True))
+COLOURS: Final = (CMAES, TRUTH, "#CC79A7", "#56B4E9", "#E69F00", "#B22222", POSTERIOR, "#6A3D9A", "#8B4513")
+WITHOUT_SPEED: Final = -0.04  # below the axis of speeds, as a fraction of its height
+ORIGIN_WIDTH: Final = 110
+MEAN: Final[dict[str, Any]] = {
+    "fmt": "o",
+    "color": OBSERVED,
+    "ms": 2.2,
+    "elinewidth": 0.8,
+    "capsize": 1.5,
+    "zorder": 4,
+}
 
 
 def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | None = None) -> Figure:
@@ -44,8 +56,12 @@ def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | N
     with style():
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
         repeat, sample = figure.subplots(1, 2)
-        _panel(repeat, noise.pooled.repeat, [one.repeat for one in estimates], tuple(noise.by_subject))
-        _panel(sample, noise.pooled.sample, [one.sample for one in estimates], tuple(noise.by_subject))
+        _panel(
+            repeat, noise.pooled.repeat, [estimate.repeat for estimate in estimates], tuple(noise.by_subject)
+        )
+        _panel(
+            sample, noise.pooled.sample, [estimate.sample for estimate in estimates], tuple(noise.by_subject)
+        )
         repeat.set_title("(a) between repeats")
         sample.set_title("(b) between samples of a repeat")
         repeat.set_ylabel("relative sd of the speed")
@@ -62,32 +78,23 @@ def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | N
 
 
 def _panel(
-    axes: Axes, pooled: ComponentEstimate, own: list[ComponentEstimate], names: tuple[str, ...]
+    axes: Axes, pooled: ComponentEstimate, estimates: list[ComponentEstimate], names: tuple[str, ...]
 ) -> None:
     axes.axhspan(pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0)
-    axes.axhline(pooled.fraction, color=POSTERIOR, label=f"whole cohort: {100 * pooled.fraction:.1f} %")
-    value = np.array([one.fraction for one in own])
-    error = np.array([[one.fraction - one.low for one in own], [one.high - one.fraction for one in own]])
-    axes.errorbar(np.arange(len(own)), value, error, color=OBSERVED, ls="", marker="o", ms=2.8, lw=0.8)
+    axes.axhline(pooled.fraction, color=POSTERIOR, label=f"whole cohort: {share(pooled.fraction)}")
+    value = np.array([estimate.fraction for estimate in estimates])
+    error = np.array(
+        [
+            [estimate.fraction - estimate.low for estimate in estimates],
+            [estimate.high - estimate.fraction for estimate in estimates],
+        ]
+    )
+    axes.errorbar(np.arange(len(estimates)), value, error, color=OBSERVED, ls="", marker="o", ms=2.8, lw=0.8)
     if len(names) <= NAMED_SUBJECTS:
         axes.set_xticks(np.arange(len(names)), names)
     axes.set_xlabel("subject")
-    axes.set_ylim(0.0, 1.12 * max(one.high for one in (*own, pooled)))
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
-
-
-MARKS: Final = dict(zip(REASONS, ("x", "+", "1", "2", "3", "v", "D", "s", "o"), strict=True))
-COLOURS: Final = (CMAES, TRUTH, "#CC79A7", "#56B4E9", "#E69F00", "#B22222", POSTERIOR, "#6A3D9A", "#8B4513")
-WITHOUT_SPEED: Final = -0.04  # below the axis of speeds, as a fraction of its height
-ORIGIN_WIDTH: Final = 110
-MEAN: Final[dict[str, Any]] = {
-    "fmt": "o",
-    "color": OBSERVED,
-    "ms": 2.2,
-    "elinewidth": 0.8,
-    "capsize": 1.5,
-    "zorder": 4,
-}
+    axes.set_ylim(0.0, 1.12 * max(estimate.high for estimate in (*estimates, pooled)))
+    in_percent(axes.yaxis)
 
 
 def draw_recording_sheet(subject: Checked, origin: str) -> Figure:

@@ -11,8 +11,10 @@ from typing import Any, Final
 import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import LogLocator, NullFormatter, PercentFormatter, ScalarFormatter
 
 from swesbi.artefacts import atomic_path
 
@@ -57,10 +59,7 @@ RC: Final[Any] = {
 PNG_DPI: Final = 300
 MAX_PIXELS: Final = 30_000
 """Longest side of an image: a cohort of hundreds keeps within what image libraries open."""
-NO_TIMESTAMP: Final = {
-    ".pdf": {"CreationDate": None, "ModDate": None},
-    ".png": {"Software": None},
-}
+NO_TIMESTAMP: Final = {".pdf": {"CreationDate": None, "ModDate": None}, ".png": {"Software": None}}
 
 
 @contextmanager
@@ -132,8 +131,8 @@ def mark_excluded(axes: Axes) -> None:
 def shared_legend(figure: Figure, axes: Sequence[Axes], entries_a_row: int) -> None:
     """Put one legend below all panels, each label once."""
     handles: dict[str, Artist] = {}
-    for one in axes:
-        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+    for panel in axes:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
     figure.legend(
         list(handles.values()),
@@ -143,6 +142,18 @@ def shared_legend(figure: Figure, axes: Sequence[Axes], entries_a_row: int) -> N
         columnspacing=1.2,
         handlelength=1.8,
     )
+
+
+def plain_decades(axis: Axis) -> None:
+    """Mark 1, 2 and 5 of every decade of a logarithmic axis, in plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(ScalarFormatter())
+    axis.set_minor_formatter(NullFormatter())
+
+
+def in_percent(axis: Axis) -> None:
+    """Show fractions along an axis in percent."""
+    axis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
 
 
 def titled(what: str, cohort_title: str) -> str:

@@ -10,16 +10,17 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter, PercentFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
-from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
+from swesbi.show.csv import checked
 from swesbi.show.figures.style import (
     CMAES,
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
     TRUTH,
+    in_percent,
     new_figure,
     shared_legend,
     style,
@@ -30,6 +31,14 @@ from swesbi.show.training_tables import COVERAGE_PHASES, FRESH_LOSS, RECOVERY_CO
 
 HISTORY_COLUMNS: Final = ("epoch", "training_loss", "validation_loss")
 HEIGHT_IN = 2.4
+EPOCHS_HEIGHT_IN: Final = 4.2
+MARKER_SIZE: Final = 2.8
+EPOCH_COLUMNS: Final = (
+    "epoch", "best", "quantity", "subject", "parameter", "value", "ci_low", "ci_high", "n",
+)  # fmt: skip
+PARAMETER_LOOKS: Final = tuple(zip(THETA_SYMBOLS, (POSTERIOR, CMAES, TRUTH), "os^", strict=True))
+SUBJECT_MARKERS: Final = "osD^vPX*"
+NAMED_SUBJECTS: Final = len(SUBJECT_MARKERS)
 
 
 def read_history(path: Path) -> pd.DataFrame:
@@ -38,12 +47,7 @@ def read_history(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column or every row is missing.
     """
-    history = pd.read_csv(path)
-    if missing := [name for name in HISTORY_COLUMNS if name not in history.columns]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    if history.empty:
-        raise ArtefactError(f"{path}: holds no epoch; delete it and rerun")
-    return history
+    return checked(pd.read_csv(path), path, HISTORY_COLUMNS, "epoch")
 
 
 def draw_training(history: pd.DataFrame, cohort_title: str) -> Figure:
@@ -70,35 +74,13 @@ def draw_training(history: pd.DataFrame, cohort_title: str) -> Figure:
     return figure
 
 
-EPOCHS_HEIGHT_IN: Final = 4.2
-MARKER_SIZE: Final = 2.8
-EPOCH_COLUMNS: Final = (
-    "epoch",
-    "best",
-    "quantity",
-    "subject",
-    "parameter",
-    "value",
-    "ci_low",
-    "ci_high",
-    "n",
-)
-PARAMETER_LOOKS: Final = tuple(zip(THETA_SYMBOLS, (POSTERIOR, CMAES, TRUTH), "os^", strict=True))
-SUBJECT_MARKERS: Final = "osD^vPX*"
-NAMED_SUBJECTS: Final = len(SUBJECT_MARKERS)
-
-
 def read_epochs(path: Path) -> pd.DataFrame:
     """Read ``epochs.csv``.
 
     Raises:
         ArtefactError: A column or every row is missing.
     """
-    table = pd.read_csv(path, dtype={"subject": str, "parameter": str})
-    if missing := [name for name in EPOCH_COLUMNS if name not in table.columns]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    if table.empty:
-        raise ArtefactError(f"{path}: holds no epoch; delete it and rerun")
+    table = checked(pd.read_csv(path, dtype={"subject": str, "parameter": str}), path, EPOCH_COLUMNS, "epoch")
     return table.fillna({"subject": "", "parameter": ""})
 
 
@@ -151,9 +133,9 @@ def _loss(axes: Axes, history: pd.DataFrame, table: pd.DataFrame) -> None:
 def _recovery(axes: Axes, table: pd.DataFrame, interval: float) -> None:
     rows = table[table["quantity"] == RECOVERY_COVERAGE]
     for name, (label, color, marker) in zip(THETA_NAMES, PARAMETER_LOOKS, strict=True):
-        own = rows[rows["parameter"] == name]
-        axes.plot(own["epoch"], own["value"], color=color, marker=marker, ms=MARKER_SIZE, label=label)
-        axes.fill_between(own["epoch"], own["ci_low"], own["ci_high"], color=color, alpha=0.15, lw=0)
+        curve = rows[rows["parameter"] == name]
+        axes.plot(curve["epoch"], curve["value"], color=color, marker=marker, ms=MARKER_SIZE, label=label)
+        axes.fill_between(curve["epoch"], curve["ci_low"], curve["ci_high"], color=color, alpha=0.15, lw=0)
     _coverage_axis(axes, interval)
     axes.set_ylim(min(0.7, float(rows["ci_low"].min())) - 0.02, 1.01)
     axes.set_ylabel("truth in the credible interval")
@@ -164,11 +146,11 @@ def _recovery(axes: Axes, table: pd.DataFrame, interval: float) -> None:
 def _observed(axes: Axes, table: pd.DataFrame, interval: float) -> None:
     subjects = _scored_subjects(table)
     for index, name in enumerate(subjects):
-        own = table[(table["quantity"] == COVERAGE_PHASES) & (table["subject"] == name)]
+        curve = table[(table["quantity"] == COVERAGE_PHASES) & (table["subject"] == name)]
         marker = SUBJECT_MARKERS[index] if len(subjects) <= NAMED_SUBJECTS else ""
         label = name if len(subjects) <= NAMED_SUBJECTS else None
         axes.plot(
-            own["epoch"], own["value"], color=POSTERIOR, alpha=0.85, lw=0.8, marker=marker,
+            curve["epoch"], curve["value"], color=POSTERIOR, alpha=0.85, lw=0.8, marker=marker,
             ms=MARKER_SIZE, mfc="white", mew=0.8, label=label,
         )  # fmt: skip
     _coverage_axis(axes, interval)
@@ -184,9 +166,11 @@ def _observed(axes: Axes, table: pd.DataFrame, interval: float) -> None:
 def _width(axes: Axes, table: pd.DataFrame) -> None:
     rows = table[(table["quantity"] == RELATIVE_SD) & table["subject"].isin(_scored_subjects(table))]
     for name, (label, color, marker) in zip(THETA_NAMES, PARAMETER_LOOKS, strict=True):
-        own = rows[rows["parameter"] == name].pivot(index="epoch", columns="subject", values="value")
-        axes.plot(own.index, own.to_numpy(), color=color, lw=0.4, alpha=0.5)
-        axes.plot(own.index, own.median(axis=1), color=color, marker=marker, ms=MARKER_SIZE, label=label)
+        widths = rows[rows["parameter"] == name].pivot(index="epoch", columns="subject", values="value")
+        axes.plot(widths.index, widths.to_numpy(), color=color, lw=0.4, alpha=0.5)
+        axes.plot(
+            widths.index, widths.median(axis=1), color=color, marker=marker, ms=MARKER_SIZE, label=label
+        )
     axes.set_yscale("log")
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: as_percent(round(value, 6))))
@@ -203,14 +187,14 @@ def _scored_subjects(table: pd.DataFrame) -> list[str]:
 
 def _coverage_axis(axes: Axes, interval: float) -> None:
     axes.axhline(interval, color=PRIOR, lw=0.8, ls="--", zorder=0)
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    in_percent(axes.yaxis)
 
 
 def _epoch_axis(axes: Sequence[Axes], last: int) -> None:
     ticks = [tick for tick in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000) if tick <= last]
-    for one in axes:
-        one.set_xscale("log")
-        one.set_xticks(ticks, [str(tick) for tick in ticks])
-        one.xaxis.set_minor_formatter(NullFormatter())
-        one.set_xlim(0.93, last * 1.08)
-        one.set_xlabel("epoch")
+    for panel in axes:
+        panel.set_xscale("log")
+        panel.set_xticks(ticks, [str(tick) for tick in ticks])
+        panel.xaxis.set_minor_formatter(NullFormatter())
+        panel.set_xlim(0.93, last * 1.08)
+        panel.set_xlabel("epoch")

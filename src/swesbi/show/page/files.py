@@ -31,6 +31,12 @@ EXPERIMENT_MEANING: Final = (
     "training set, network and losses of the experiment; verdict, posterior, predictive check and figures "
     "of each subject."
 )
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+SIZE_AT = slice(16, 24)
+SOFTWARE: Final = (
+    "numpy", "scipy", "numba", "torch", "sbi", "cma", "pandas", "h5py", "xarray", "arviz", "matplotlib",
+    "snakemake",
+)  # fmt: skip
 
 
 def relative(path: Path, page: Path) -> str:
@@ -66,10 +72,6 @@ def _group(folder: str, rows: dict[str, list[Link]]) -> Table:
     )
 
 
-PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-SIZE_AT = slice(16, 24)
-
-
 @dataclass(frozen=True)
 class Figure:
     """One figure: where it lies, its size in pixels, what it says to who cannot see it, and its caption."""
@@ -101,31 +103,15 @@ def _size(png: Path) -> tuple[int, int]:
     return width, height
 
 
-SOFTWARE: Final = (
-    "numpy",
-    "scipy",
-    "numba",
-    "torch",
-    "sbi",
-    "cma",
-    "pandas",
-    "h5py",
-    "xarray",
-    "arviz",
-    "matplotlib",
-    "snakemake",
-)
-
-
 def provenance_table(paths: Sequence[Path]) -> Table:
     """Return seed and code of every kind of HDF5 artefact among these files."""
-    found: dict[str, list[Provenance]] = {}
+    by_kind: dict[str, list[Provenance]] = {}
     for path in (path for path in paths if path.suffix == ".h5"):
         with xr.open_dataset(path, engine="h5netcdf") as root:
             provenance = read_provenance(root.attrs)
-        found.setdefault(provenance.kind, []).append(provenance)
+        by_kind.setdefault(provenance.kind, []).append(provenance)
     columns = words("Artefact", "Files", "Seed", "Code hash", "swesbi")
-    rows = tuple(_row(kind, each) for kind, each in sorted(found.items()))
+    rows = tuple(_row(kind, each) for kind, each in sorted(by_kind.items()))
     note = "The code hash names the code of the stage that wrote the file, docstrings and comments left out."
     return Table("What made the artefacts.", columns, rows, note)
 

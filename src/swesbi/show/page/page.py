@@ -10,8 +10,8 @@ from typing import Any, Final
 import yaml
 from jinja2 import DictLoader, Environment, StrictUndefined
 
-from swesbi.show.figures.registry import PagePart, figures_of
 from swesbi.show.names import with_symbols
+from swesbi.show.page.figures import PagePart, figures_of
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.page.sections import Fact, PopulationSection, Section, caution, headline
 from swesbi.show.results import Experiment, Results
@@ -69,7 +69,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Provenance:
+class PageProvenance:
     """Where the results come from; the configuration as text, and the file that holds the same."""
 
     seed: int
@@ -97,7 +97,7 @@ class Page:
     sections: tuple[Section, ...]
     populations: tuple[PopulationSection, ...]
     files: tuple[Table, ...]
-    provenance: Provenance
+    provenance: PageProvenance
 
 
 def make_page(
@@ -107,7 +107,7 @@ def make_page(
     sections: Sequence[Section],
     populations: Sequence[PopulationSection],
     files: Sequence[Table],
-    provenance: Provenance,
+    provenance: PageProvenance,
 ) -> Page:
     """Put the page together from the results; one section an experiment on speeds or over a population."""
     return Page(

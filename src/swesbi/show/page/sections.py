@@ -9,17 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from swesbi.show.figures.registry import PagePart, figures_of
 from swesbi.show.names import PARAMETERS
-from swesbi.show.numbers import count, mean_sd, percent, share
+from swesbi.show.numbers import count, fixed, mean_sd, percent, share
+from swesbi.show.page.figures import PagePart, figures_of
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Table
+from swesbi.show.tables.calibration import alarms_table, calibration_checks, calibration_summary
 from swesbi.show.tables.exact import (
     Exact,
-    alarms_table,
-    calibration_checks,
-    calibration_summary,
     exact_table,
     identifiability_table,
     noise_table,
@@ -142,11 +140,13 @@ def section_figures(
 
 def _exact_facts(exact: Exact) -> Iterator[Fact]:
     """Yield what an abstract would say."""
-    experiment, found = exact.experiment, [status(part) for part in exact.supports.values()]
-    yield Fact("Verdicts", ", ".join(f"{found.count(name)} {name}" for name in STATUSES if name in found))
+    experiment, statuses = exact.experiment, [status(support) for support in exact.supports.values()]
+    yield Fact(
+        "Verdicts", ", ".join(f"{statuses.count(name)} {name}" for name in STATUSES if name in statuses)
+    )
     efficiencies = [100.0 * result.efficiency for result in exact.results.values()]
     by_mcmc = [name for name, result in exact.results.items() if result.by_mcmc]
-    efficient = f"median efficiency of the weights {np.median(efficiencies):.0f} %"
+    efficient = f"median efficiency of the weights {fixed(float(np.median(efficiencies)), 0)} %"
     yield Fact("Exact posteriors", f"{efficient}; by MCMC: {', '.join(by_mcmc) or 'none'}")
     if len(experiment.supported):
         after = mean_sd(experiment.supported["rmse_kpa"].to_numpy(), 2)
@@ -197,10 +197,10 @@ def _population_facts(shown: OverPopulation) -> Iterator[Fact]:
     simulations: Any = shown.settings["simulations"]
     drawn = count(simulations["contexts"] * simulations["draws_per_context"])
     yield Fact("Trained on", f"{count(simulations['contexts'])} contexts, {drawn} simulations")
-    found = [
+    verdicts = [
         f"{number} {name}" for name in OUTCOMES if (number := int((shown.cohort["status"] == name).sum()))
     ]
-    yield Fact("Verdicts", ", ".join(found))
+    yield Fact("Verdicts", ", ".join(verdicts))
     if len(shown.answered):
         efficiency = float(shown.answered["efficiency"].astype(float).median())
         by_mcmc = int((shown.answered["sampler"] == "mcmc").sum())

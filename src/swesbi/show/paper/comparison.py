@@ -16,6 +16,8 @@ PAPER_RECORDINGS: Final = 400
 """The recordings behind the coverages that the paper prints (Sec. 3)."""
 
 Reading = Callable[[PaperNumber, Measured, str], str]
+COLUMNS: Final = ("quantity", "paper", "this_study", "note")
+MEASURES: Final[Mapping[str, Measure]] = {**DESIGN_MEASURES, **RESULT_MEASURES, **STATEMENT_MEASURES}
 
 
 class ReadingError(ValueError):
@@ -133,12 +135,6 @@ READINGS: Final[Mapping[str, Reading]] = {
     "all_inside": _all_inside,
     "binomial": _binomial,
     "words": _words,
-}
-COLUMNS: Final = ("quantity", "paper", "this_study", "note")
-MEASURES: Final[Mapping[str, Measure]] = {
-    **DESIGN_MEASURES,
-    **RESULT_MEASURES,
-    **STATEMENT_MEASURES,
 }
 
 

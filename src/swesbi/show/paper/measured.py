@@ -15,6 +15,11 @@ from swesbi.recording.observation import Observation
 from swesbi.show.paper.values import Option
 from swesbi.verdict.support import Support
 
+NAN = float("nan")
+LARGE = 1e4
+"""From here on thousands are set apart by commas, as the paper does."""
+NORMAL_95: float = 1.96
+
 
 @dataclass(frozen=True)
 class PoolSize:
@@ -77,11 +82,6 @@ def pool_size(pool: Pool) -> PoolSize:
     drawn = np.unique(np.stack([pool.subject_index, pool.draw_index]), axis=1)
     counts = np.bincount(drawn[0], minlength=len(pool.subjects))
     return PoolSize(pool.subjects, pool.components.features, len(pool.z), tuple(map(int, counts)))
-
-
-NAN = float("nan")
-LARGE = 1e4
-"""From here on thousands are set apart by commas, as the paper does."""
 
 
 @dataclass(frozen=True)
@@ -157,9 +157,6 @@ def shown(value: float, digits: int) -> str:
         return f"{value:,.{digits}f}"
     text = f"{value:.{digits}f}"
     return text.removeprefix("-") if float(text) == 0.0 else text
-
-
-NORMAL_95: float = 1.96
 
 
 def differ(one: float, trials: float, other: float, other_trials: float) -> bool:

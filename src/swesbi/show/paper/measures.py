@@ -84,11 +84,11 @@ def features_inside(study: StudyResults, asked: Asked) -> Measured:
     inside = table["inside"].astype(bool)
     outside = [f"{row.subject}: {row.feature}" for row in table[~inside].itertuples()]
     complete = inside.groupby(table["subject"], sort=False).all()
-    found = share(int(complete.sum()), len(complete))
-    if found.missing:
-        return found
+    counted = share(int(complete.sum()), len(complete))
+    if counted.missing:
+        return counted
     text = f"{int(inside.sum())} of {len(inside)}" + (f"; outside {', '.join(outside)}" if outside else "")
-    return Measured(f"all in {found.text} cases ({text})", found.value, n=found.n)
+    return Measured(f"all in {counted.text} cases ({text})", counted.value, n=counted.n)
 
 
 def peak_underestimated(study: StudyResults, asked: Asked) -> Measured:
@@ -249,8 +249,8 @@ def _changes(both: pd.DataFrame, column: str, asked: Asked) -> str:
     """Name each row with its value in the main and in the other experiment."""
     values = zip(both.index, both[column].to_numpy(), both[f"{column}_other"].to_numpy(), strict=True)
     return ", ".join(
-        f"{name} {shown(float(one), asked.digits)} → {shown(float(other), asked.digits)}"
-        for name, one, other in values
+        f"{name} {shown(float(in_main), asked.digits)} → {shown(float(in_other), asked.digits)}"
+        for name, in_main, in_other in values
     )
 
 

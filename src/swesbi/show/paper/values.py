@@ -98,5 +98,5 @@ def _expand(group: str, row: PaperRow) -> Iterator[PaperNumber]:
 
 def numbers(printed: str) -> tuple[float, float]:
     """Return a printed number and the sd behind it: "12.61 ± 5.55", "120,000", ">0.99"; NaN for words."""
-    found = [float(text) for text in NUMBER.findall(printed.replace(",", ""))]
-    return (found[0] if found else float("nan")), (found[1] if "±" in printed else float("nan"))
+    values = [float(text) for text in NUMBER.findall(printed.replace(",", ""))]
+    return (values[0] if values else float("nan")), (values[1] if "±" in printed else float("nan"))

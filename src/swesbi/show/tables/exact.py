@@ -1,4 +1,4 @@
-"""An experiment on speeds: verdicts and their tests, exact posteriors, calibration, alarms, noise."""
+"""An experiment on speeds: verdicts and their tests, exact posteriors, truth, identifiability, noise."""
 
 from __future__ import annotations
 
@@ -15,24 +15,15 @@ from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactResult
 from swesbi.recording.noise import CohortNoise
 from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, quantity
-from swesbi.show.numbers import MISSING, count, estimate, fixed, percent, significant, span
+from swesbi.show.numbers import MISSING, as_percent, count, estimate, fixed, percent, significant, span
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Cell, Column, Row, Strong, Table, words
-from swesbi.verdict.answers import (
-    ALARMS,
-    ANSWERS,
-    POOLED,
-    RECORDINGS,
-    label_of_test,
-    sampler_in_words,
-    status,
-)
+from swesbi.verdict.answers import label_of_test, sampler_in_words, status
 from swesbi.verdict.support import Support, SupportTest
 
 PASSIVE: Final = "passive_scale_kpa"
 SYMBOLS: Final = {**PARAMETERS, PASSIVE: "passive scale a"}
 UNITS: Final = {**PARAMETER_UNITS, PASSIVE: "kPa"}
-ALL_SUBJECTS: Final = "all"
 
 
 @dataclass(frozen=True)
@@ -97,14 +88,16 @@ def verdicts_table(exact: Exact, cohort_title: str) -> Table:
 
 def outcomes_table(exact: Exact, cohort_title: str) -> Table:
     """Return every test of every subject: its p-value, or the statistic where it has none."""
-    names = list(dict.fromkeys(test.name for part in exact.supports.values() for test in part.tests))
+    names = list(dict.fromkeys(test.name for support in exact.supports.values() for test in support.tests))
     columns = (*words("Test"), *(Column(subject) for subject in exact.supports))
-    found = {(subject, test.name): test for subject, part in exact.supports.items() for test in part.tests}
+    outcomes = {
+        (subject, test.name): test for subject, support in exact.supports.items() for test in support.tests
+    }
     rows = []
     for name in names:
         cells: list[Cell] = [label_of_test(name)]
         for subject in exact.supports:
-            test = found.get((subject, name))
+            test = outcomes.get((subject, name))
             if test is None:
                 cells.append(MISSING)
                 continue
@@ -125,7 +118,7 @@ def exact_table(exact: Exact, cohort_title: str) -> Table:
     columns = (
         *words("Subject", "Parameter", "Unit"),
         Column("Median"),
-        Column("Credible interval", f"{100.0 * mass:g} %"),
+        Column("Credible interval", as_percent(mass)),
         Column("Median, network alone"),
         Column("CMA-ES"),
         *words("Draws by", "Verdict"),
@@ -187,100 +180,6 @@ def truth_table(exact: Exact, cohort_title: str) -> Table:
     return Table(f"Truth of the generated recordings ({cohort_title}).", columns, tuple(rows), note)
 
 
-def calibration_summary(exact: Exact) -> Table:
-    """Return how many checks of calibration fail, by how recordings were made and who answered."""
-    columns = (
-        *words("Recordings", "Answer"),
-        Column("Checks, pooled", "failed of all"),
-        Column("Checks, by subject", "failed of all"),
-        *(Column(f"Coverage of {PARAMETERS[name]}", "%, pooled") for name in PARAMETERS),
-        Column("Joint coverage", "%, pooled"),
-        Column("Recordings"),
-    )
-    table = exact.calibration
-    kinds = table[table["test"] != "c2st"].groupby(["recordings", "sampler"], sort=False)
-    rows = []
-    for (made, sampler), part in kinds:
-        pooled, single = part[part["subject"] == POOLED], part[part["subject"] != POOLED]
-        covered = [
-            _coverage(pooled, "sbc", name) if len(pooled) else _coverage(pooled, "", "")
-            for name in PARAMETERS
-        ]
-        joint = _coverage(pooled, "tarp", "joint")
-        answer = ANSWERS.get(str(sampler), str(sampler))
-        cells = (RECORDINGS.get(str(made), str(made)), answer, _failed(pooled), _failed(single), *covered)
-        rows.append(Row((*cells, joint, count(part["n"].max()))))
-    note = (
-        "Checks: ranks of the truth and coverage at all levels within simultaneous bands, joint coverage, "
-        "contraction. Coverage is that of 90 % intervals and regions. At the subject's own data, the truth "
-        "is a draw of its posterior and the recording a new one from it."
-    )
-    return Table(
-        "Calibration on recordings of known parameters.",
-        columns,
-        tuple(rows),
-        f"{note} {two_samples(table)}",
-    )
-
-
-def calibration_checks(exact: Exact) -> Table:
-    """Return every check, the failed ones in bold."""
-    columns = (
-        *words("Subject", "Recordings", "Answer", "Test", "Quantity"),
-        Column("n"),
-        Column("Statistic"),
-        Column("p-value"),
-        Column("Limit"),
-        *words("Failed"),
-    )
-    rows = []
-    for row in records(exact.calibration):
-        failed = bool(row["flagged"])
-        cells = (
-            str(row["subject"]),
-            RECORDINGS.get(str(row["recordings"]), str(row["recordings"])),
-            ANSWERS.get(str(row["sampler"]), str(row["sampler"])),
-            str(row["test"]),
-            quantity(str(row["quantity"])),
-            count(row["n"]),
-            significant(row["statistic"]),
-            significant(row["p_value"], 2),
-            significant(row["limit"], 2),
-            Strong("yes") if failed else "no",
-        )
-        rows.append(Row(cells))
-    return Table("Every check of calibration.", columns, tuple(rows))
-
-
-def alarms_table(exact: Exact) -> Table:
-    """Return how often the verdict raises an alarm on well-specified recordings and on others."""
-    table = exact.misspecification
-    columns = (
-        *words("Subject", "Recordings"),
-        *(Column(name, "% (interval)") for name in ALARMS),
-        Column("Recordings"),
-        Column("Median efficiency", "%"),
-    )
-    rows = []
-    chosen = table[table["alarm"].isin(ALARMS)]
-    for (subject, made), part in chosen.groupby(["subject", "recordings"], sort=False):
-        rates = {str(row["alarm"]): row for row in records(part)}
-        first = next(iter(rates.values()))
-        cells = (
-            str(subject),
-            RECORDINGS.get(str(made), str(made)),
-            *(_rate(rates[name]) if name in rates else MISSING for name in ALARMS),
-            count(first["n"]),
-            percent(first["median_efficiency"], 0),
-        )
-        rows.append(Row(cells, summary=subject == ALL_SUBJECTS))
-    note = (
-        "On recordings that the model itself made an alarm is false. On the volunteers recorded anew it is "
-        "the power to see that their physiology is another than the model's. Intervals: 95 % Clopper-Pearson."
-    )
-    return Table("Alarms of the misspecification tests.", columns, tuple(rows), note)
-
-
 def identifiability_table(exact: Exact, cohort_title: str) -> Table:
     """Return how far the recording narrows each quantity, and what the likelihood alone says."""
     columns = (
@@ -316,7 +215,7 @@ def noise_table(exact: Exact, cohort_title: str) -> Table:
         *words("Component"),
         Column("Size", "% of the speed"),
         Column("Standard error"),
-        Column("Interval", f"{100.0 * exact.noise.interval:g} %"),
+        Column("Interval", as_percent(exact.noise.interval)),
     )
     pooled = exact.noise.pooled
     rows = [
@@ -337,35 +236,9 @@ def noise_table(exact: Exact, cohort_title: str) -> Table:
     return Table(f"Noise of the measured speeds ({cohort_title}).", columns, tuple(rows), note)
 
 
-def two_samples(calibration: pd.DataFrame) -> str:
-    """Say how well a classifier tells samplers apart."""
-    accuracies = calibration[calibration["test"] == "c2st"]
-    if accuracies.empty:
-        return "No samplers were compared."
-    pairs = [
-        f"{pair}: {fixed(part['statistic'].min(), 3)} to {fixed(part['statistic'].max(), 3)}"
-        for pair, part in accuracies.groupby("sampler", sort=False)
-    ]
-    return f"Accuracy of a classifier that tells two samplers apart (0.5: it cannot), {'; '.join(pairs)}."
-
-
 def _flag(test: SupportTest) -> str:
     p = "" if test.p_value is None else f" (p = {fixed(test.p_value, 4)})"
     return f"{label_of_test(test.name)}{p}"
-
-
-def _rate(row: Mapping[Hashable, Any]) -> str:
-    return f"{percent(row['rate'])} ({span(percent(row['ci_low']), percent(row['ci_high']))})"
-
-
-def _coverage(table: pd.DataFrame, test: str, name: str) -> str:
-    rows = table[(table["test"] == test) & (table["quantity"] == name)]
-    known = rows["coverage_90"].dropna()
-    return percent(float(known.iloc[0])) if len(known) else MISSING
-
-
-def _failed(table: pd.DataFrame) -> str:
-    return f"{int(table['flagged'].sum())} of {len(table)}" if len(table) else MISSING
 
 
 def _limits(low: float, high: float) -> str:

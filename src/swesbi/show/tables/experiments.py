@@ -12,12 +12,25 @@ from typing import Any, Final
 
 import pandas as pd
 
-from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES
+from swesbi.show.csv import checked
 from swesbi.show.names import PARAMETER_UNITS, PARAMETERS
 from swesbi.show.numbers import MINUS, MISSING, count, estimate, fixed, mean_sd, percent, span
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Cell, Column, Row, Table, body, words
+
+_KINDS: Final = {False: "noise on features", True: "noise on the measured speeds"}
+PAIRS: Final = tuple(combinations(THETA_NAMES, 2))
+SCORES: Final = (
+    ("RMSE, prior predictive (kPa)", "rmse_prior_kpa", 1.0, 2),
+    ("RMSE, posterior predictive (kPa)", "rmse_kpa", 1.0, 2),
+    ("RMSE reduction (%)", "rmse_reduction_percent", 1.0, 1),
+    ("R²", "r2", 1.0, 3),
+    ("Post-peak RMSE (kPa)", "post_peak_rmse_kpa", 1.0, 2),
+    ("Coverage of the predictive band, grid (%)", "coverage_grid", 100.0, 0),
+    ("Coverage of the predictive band, measured phases (%)", "coverage_phases", 100.0, 0),
+)
+COLUMNS: Final = ("quantity", "paper", "this_study", "note")
 
 
 def level(table: pd.DataFrame, experiment: Experiment) -> dict[str, float]:
@@ -37,7 +50,11 @@ def nearest_level(table: pd.DataFrame, experiment: Experiment) -> float:
 
 def recovery_table(experiments: Sequence[Experiment]) -> Table:
     """Return both recoveries side by side, at the level of the credible intervals."""
-    rows = [row for part in experiments for row in _rows(part, nearest_level(part.recovery.own, part))]
+    rows = [
+        row
+        for experiment in experiments
+        for row in _rows(experiment, nearest_level(experiment.recovery.own, experiment))
+    ]
     return _table("Recovery of known parameters.", rows)
 
 
@@ -96,19 +113,6 @@ def _recovery_cells(row: Mapping[Hashable, Any]) -> tuple[Cell, ...]:
     return f"{percent(row['coverage'])} ({interval})", count(row["n"])
 
 
-_KINDS: Final = {False: "noise on features", True: "noise on the measured speeds"}
-PAIRS: Final = tuple(combinations(THETA_NAMES, 2))
-SCORES: Final = (
-    ("RMSE, prior predictive (kPa)", "rmse_prior_kpa", 1.0, 2),
-    ("RMSE, posterior predictive (kPa)", "rmse_kpa", 1.0, 2),
-    ("RMSE reduction (%)", "rmse_reduction_percent", 1.0, 1),
-    ("R²", "r2", 1.0, 3),
-    ("Post-peak RMSE (kPa)", "post_peak_rmse_kpa", 1.0, 2),
-    ("Coverage of the predictive band, grid (%)", "coverage_grid", 100.0, 0),
-    ("Coverage of the predictive band, measured phases (%)", "coverage_phases", 100.0, 0),
-)
-
-
 def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Table:
     """Return the settings in which each experiment differs from the main one.
 
@@ -118,12 +122,12 @@ def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Ta
     rows: list[tuple[Cell, ...]] = []
     for experiment in experiments:
         if experiment.exact != main.exact:
-            rows.append((experiment.name, "kind", *(_KINDS[part.exact] for part in (main, experiment))))
+            rows.append((experiment.name, "kind", *(_KINDS[kind_of.exact] for kind_of in (main, experiment))))
             continue
-        own = dict(_leaves(experiment.settings))
-        changed = [key for key in {**reference, **own} if own.get(key) != reference.get(key)]
+        settings = dict(_leaves(experiment.settings))
+        changed = [key for key in {**reference, **settings} if settings.get(key) != reference.get(key)]
         rows.extend(
-            (experiment.name, key, _value(reference.get(key)), _value(own.get(key))) for key in changed
+            (experiment.name, key, _value(reference.get(key)), _value(settings.get(key))) for key in changed
         )
     columns = words("Experiment", "Setting", f"In {main.name}", "Here")
     return Table(f"What differs from the experiment {main.name}.", columns, body(rows))
@@ -131,7 +135,7 @@ def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Ta
 
 def comparison_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
     """Return one column an experiment: support, scores, correlations, coverages, training."""
-    lines = [(label, [value(part) for part in experiments]) for label, value in _measures()]
+    lines = [(label, [value(experiment) for experiment in experiments]) for label, value in _measures()]
     columns = (
         Column("Mean ± sd over supported subjects", numeric=False),
         *(Column(e.name) for e in experiments),
@@ -156,7 +160,7 @@ def median_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
     )
     cells = [_medians(experiment) for experiment in experiments]
     rows = [
-        (subject, label, PARAMETER_UNITS[name], *(part.get((subject, name), MISSING) for part in cells))
+        (subject, label, PARAMETER_UNITS[name], *(medians.get((subject, name), MISSING) for medians in cells))
         for subject in experiments[0].supports
         for name, label in PARAMETERS.items()
     ]
@@ -256,33 +260,20 @@ def _row(experiment: Experiment) -> Row:
     )
 
 
-COLUMNS: Final = ("quantity", "paper", "this_study", "note")
-
-
 def read_comparison(path: Path) -> pd.DataFrame:
     """Read ``paper_comparison.csv`` as text, as it was written.
 
     Raises:
         ArtefactError: A column is missing.
     """
-    table = pd.read_csv(path, dtype=str, keep_default_na=False)
-    if missing := [name for name in COLUMNS if name not in table.columns]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    return table
+    return checked(pd.read_csv(path, dtype=str, keep_default_na=False), path, COLUMNS)
 
 
 def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
     """Return the comparison; numbers keep the digits that the table of the study gives them."""
     columns = words("Quantity", "Paper", "This study", "Reading")
     rows = tuple(
-        Row(
-            (
-                str(row["quantity"]),
-                _number(row["paper"]),
-                _number(row["this_study"]),
-                str(row["note"]),
-            )
-        )
+        Row((str(row["quantity"]), _number(row["paper"]), _number(row["this_study"]), str(row["note"])))
         for row in records(comparison)
     )
     return Table(f"Every number of the paper, and of this study ({cohort_title}).", columns, rows)

@@ -92,14 +92,14 @@ def counts_table(shown: OverPopulation, cohort_title: str, most_reasons: int | N
     )
     rows = []
     for status in OUTCOMES:
-        part = shown.cohort[shown.cohort["status"] == status]
-        reasons = list(counted_reasons(part).items())[:most_reasons]
+        subjects = shown.cohort[shown.cohort["status"] == status]
+        reasons = list(counted_reasons(subjects).items())[:most_reasons]
         cells = (
             status,
             ", ".join(f"{reason} ({number})" for reason, number in reasons) or MISSING,
-            count(len(part)),
-            percent(len(part) / len(shown.cohort)),
-            percent(float(part["efficiency"].median()), 0),
+            count(len(subjects)),
+            percent(len(subjects) / len(shown.cohort)),
+            percent(float(subjects["efficiency"].median()), 0),
         )
         rows.append(Row(cells))
     note = "Each subject has its row in cohort.csv, with context, reason, medians and limits."
@@ -118,12 +118,12 @@ def range_in_words(settings: Mapping[str, Any]) -> str:
 
 def _stratum(table: pd.DataFrame, stratum: str, sampler: str) -> Row:
     rows = table[(table["stratum"] == stratum) & (table["sampler"] == sampler)]
-    found = {str(row["parameter"]): row for row in records(rows)}
-    first = next(iter(found.values()))
+    by_parameter = {str(row["parameter"]): row for row in records(rows)}
+    first = next(iter(by_parameter.values()))
     cells = (
         stratum_label(stratum),
         ANSWERS[sampler],
-        *(_covered(found[name]) for name in PARAMETERS),
+        *(_covered(by_parameter[name]) for name in PARAMETERS),
         count(first["n"]),
         percent(first["median_efficiency"], 0),
     )

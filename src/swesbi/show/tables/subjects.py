@@ -24,6 +24,7 @@ CONTEXT_COLUMNS: Final = (
     Column("Ejection fraction", "%"),
     Column("Septal thickness", "cm"),
 )
+DERIVED_UNITS: Final = {"1": "", "1/s": PARAMETER_UNITS["k_sr_per_s"]}
 
 
 def context_table(observations: Sequence[Observation], cohort_title: str) -> Table:
@@ -89,9 +90,6 @@ def _recording(observation: Observation, reasons: Sequence[str]) -> tuple[str, .
         percent(observation.noise.sample_fraction),
         f"{fixed(float(stiffness.min()), 1)} to {fixed(float(stiffness.max()), 1)}",
     )
-
-
-DERIVED_UNITS: Final = {"1": "", "1/s": PARAMETER_UNITS["k_sr_per_s"]}
 
 
 def verdict_table(experiment: Experiment, cohort_title: str) -> Table:

@@ -21,6 +21,10 @@ DIFFERENCES: Final = ("file", "array", "units", "max abs", "max rel", "meaning")
 VERDICTS: Final = "support.json"
 SHOWN_TEXTS: Final = 4
 SHOWN_FILES: Final = 3
+ARTEFACTS: Final = (".h5", ".pt")
+EXIT_EQUAL: Final = 0
+EXIT_DIFFERENT: Final = 1
+EXIT_ERROR: Final = 2
 
 
 def as_lines(content: Content) -> list[str]:
@@ -132,12 +136,6 @@ def _changed_array(array: ArrayDifference) -> tuple[str, str, str, str, str]:
     return (array.name, array.units, *numbers, array.note)
 
 
-ARTEFACTS: Final = (".h5", ".pt")
-EXIT_EQUAL: Final = 0
-EXIT_DIFFERENT: Final = 1
-EXIT_ERROR: Final = 2
-
-
 def main(arguments: Sequence[str]) -> int:
     """Run the command.
 
@@ -181,14 +179,14 @@ def _parser() -> argparse.ArgumentParser:
 
 def _artefacts_in(paths: Sequence[Path]) -> list[Path]:
     """Return the files given, and the artefacts in the folders given, of which each must hold one."""
-    found: list[Path] = []
+    artefacts_found: list[Path] = []
     for path in paths:
         artefacts = (each for each in path.rglob("*") if each.suffix in ARTEFACTS)
         inside = sorted(artefacts) if path.is_dir() else [path]
         if not inside:
             raise ArtefactError(f"{path}: holds no artefact ({', '.join(ARTEFACTS)})")
-        found += inside
-    return found
+        artefacts_found += inside
+    return artefacts_found
 
 
 def _whole(path: Path) -> list[str]:

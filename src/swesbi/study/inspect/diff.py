@@ -116,8 +116,8 @@ def _results_of(folder: Path) -> dict[Path, None]:
     """Return the results in a folder, relative to it and sorted; no logs, timings or dated reports."""
     if not folder.is_dir():
         raise ArtefactError(f"{folder}: no such folder; name the results folder of a run")
-    found = sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
-    if not (results := dict.fromkeys(path for path in found if _is_result(path))):
+    files = sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    if not (results := dict.fromkeys(path for path in files if _is_result(path))):
         raise ArtefactError(f"{folder}: holds no results; name the results folder of a run")
     return results
 
@@ -153,12 +153,12 @@ def _content(path: Path) -> Content | str:
 
 def _compare_all(one: tuple[Array, ...], two: tuple[Array, ...]) -> tuple[ArrayDifference, ...]:
     first, second = ({array.name: array for array in arrays} for arrays in (one, two))
-    found = [compare_arrays(first[name], second[name]) for name in first if name in second]
+    differences = [compare_arrays(first[name], second[name]) for name in first if name in second]
     alone = [
         *(ArrayDifference(name, note="only in the first") for name in first if name not in second),
         *(ArrayDifference(name, note="only in the second") for name in second if name not in first),
     ]
-    return (*(difference for difference in found if difference), *alone)
+    return (*(difference for difference in differences if difference), *alone)
 
 
 def _changed(one: Mapping[str, str], two: Mapping[str, str]) -> dict[str, tuple[str, str]]:

@@ -71,6 +71,20 @@ FILES: Final = {
     "subjects.csv": "the subjects of a cohort",
     "recording.yaml": "how the recordings of a cohort were made",
 }
+OF_PROVENANCE: Final = tuple(Provenance("").attributes())
+UNITS: Final = {
+    "_kpa": "kPa",
+    "_per_s": "s-1",
+    "_percent": "%",
+    "_m_s": "m s-1",
+    "_ml": "mL",
+    "_ms": "ms",
+    "_cm": "cm",
+    "_m2": "m2",
+    "_bpm": "min-1",
+    "_years": "year",
+}
+"""Units by how the name of a column ends."""
 
 
 @dataclass(frozen=True)
@@ -125,22 +139,6 @@ def _leaves(plain: object, key: str) -> Iterator[tuple[str, str]]:
         yield key, ", ".join(map(str, plain))
     else:
         yield key, str(plain)
-
-
-OF_PROVENANCE: Final = tuple(Provenance("").attributes())
-UNITS: Final = {
-    "_kpa": "kPa",
-    "_per_s": "s-1",
-    "_percent": "%",
-    "_m_s": "m s-1",
-    "_ml": "mL",
-    "_ms": "ms",
-    "_cm": "cm",
-    "_m2": "m2",
-    "_bpm": "min-1",
-    "_years": "year",
-}
-"""Units by how the name of a column ends."""
 
 
 def read(path: Path) -> Content:
@@ -201,8 +199,8 @@ def _read_weights(path: Path) -> Content:
     except NOT_PLAIN as error:
         raise DamagedArtefactError(path, f"cannot be read as a file of weights ({error})") from error
     arrays = tuple(array for name in content if name != "metadata" for array in _tensors(name, content[name]))
-    own = {name: _plain(value) for name, value in metadata.items() if name not in OF_PROVENANCE}
-    return _artefact(path, checked, provenance, arrays, flatten(own))
+    facts = {name: _plain(value) for name, value in metadata.items() if name not in OF_PROVENANCE}
+    return _artefact(path, checked, provenance, arrays, flatten(facts))
 
 
 def _tensors(name: str, value: Any) -> Iterator[Array]:  # noqa: ANN401

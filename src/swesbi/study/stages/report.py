@@ -17,11 +17,11 @@ from swesbi.posterior.result import read_exact_result
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.show.figures.population import read_strata
-from swesbi.show.figures.registry import PagePart
 from swesbi.show.figures.training import read_history
 from swesbi.show.names import protocol_entry
+from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
-from swesbi.show.page.page import Cohort, Provenance, as_yaml, make_page, render, study_figures
+from swesbi.show.page.page import Cohort, PageProvenance, as_yaml, make_page, render, study_figures
 from swesbi.show.page.sections import Section, make_population_section, make_section, section_figures
 from swesbi.show.results import Experiment, Recovery, Results
 from swesbi.show.tables.exact import Exact
@@ -219,8 +219,8 @@ def _sections(exact: Iterable[Exact], pngs: Sequence[Path], report: Path, title:
 
 def _provenance(
     settings: ReportSettings, origin: Origin, artefacts: Sequence[Path], configuration: str
-) -> Provenance:
-    return Provenance(
+) -> PageProvenance:
+    return PageProvenance(
         seed=origin.seed,
         code_hash=origin.code_hash,
         version=__version__,

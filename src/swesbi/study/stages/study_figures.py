@@ -17,7 +17,8 @@ from swesbi.recording.observation import read_observation
 from swesbi.show.figures.experiments import ExperimentScore, draw_experiments
 from swesbi.show.figures.style import save_figure
 from swesbi.show.figures.training import draw_epochs, draw_training, read_epochs, read_history
-from swesbi.show.figures.workflow import WorkflowPicture, draw_workflow
+from swesbi.show.figures.workflow import draw_workflow
+from swesbi.show.figures.workflow_panels import WorkflowPicture
 from swesbi.study.stages.origin import Origin, Place, by_place, pick
 from swesbi.verdict.support import Support, read_support
 

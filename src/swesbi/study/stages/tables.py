@@ -14,7 +14,14 @@ from swesbi.checks.recovery import read_truth
 from swesbi.posterior.truncated import read_posterior
 from swesbi.show.csv import write_csv
 from swesbi.show.latex import posterior_latex, ppc_latex
-from swesbi.show.study_tables import Answer, Case, features_table, posterior_table, ppc_table, truth_table
+from swesbi.show.study_tables import (
+    Case,
+    JudgedPosterior,
+    features_table,
+    posterior_table,
+    ppc_table,
+    truth_table,
+)
 from swesbi.study.stages.origin import Origin, by_place, by_subject, pick
 from swesbi.verdict.answers import verdict_numbers
 from swesbi.verdict.support import read_support
@@ -104,7 +111,7 @@ def truth(
     """
     support_of = by_place(supports)
     answers = [
-        Answer(
+        JudgedPosterior(
             place.experiment,
             place.subject,
             read_posterior(path),
