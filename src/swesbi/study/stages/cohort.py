@@ -11,11 +11,11 @@ from swesbi.artefacts import ArtefactError, save, to_dataset, to_groups
 from swesbi.base import Settings
 from swesbi.code_hash import stage_hash
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.heart.simulate import simulate
 from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
-from swesbi.prior import PriorSettings, log_centre
+from swesbi.measurement.subjects import reference_beat
+from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 from swesbi.recording.components import RepeatLevels, repeat_levels
 from swesbi.recording.ingest import ingest as ingest_recording
@@ -65,7 +65,7 @@ def _account(observed: Observation) -> str:
 
 
 class IngestBatchStageSettings(Settings):
-    """What observed curves depend on beside the recordings; contexts in the order of the recordings."""
+    """What observed curves depend on; contexts in the order of the recordings."""
 
     contexts: tuple[ContextRow, ...]
     recording: RecordingSettings
@@ -84,8 +84,6 @@ def ingest_batch(
     Args:
         recordings: Raw samples.
         observations: Output, in the order of the recordings.
-        settings: Contexts, quality control and grid.
-        origin: Seed of the study.
 
     Raises:
         RecordingError: A recording is malformed or too incomplete.
@@ -100,7 +98,7 @@ def ingest_batch(
 
 
 class NoiseStageSettings(Settings):
-    """What the components depend on beside the recordings: which samples are accepted, and the interval."""
+    """What the components depend on: which samples are accepted, and the interval."""
 
     recording: RecordingSettings
     noise: NoiseSettings
@@ -124,8 +122,6 @@ def noise(
         observations: Their observed curves, in the same order; they name the subjects.
         noise: Output.
         contexts: Output: the contexts of the subjects.
-        settings: Quality control, as at ingestion.
-        origin: Whose work this is.
 
     Raises:
         ArtefactError: An observed curve was not made of its recording under these settings.
@@ -181,8 +177,7 @@ def passive(*, observation: Path, passive: Path, settings: PassiveStageSettings,
         PassiveCalibrationError: It cannot be calibrated.
     """
     observed = read_observation(observation)
-    centre = log_centre(settings.prior)
-    reference = simulate(centre[None, :], observed.context, settings.forward_model)
+    reference = reference_beat(observed.context, settings.prior, settings.forward_model)
     baseline = calibrate_passive(observed, reference, settings.passive, settings.measurement)
     save(passive, to_dataset(baseline), origin.provenance(PASSIVE, settings))
     LOGGER.info(

@@ -52,7 +52,7 @@ STREAM = "calibration"
 
 
 class ExactPosteriorStageSettings(Settings):
-    """What the exact posterior depends on, beside its input files."""
+    """What the exact posterior depends on."""
 
     model: SpeedModelSettings
     exact: ExactSettings
@@ -182,7 +182,7 @@ def _with_fixed_scale(
 
 
 class CalibrationRecordingsStageSettings(Settings):
-    """What the recordings and their posteriors depend on, beside the input files."""
+    """What the recordings and their posteriors depend on."""
 
     model: SpeedModelSettings
     exact: ExactSettings

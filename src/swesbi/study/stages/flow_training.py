@@ -29,7 +29,7 @@ LOGGER = logging.getLogger("swesbi")
 
 
 class TrainFlowStageSettings(Settings):
-    """What the trained flow depends on, beside its input files."""
+    """What the trained flow depends on."""
 
     model: SpeedModelSettings
     summary: SummarySettings
@@ -72,7 +72,7 @@ def train_flow(
 
 
 class TrainPopulationStageSettings(Settings):
-    """What the trained flow depends on, beside the simulations."""
+    """What the trained flow depends on."""
 
     model: SpeedModelSettings
     conditions: ConditionSettings

@@ -30,13 +30,13 @@ from swesbi.recording.observation import read_observation
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.identifiability import draw_design, draw_identifiability
 from swesbi.show.figures.style import save_figure
-from swesbi.study.stages.origin import Origin, place_of
+from swesbi.study.stages.origin import Origin, result_key
 
 LOGGER = logging.getLogger("swesbi")
 
 
 class IdentifiabilityStageSettings(Settings):
-    """What the study of identifiability depends on, beside its input files."""
+    """What the study of identifiability depends on."""
 
     model: SpeedModelSettings
     identifiability: IdentifiabilitySettings
@@ -82,7 +82,7 @@ def read_recorded(
     """
     observed, components = read_observation(observation), read_noise(noise).components
     phi = read_exact_posterior(posterior).phi
-    if place_of(posterior).subject != observed.subject:
+    if result_key(posterior).subject != observed.subject:
         raise ArtefactError(
             f"{posterior}: is not of subject {observed.subject}, whose recording comes with it"
         )

@@ -48,7 +48,7 @@ STREAM = "misspecification"
 
 
 class MisspecificationStageSettings(Settings):
-    """What the synthetic recordings and their posteriors depend on, beside the input files."""
+    """What the synthetic recordings and their posteriors depend on."""
 
     model: SpeedModelSettings
     recording: RecordingSettings
@@ -140,7 +140,7 @@ def _make(
 
 
 class PopulationNullStageSettings(Settings):
-    """What the nulls depend on, beside the network."""
+    """What the nulls depend on."""
 
     fresh: FreshSettings
     summary: SummarySettings

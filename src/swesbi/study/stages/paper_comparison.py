@@ -24,7 +24,7 @@ from swesbi.show.latex import comparison_latex
 from swesbi.show.paper.comparison import comparison_table
 from swesbi.show.paper.measured import StudyResults, pool_size
 from swesbi.show.paper.values import read_paper
-from swesbi.study.stages.origin import Origin, by_place, by_subject
+from swesbi.study.stages.origin import Origin, by_key, by_subject
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import read_support
 
@@ -84,7 +84,7 @@ def paper_comparison(
         ppc=pd.read_csv(ppc),
         posterior=pd.read_csv(posterior),
         features=pd.read_csv(features),
-        supports={place.subject: read_support(path) for place, path in by_place(supports).items()},
+        supports={key.subject: read_support(path) for key, path in by_key(supports).items()},
         recoveries={path.parent.name: pd.read_csv(path) for path in recoveries},
         training=read_history(training),
         pool=pool_size(read_pool(pool)),

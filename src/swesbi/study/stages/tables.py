@@ -15,7 +15,7 @@ from swesbi.posterior.truncated import read_posterior
 from swesbi.show.csv import write_csv
 from swesbi.show.latex import posterior_latex, ppc_latex
 from swesbi.show.study_tables import Answer, Case, features_table, posterior_table, ppc_table, truth_table
-from swesbi.study.stages.origin import Origin, by_place, by_subject, pick
+from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
 from swesbi.verdict.answers import verdict_numbers
 from swesbi.verdict.support import read_support
 
@@ -65,17 +65,17 @@ def read_cases(
     Raises:
         ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
     """
-    posterior_of, support_of, fit_of = by_place(posteriors), by_place(supports), by_subject(cmaes)
+    posterior_of, support_of, fit_of = by_key(posteriors), by_key(supports), by_subject(cmaes)
     return [
         Case(
-            place.experiment,
-            place.subject,
+            key.experiment,
+            key.subject,
             read_predictive(path)[0],
-            read_posterior(pick(posterior_of, place, "posterior")),
-            read_support(pick(support_of, place, "support verdict")),
-            read_cmaes(fit_of[place.subject])[0],
+            read_posterior(pick(posterior_of, key, "posterior")),
+            read_support(pick(support_of, key, "support verdict")),
+            read_cmaes(fit_of[key.subject])[0],
         )
-        for place, path in by_place(predictives).items()
+        for key, path in by_key(predictives).items()
     ]
 
 
@@ -102,15 +102,15 @@ def truth(
     Raises:
         ArtefactError: A verdict is missing, or a file cannot be read.
     """
-    support_of = by_place(supports)
+    support_of = by_key(supports)
     answers = [
         Answer(
-            place.experiment,
-            place.subject,
+            key.experiment,
+            key.subject,
             read_posterior(path),
-            read_support(pick(support_of, place, "support verdict")),
+            read_support(pick(support_of, key, "support verdict")),
         )
-        for place, path in by_place(posteriors).items()
+        for key, path in by_key(posteriors).items()
     ]
     table = truth_table(answers, read_truth([truth]))
     write_csv(truth_csv, table)

@@ -27,7 +27,7 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.seeds import generator, integer_seed
 from swesbi.show.csv import write_csv
-from swesbi.study.stages.origin import Origin, by_place, place_of
+from swesbi.study.stages.origin import Origin, by_key, result_key
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
@@ -35,7 +35,7 @@ LONG_CHAINS = "mcmc"
 
 
 class CalibrationLocalStageSettings(Settings):
-    """What local calibration depends on, beside its input files."""
+    """What local calibration depends on."""
 
     model: SpeedModelSettings
     exact: ExactSettings
@@ -129,16 +129,14 @@ def population_agreement(
         posteriors: Posteriors of the experiment over a population.
         base_posteriors: Posteriors of its base, of the same subjects.
         table: Output, accuracies of the network's own draws ("npe") and of the exact ones ("weighted").
-        settings: Prior and number of draws.
-        origin: Seed.
 
     Raises:
         ArtefactError: An input is no such artefact.
     """
-    base = {place.subject: path for place, path in by_place(base_posteriors).items()}
+    base = {key.subject: path for key, path in by_key(base_posteriors).items()}
     rows = []
     for path in posteriors:
-        subject = place_of(path).subject
+        subject = result_key(path).subject
         found, exact = read_exact_result(path), read_exact_result(base[subject]).phi[: settings.draws]
         for sampler, phi in ((NETWORK, found.npe_phi), (WEIGHTED, found.phi)):
             seed = integer_seed(origin.seed, "population agreement", subject, sampler)
