@@ -111,8 +111,6 @@ _MODULES: Final[Mapping[str, Mapping[str, str]]] = {
     "tables": {
         "tables": "the tables of every experiment, as CSV and LaTeX.",
         "truth": "credible intervals beside the parameters that made the recordings.",
-    },
-    "paper_comparison": {
         "paper_comparison": "every number of the paper beside this study's, as CSV and LaTeX.",
     },
     "report": {

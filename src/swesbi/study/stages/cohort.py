@@ -91,9 +91,11 @@ def ingest_batch(
     progress = Progress("ingestion", len(settings.contexts), unit="subject")
     code_hash = stage_hash(__name__, "ingest")
     for row, recording, observation in zip(settings.contexts, recordings, observations, strict=True):
-        own = IngestStageSettings(context=row, recording=settings.recording, measurement=settings.measurement)
-        whose = replace(origin, subject=row.subject, code_hash=code_hash)
-        ingest(recording=recording, observation=observation, settings=own, origin=whose)
+        row_settings = IngestStageSettings(
+            context=row, recording=settings.recording, measurement=settings.measurement
+        )
+        row_origin = replace(origin, subject=row.subject, code_hash=code_hash)
+        ingest(recording=recording, observation=observation, settings=row_settings, origin=row_origin)
         progress.step()
 
 
@@ -132,11 +134,11 @@ def noise(
         observation.subject: _levels(recording, observation, settings.recording)
         for recording, observation in zip(recordings, observed, strict=True)
     }
-    found = fit_noise(levels, settings.noise.interval)
-    save(noise, noise_to_dataset(found), origin.provenance(NOISE, settings))
+    fitted = fit_noise(levels, settings.noise.interval)
+    save(noise, noise_to_dataset(fitted), origin.provenance(NOISE, settings))
     together = contexts_dataset([observation.context for observation in observed])
     save(contexts, together, origin.provenance(CONTEXTS, settings))
-    LOGGER.info("%s", _account_of_noise(found))
+    LOGGER.info("%s", _account_of_noise(fitted))
 
 
 def _levels(recording: Path, observation: Observation, settings: RecordingSettings) -> RepeatLevels:

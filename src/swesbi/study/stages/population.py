@@ -101,21 +101,21 @@ def population_scores(
     """
     groups = join(parts)
     save(calibration, groups, origin.provenance(KIND, settings))
-    found = {kind: fresh_of(group) for kind, group in groups.items()}
+    inferred = {kind: fresh_of(group) for kind, group in groups.items()}
     judge = Judge(settings.prior, settings.judgement, settings.strata)
-    write_csv(table, judge.checks(found))
-    write_csv(strata, judge.by_stratum(found[OWN]))
+    write_csv(table, judge.checks(inferred))
+    write_csv(strata, judge.by_stratum(inferred[OWN]))
     for path, kind in ((recovery, OWN), (recovery_acquisition, ACQUIRED)):
-        rows = [asdict(row) for row in judge.recovery(found[kind].inferred.ranked)]
+        rows = [asdict(row) for row in judge.recovery(inferred[kind].inferred.ranked)]
         write_csv(path, pd.DataFrame(rows), float_format=None)
-    _report(found)
+    _report(inferred)
 
 
-def _report(found: dict[str, FreshInferred]) -> None:
-    for kind, part in found.items():
-        diagnostics = part.inferred.diagnostics
+def _report(inferred: dict[str, FreshInferred]) -> None:
+    for kind, recordings in inferred.items():
+        diagnostics = recordings.inferred.diagnostics
         LOGGER.info(
             "%d %s recordings (%d refused): median efficiency %.0f %%, %d by MCMC",
-            len(part.contexts), kind, part.refused, 100.0 * float(np.median(diagnostics.efficiency)),
-            int(diagnostics.by_mcmc.sum()),
+            len(recordings.contexts), kind, recordings.refused,
+            100.0 * float(np.median(diagnostics.efficiency)), int(diagnostics.by_mcmc.sum()),
         )  # fmt: skip

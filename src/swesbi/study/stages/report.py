@@ -55,13 +55,13 @@ def read_exact(
     if chosen and not noise:
         raise ArtefactError("the cohort's noise is not given")
     truths = _truth(truth)
-    found = by_key(posteriors)
+    posterior_of = by_key(posteriors)
     return tuple(
         Exact(
             experiment=experiment,
             results={
                 key.subject: read_exact_result(path)
-                for key, path in found.items()
+                for key, path in posterior_of.items()
                 if key.experiment == experiment.name
             },
             noise=read_noise(noise[0]),

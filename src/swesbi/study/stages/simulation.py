@@ -127,9 +127,9 @@ def _features(
 ) -> SubjectFeatures:
     name, wanted = subject.observation.subject, settings.simulations_per_subject
     simulations = read_simulations(shards[name]) if name in shards else None
-    found = 0 if simulations is None else len(simulations.theta)
-    if simulations is None or found < wanted:
-        raise ArtefactError(f"subject {name}: {found} simulations given, {wanted} wanted; simulate it first")
+    given = 0 if simulations is None else len(simulations.theta)
+    if simulations is None or given < wanted:
+        raise ArtefactError(f"subject {name}: {given} simulations given, {wanted} wanted; simulate it first")
     return SubjectFeatures(
         context=subject.observation.context,
         draw_index=simulations.draw_index[:wanted],

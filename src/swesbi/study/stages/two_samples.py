@@ -86,8 +86,8 @@ def _accuracies(
     stream = integer_seed(seed, "calibration", "c2st", subject)
     pairs = ((NETWORK, LONG_CHAINS), (WEIGHTED, LONG_CHAINS), (NETWORK, WEIGHTED))
     return {
-        f"{one} {other}": classifier_accuracy(samples[one], samples[other], prior, stream)
-        for one, other in pairs
+        f"{first} {second}": classifier_accuracy(samples[first], samples[second], prior, stream)
+        for first, second in pairs
     }
 
 
@@ -137,8 +137,8 @@ def population_agreement(
     rows = []
     for path in posteriors:
         subject = result_key(path).subject
-        found, exact = read_exact_result(path), read_exact_result(base[subject]).phi[: settings.draws]
-        for sampler, phi in ((NETWORK, found.npe_phi), (WEIGHTED, found.phi)):
+        result, exact = read_exact_result(path), read_exact_result(base[subject]).phi[: settings.draws]
+        for sampler, phi in ((NETWORK, result.npe_phi), (WEIGHTED, result.phi)):
             seed = integer_seed(origin.seed, "population agreement", subject, sampler)
             accuracy = classifier_accuracy(phi[: settings.draws], exact, settings.prior, seed)
             rows.append({"subject": subject, "sampler": sampler, "draws": len(exact), "c2st": accuracy})
