@@ -148,6 +148,17 @@ def posterior_seed(seed: int) -> int:
     return integer_seed(seed, "recovery", "posterior")
 
 
+def infer(pool: Path, estimator: Path, raw: FloatArray, draws: int, seed: int) -> FloatArray:
+    """Draw candidates (N, draws, 3) for recordings given as raw features with context (N, C).
+
+    Raises:
+        ArtefactError: The estimator was trained on other components than the pool's.
+    """
+    data, (trained, _) = read_pool(pool), load_estimator(estimator)
+    check_components(data, trained, estimator)
+    return draw_candidates(trained, data.standardisation.apply(raw), draws, posterior_seed(seed))
+
+
 def _judge(
     pool: Path,
     estimator: Path,
@@ -157,15 +168,8 @@ def _judge(
     settings: RecoveryStageSettings | RecoveryAcquisitionStageSettings,
     seed: int,
 ) -> None:
-    """Infer N recordings, given as raw features with context (N, C); write their scores against theta (N, 3).
-
-    Raises:
-        ArtefactError: The estimator was trained on other components than the pool's.
-    """
-    data, (trained, _) = read_pool(pool), load_estimator(estimator)
-    check_components(data, trained, estimator)
-    z, draws = data.standardisation.apply(raw), settings.recovery.candidate_draws
-    candidates = draw_candidates(trained, z, draws, posterior_seed(seed))
+    """Infer N recordings, raw features with context (N, C), and write their scores against theta (N, 3)."""
+    candidates = infer(pool, estimator, raw, settings.recovery.candidate_draws, seed)
     recovered = recover(truth, candidates, settings.prior, settings.recovery)
     rows = score_recovery(recovered, settings.prior, settings.recovery)
     write_csv(path, pd.DataFrame([asdict(row) for row in rows]), float_format=None)
