@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from swesbi import simulations as simulations_dataset
 from swesbi.artefacts import save, to_dataset, to_groups, write_json
-from swesbi.checks.draws import SubjectModel
 from swesbi.checks.settings import CmaesSettings, PredictiveSettings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.measurement.subjects import MeasuredSubject
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.posterior.truncated import posterior_to_groups, summarise_posterior
@@ -93,7 +93,7 @@ class Files:
         return self.results / "cmaes" / f"{self.subject}.h5"
 
 
-def make_model(subject: str, noise_fraction: float = 0.027) -> SubjectModel:
+def make_model(subject: str, noise_fraction: float = 0.027) -> MeasuredSubject:
     """The subject's true curve, its 20 phases read with relative noise on the speed, one phase missing."""
     context = COHORT[subject]
     reference = simulate(log_centre(PRIOR)[None], context, FORWARD_MODEL)
@@ -105,12 +105,8 @@ def make_model(subject: str, noise_fraction: float = 0.027) -> SubjectModel:
     stiffness = (4.5 + active) * factor**2
     stiffness[12] = np.nan
     observation = _observation(subject, phase, stiffness, noise_fraction)
-    return SubjectModel(
-        observation,
-        calibrate_passive(observation, reference, PASSIVE, MEASUREMENT),
-        FORWARD_MODEL,
-        MEASUREMENT,
-    )
+    passive = calibrate_passive(observation, reference, PASSIVE, MEASUREMENT)
+    return MeasuredSubject(observation, passive, MEASUREMENT)
 
 
 def _observation(

@@ -86,7 +86,9 @@ def measured_subject(context: Context, missing_phase: int | None = None) -> Meas
     observed = ingest(make_samples(speed, 0.04, 0.08, seed=3), context, RECORDING, 100)
     if missing_phase is not None:
         observed = replace(observed, measured=np.arange(PHASES) != missing_phase)
-    return MeasuredSubject(observed, calibrate_passive(observed, reference, PASSIVE, MEASUREMENT))
+    return MeasuredSubject(
+        observed, calibrate_passive(observed, reference, PASSIVE, MEASUREMENT), MEASUREMENT
+    )
 
 
 def write_subject(folder: Path, context: Context) -> Inputs:

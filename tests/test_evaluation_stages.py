@@ -14,6 +14,7 @@ import xarray as xr
 from evaluation_study import (
     CMAES,
     EXPERIMENT,
+    FORWARD_MODEL,
     PREDICTIVE,
     PRIOR,
     SEED,
@@ -24,7 +25,9 @@ from evaluation_study import (
 )
 
 from swesbi.checks.cmaes import read_cmaes
+from swesbi.checks.draws import simulated_curves
 from swesbi.checks.predictive import read_predictive
+from swesbi.heart.model import activation_duration_s
 from swesbi.show.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
 from swesbi.study.stages import cmaes, predictive, subject_figures, tables
 from swesbi.study.stages.origin import Origin
@@ -113,15 +116,15 @@ def test_unsupported_subject_keeps_its_prior_prediction_and_has_no_posterior(stu
 def test_predictive_curves_pass_the_operator_of_the_observed_one(study: dict[str, Files]) -> None:
     check, _ = read_predictive(study["A"].folder / "predictive.h5")
     model = make_model("A")
-    theta = check.posterior.draws.theta[:3]
-    np.testing.assert_allclose(check.posterior.draws.curve_kpa[:3], model.curves(theta), rtol=1e-9)
+    simulated = simulated_curves(check.posterior.draws.theta[:3], model, FORWARD_MODEL)
+    np.testing.assert_allclose(check.posterior.draws.curve_kpa[:3], simulated, rtol=1e-9)
     assert check.target.features[0] == pytest.approx(model.observation.curve_kpa.max(), abs=0.2)
 
 
 def test_derived_quantities_are_physiological(study: dict[str, Files]) -> None:
     draws = read_predictive(study["A"].folder / "predictive.h5")[0].posterior.draws
     assert np.all((draws.ejection_fraction > 0.4) & (draws.ejection_fraction < 0.8))
-    duration_s = make_model("A").activation_duration_s
+    duration_s = activation_duration_s(make_model("A").observation.context.period_s, FORWARD_MODEL)
     expected = draws.theta[:, 0] * (1.0 - np.exp(-draws.theta[:, 1] * duration_s))
     np.testing.assert_allclose(draws.attained_stiffness_kpa, expected, rtol=1e-12)
 

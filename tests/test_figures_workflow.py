@@ -26,8 +26,8 @@ from swesbi.show.figures.registry import captions
 from swesbi.show.figures.style import EXCLUDED_BACKGROUND, save_figure
 from swesbi.show.figures.workflow import draw_workflow
 from swesbi.show.figures.workflow_panels import WorkflowPicture, groups
-from swesbi.study.stages.origin import Place
-from swesbi.study.stages.study_figures import shown_place
+from swesbi.study.stages.origin import ResultKey
+from swesbi.study.stages.study_figures import shown_subject
 
 K_ATP = THETA_NAMES.index("k_atp_per_s")
 GREY = tuple(int(EXCLUDED_BACKGROUND[i : i + 2], 16) / 255 for i in (1, 3, 5))
@@ -138,16 +138,16 @@ def test_groups_of_components() -> None:
 
 
 def test_the_first_supported_subject_is_shown() -> None:
-    def verdicts(*supported: bool) -> dict[Place, object]:
+    def verdicts(*supported: bool) -> dict[ResultKey, object]:
         return {
-            Place("paper", name): support(name, told) for name, told in zip("CAB", supported, strict=True)
+            ResultKey("paper", name): support(name, told) for name, told in zip("CAB", supported, strict=True)
         }
 
-    assert shown_place(verdicts(False, True, True)).subject == "A"
-    assert shown_place(verdicts(True, False, True)).subject == "C"
-    assert shown_place(verdicts(False, False, False)).subject == "C"
+    assert shown_subject(verdicts(False, True, True)).subject == "A"
+    assert shown_subject(verdicts(True, False, True)).subject == "C"
+    assert shown_subject(verdicts(False, False, False)).subject == "C"
     with pytest.raises(ValueError, match="cohort is empty"):
-        shown_place({})
+        shown_subject({})
 
 
 MANY = [f"patient-{number:02d}" for number in range(10)]

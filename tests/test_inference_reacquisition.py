@@ -71,7 +71,7 @@ def recorded(theta: np.ndarray, reacquisition: Reacquisition, seed: int = 0) -> 
 def simulated(theta: np.ndarray, reacquisition: Reacquisition) -> np.ndarray:
     beats = simulate(theta[None], CONTEXTS[0], FORWARD_MODEL)
     active = beats.active_stiffness_kpa
-    return reacquisition.subject.simulated_features(beats.cycle_phase, active, MEASUREMENT, SUMMARY)[0]
+    return reacquisition.subject.simulated_features(beats.cycle_phase, active, SUMMARY)[0]
 
 
 @pytest.mark.parametrize("missing_phase", [None, 8])

@@ -11,7 +11,18 @@ import numpy as np
 import pandas as pd
 import pytest
 from inference_case import CONTEXTS
-from inference_study import DRAWS, NOISE, POOL, POSTERIOR, RECOVERY, SUMMARY, TRAIN, Inputs, write_inputs
+from inference_study import (
+    DRAWS,
+    MEASUREMENT,
+    NOISE,
+    POOL,
+    POSTERIOR,
+    RECOVERY,
+    SUMMARY,
+    TRAIN,
+    Inputs,
+    write_inputs,
+)
 
 from swesbi.artefacts import ArtefactError, read_provenance
 from swesbi.checks.recovery import fresh_simulations
@@ -153,7 +164,9 @@ def test_recordings_are_inferred_with_the_statistics_of_the_pool(results: Path) 
 
 
 def test_each_recording_meets_its_own_passive_baseline(inputs: Inputs) -> None:
-    both = [read_measured_subjects(inputs.observations, inputs.passives[::step]) for step in (1, -1)]
+    both = [
+        read_measured_subjects(inputs.observations, inputs.passives[::step], MEASUREMENT) for step in (1, -1)
+    ]
     scales = [[subject.passive.scale_kpa for subject in subjects] for subjects in both]
     assert scales[0] == scales[1] == [read_passive(path).scale_kpa for path in inputs.passives]
     assert scales[0][0] != scales[0][1]

@@ -7,20 +7,20 @@ from typing import Final
 
 SCRIPT: Final = """
 import torch
-from swesbi.study.stages.new_subject import process_beside
+from swesbi.study.stages.new_subject import worker_process
 
 def work():
     return float(torch.zeros(2000, 2000).exp().sum())
 
 torch.set_num_threads(2)
 work()
-with process_beside() as beside:
-    print(beside.submit(work).result())
+with worker_process() as worker:
+    print(worker.submit(work).result())
 """
 TIMEOUT_S: Final = 120
 
 
-def test_a_process_beside_ends_after_its_parent_used_threads() -> None:
+def test_a_worker_process_ends_after_its_parent_used_threads() -> None:
     surroundings = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
     command = [sys.executable, "-c", SCRIPT]
     done = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=TIMEOUT_S)

@@ -22,7 +22,7 @@ from swesbi.networks.spline.conditioning import PhaseConditioner
 from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh, recorded
 from swesbi.posterior.result import read_exact_result
-from swesbi.study.stages import population as stage
+from swesbi.study.stages import answers as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.context import ContextRefusedError, check_declared
 from swesbi.verdict.pooled import KIND as NULL

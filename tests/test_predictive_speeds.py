@@ -13,12 +13,12 @@ from exact_shown import write_posterior, write_support
 
 from swesbi import simulations as simulations_dataset
 from swesbi.artefacts import save, to_groups
+from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.predictive_speeds import (
-    NewRecordings,
     Recorder,
+    Replicates,
     feature_noise_sd,
-    make_target,
     posterior_recordings,
     predict_recordings,
     prior_recordings,
@@ -45,11 +45,11 @@ def recorder() -> Recorder:
     observation = make_model("A").observation
     model = speed_model(measured_speeds(observation), speed_case.settings())
     summary = speed_case.shipped().speed_experiments["calibrated"].summary
-    return Recorder(model, observation, FEATURES, summary)
+    return Recorder(model, observation, CheckedFeatures(FEATURES, summary))
 
 
 @cache
-def known() -> NewRecordings:
+def known() -> Replicates:
     """New recordings of one phi, again and again."""
     phi = np.tile([58.0, 6.0, 28.0, 2.2], (DRAWS, 1))
     return posterior_recordings(phi, recorder(), np.random.default_rng(4))
@@ -85,7 +85,7 @@ def test_missing_phases_stay_missing() -> None:
 def test_bands_cover_new_recordings_as_often_as_they_say() -> None:
     made = known()
     measured = recorder().observation.measured
-    target = make_target(recorder(), feature_noise_sd(made))
+    target = recorder().target(feature_noise_sd(made))
     found = predict_recordings(made, target, 0.9)
     fresh = posterior_recordings(
         np.tile([58.0, 6.0, 28.0, 2.2], (500, 1)), recorder(), np.random.default_rng(9)
@@ -99,7 +99,7 @@ def test_bands_cover_new_recordings_as_often_as_they_say() -> None:
 
 def test_the_median_is_that_of_the_noiseless_curve() -> None:
     made = known()
-    found = predict_recordings(made, make_target(recorder(), feature_noise_sd(made)), 0.9)
+    found = predict_recordings(made, recorder().target(feature_noise_sd(made)), 0.9)
     np.testing.assert_allclose(found.curve.median, made.draws.curve_kpa[0])
     error = recorder().observation.curve_kpa - made.draws.curve_kpa[0]
     assert found.scores.rmse_kpa == pytest.approx(np.sqrt(np.mean(error**2)))
@@ -114,7 +114,7 @@ def test_the_prior_prediction_varies_the_passive_scale() -> None:
 
 
 def test_standard_errors_shown_are_those_of_the_observation_model() -> None:
-    target = make_target(recorder(), np.zeros(2))
+    target = recorder().target(np.zeros(2))
     expected = 2.0 * recorder().model.recording.relative_se * target.stiffness_kpa[target.measured]
     np.testing.assert_allclose(target.stiffness_se_kpa[target.measured], expected)
     assert np.isnan(target.stiffness_se_kpa[MISSING])
@@ -122,7 +122,7 @@ def test_standard_errors_shown_are_those_of_the_observation_model() -> None:
 
 def test_withheld_scores_leave_the_curves() -> None:
     made = known()
-    found = withheld(predict_recordings(made, make_target(recorder(), feature_noise_sd(made)), 0.9))
+    found = withheld(predict_recordings(made, recorder().target(feature_noise_sd(made)), 0.9))
     assert np.isnan(found.scores.rmse_kpa) and np.isnan(found.phase_scores.coverage)
     assert np.isfinite(found.curve.low).all()
 

@@ -14,7 +14,7 @@ from typing import Any, get_type_hints
 from swesbi.config.read import ConfigError, add_options, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
-from swesbi.study.registry import STAGES, stage_code, stage_function
+from swesbi.study.registry import STAGES, file_arguments, file_types, stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
 EXIT_USAGE = 2
@@ -76,7 +76,7 @@ def _run_stage(name: str, given: Sequence[str]) -> int:
     files = {key: value for key, value in options.items() if key not in WILDCARDS}
     settings = get_type_hints(run)["settings"].from_plain(stage_settings(study, name, **wildcards))
     origin = Origin(study.config.seed, wildcards.get("subject", ""), stage_code(name))
-    run(**files, settings=settings, origin=origin)
+    run(**file_arguments(run, files), settings=settings, origin=origin)
     return 0
 
 
@@ -86,10 +86,10 @@ def _parser(name: str, run: Callable[..., None]) -> argparse.ArgumentParser:
     add_options(parser)
     for wildcard in WILDCARDS:
         parser.add_argument(f"--{wildcard}", help=f"which {wildcard}, where the stage has several")
-    hints = get_type_hints(run)
-    for key, parameter in inspect.signature(run).parameters.items():
-        if key not in {"settings", "origin"}:
-            parser.add_argument(f"--{key.replace('_', '-')}", **_option(hints[key], parameter.default))
+    parameters = inspect.signature(run).parameters
+    for key, hint in file_types(run).items():
+        default = parameters[key].default if key in parameters else inspect.Parameter.empty
+        parser.add_argument(f"--{key.replace('_', '-')}", **_option(hint, default))
     return parser
 
 

@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.checks.draws import feature_columns
+from swesbi.checks.draws import CheckedFeatures, Curves, make_draws, make_target
 from swesbi.checks.predictive import Draws, Prediction, Target
 from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, band, coverage, score
-from swesbi.heart.model import attained_stiffness_kpa
 from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
-from swesbi.measurement.settings import DiscrepancySettings, SummarySettings
+from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds, active_at_phases, predict_speeds
-from swesbi.measurement.summary import summarise
 from swesbi.parameters import OF_THETA, SCALE
 from swesbi.prior import sample
 from swesbi.recording.observation import Observation
@@ -28,22 +26,7 @@ NO_DISCREPANCY = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
 
 
 @dataclass(frozen=True)
-class Curves:
-    """n stiffness curves as a recording shows them.
-
-    Attributes:
-        phase_kpa: At the phases of the recording, NaN at missing ones; shape (n, phases).
-        curve_kpa: On the analysis grid, through the measurement operator; shape (n, grid).
-        features: Their checked features; shape (n, features).
-    """
-
-    phase_kpa: FloatArray
-    curve_kpa: FloatArray
-    features: FloatArray
-
-
-@dataclass(frozen=True)
-class NewRecordings:
+class Replicates:
     """Predictive draws and a new recording of each.
 
     Attributes:
@@ -63,8 +46,7 @@ class Recorder:
 
     model: SpeedModel
     observation: Observation
-    feature_names: tuple[str, ...]
-    summary: SummarySettings
+    features: CheckedFeatures
 
     def curves(self, speed_m_s: FloatArray) -> Curves:
         """Turn speeds (n, p) at the measured phases into curves, like ingestion: E = 3 rho c^2, the grid."""
@@ -73,11 +55,23 @@ class Recorder:
         full = np.full((len(stiffness), len(self.observation.phase)), np.nan)
         full[:, self.observation.measured] = stiffness
         grid = to_grid(phase, stiffness, settings.measurement.grid_points)
-        columns = feature_columns(self.feature_names, self.summary)
-        return Curves(full, grid, summarise(grid, self.summary)[:, columns])
+        return Curves(full, grid, self.features.of(grid))
+
+    def target(self, noise_sd: FloatArray) -> Target:
+        """Return what predictions are compared with; standard errors are those of the observation model.
+
+        ``noise_sd`` (features,) is the standard deviation of what noise does to the checked features.
+        """
+        observation = self.observation
+        se = np.full(len(observation.phase), np.nan)
+        # E is proportional to c^2: its relative error is twice that of the speed.
+        se[observation.measured] = (
+            2.0 * self.model.recording.relative_se * observation.stiffness_kpa[observation.measured]
+        )
+        return make_target(observation, self.features, se, noise_sd)
 
 
-def posterior_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Generator) -> NewRecordings:
+def posterior_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Generator) -> Replicates:
     """Simulate phi (n, 4) and make a new recording of each successful simulation."""
     model = recorder.model
     beats = model.simulate(phi)
@@ -90,7 +84,7 @@ def posterior_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Gen
 
 def prior_recordings(
     simulations: PriorSimulations, number: int, recorder: Recorder, rng: np.random.Generator
-) -> NewRecordings:
+) -> Replicates:
     """Make a new recording of the first ``number`` stored simulations, each with its own passive scale."""
     model, phase = recorder.model, recorder.model.recording.phase
     stored = (simulations.cycle_phase, simulations.active_stiffness_kpa[:number])
@@ -101,36 +95,7 @@ def prior_recordings(
     return _record(simulations.theta[:number], predicted, volumes, 0, recorder, rng)
 
 
-def make_target(recorder: Recorder, noise_sd: FloatArray) -> Target:
-    """Return what the predictions are compared with; standard errors are those of the observation model.
-
-    Args:
-        recorder: The subject.
-        noise_sd: Standard deviation of what noise does to the checked features; shape (features,).
-    """
-    observation, model = recorder.observation, recorder.model
-    se = np.full(len(observation.phase), np.nan)
-    # E is proportional to c^2: its relative error is twice that of the speed.
-    se[observation.measured] = (
-        2.0 * model.recording.relative_se * observation.stiffness_kpa[observation.measured]
-    )
-    columns = feature_columns(recorder.feature_names, recorder.summary)
-    return Target(
-        grid=observation.grid,
-        curve_kpa=observation.curve_kpa,
-        phase=observation.phase,
-        measured=observation.measured,
-        stiffness_kpa=observation.stiffness_kpa,
-        stiffness_se_kpa=se,
-        features=summarise(observation.curve_kpa[None], recorder.summary)[0, columns],
-        feature_names=recorder.feature_names,
-        feature_noise_sd=noise_sd,
-        lvedv_ml=observation.context.lvedv_ml,
-        lvesv_ml=observation.context.lvesv_ml,
-    )
-
-
-def feature_noise_sd(made: NewRecordings) -> FloatArray:
+def feature_noise_sd(made: Replicates) -> FloatArray:
     """Return the standard deviation of what noise and discrepancy do to the features; shape (features,)."""
     return np.asarray((made.noisy.features - made.draws.features).std(axis=0))
 
@@ -142,28 +107,18 @@ def _record(
     failed: int,
     recorder: Recorder,
     rng: np.random.Generator,
-) -> NewRecordings:
+) -> Replicates:
     model = recorder.model
     clean = recorder.curves(predicted.speed_m_s)
     se, discrepancy = model.recording.relative_se, model.settings.discrepancy
-    draws = Draws(
-        theta=theta,
-        curve_kpa=clean.curve_kpa,
-        phase_kpa=clean.phase_kpa,
-        features=clean.features,
-        end_diastolic_volume_ml=volumes_ml[0],
-        end_systolic_volume_ml=volumes_ml[1],
-        attained_stiffness_kpa=attained_stiffness_kpa(theta, model.activation_duration_s),
-        failed=failed,
-    )
-    return NewRecordings(
-        draws=draws,
+    return Replicates(
+        draws=make_draws(theta, clean, volumes_ml, model.activation_duration_s, failed),
         noisy=recorder.curves(draw_speeds(predicted, se, discrepancy, rng)),
         measured=recorder.curves(draw_speeds(predicted, se, NO_DISCREPANCY, rng)),
     )
 
 
-def predict_recordings(made: NewRecordings, target: Target, interval: float) -> Prediction:
+def predict_recordings(made: Replicates, target: Target, interval: float) -> Prediction:
     """Compare predictive draws of an experiment on speeds with the observation.
 
     Medians are those of the noiseless curves, intervals those of new recordings: a measured phase should

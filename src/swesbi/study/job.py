@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol, TextIO, get_type_hints
 
 from swesbi.artefacts import DamagedArtefactError
-from swesbi.study.registry import stage_function
+from swesbi.study.registry import file_arguments, file_types, stage_function
 from swesbi.study.running import RUN, exit_when_gone
 from swesbi.study.stages.origin import Origin
 
@@ -68,10 +68,10 @@ def _arguments(
     run: Callable[..., None], files: Mapping[str, Any], stage: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Match a rule's files and params with the arguments of a stage."""
-    hints = get_type_hints(run)
-    wanted = [name for name in inspect.signature(run).parameters if name in files]
-    arguments: dict[str, Any] = {name: _as_paths(files[name], hints[name]) for name in wanted}
-    arguments["settings"] = hints["settings"].from_plain(stage["settings"])
+    types = file_types(run)
+    paths = {name: _as_paths(files[name], types[name]) for name in types if name in files}
+    arguments = file_arguments(run, paths)
+    arguments["settings"] = get_type_hints(run)["settings"].from_plain(stage["settings"])
     arguments["origin"] = Origin(stage["seed"], stage["subject"], stage["code"])
     return arguments
 

@@ -17,7 +17,7 @@ from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactResult
 from swesbi.prior import ParameterPrior
-from swesbi.study.registry import stage_code, stage_function
+from swesbi.study.registry import file_arguments, stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
 from swesbi.verdict.support import Support
@@ -191,9 +191,7 @@ def _answer(
     with tempfile.TemporaryDirectory(prefix=f".{subject}-", dir=existing) as made:
         outputs = {name: Path(made) / file for name, file in OUTPUTS.items()}
         run(
-            recording=study.new_recording(subject),
-            **vars(finished),
-            **outputs,
+            **file_arguments(run, {"recording": study.new_recording(subject)} | vars(finished) | outputs),
             settings=settings,
             origin=Origin(study.config.seed, subject, stage_code(stage)),
         )
@@ -205,8 +203,6 @@ def _answer(
 def _text(study: Study, experiment: str, subject: str, folder: Path) -> str:
     from swesbi.posterior.result import read_exact_result
     from swesbi.verdict.support import read_support
-
-    pass
 
     prior = study.config.speed_experiments[study.config.base_of(experiment)]
     bounds = (*study.config.priors[prior.prior].parameters, prior.passive_scale_kpa)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final, get_type_hints
 
 from swesbi.code_hash import stage_hash
 
@@ -73,6 +73,8 @@ _MODULES: Final[Mapping[str, Mapping[str, str]]] = {
     "population": {
         "population_calibration": "a part of the recordings of fresh contexts, inferred by both samplers.",
         "population_scores": "calibration on fresh contexts, judged over all of them and by stratum.",
+    },
+    "answers": {
         "population_answers": "the answers for a batch of subjects by the network of a population.",
     },
     "identifiability": {
@@ -109,8 +111,6 @@ _MODULES: Final[Mapping[str, Mapping[str, str]]] = {
     "tables": {
         "tables": "the tables of every experiment, as CSV and LaTeX.",
         "truth": "credible intervals beside the parameters that made the recordings.",
-    },
-    "paper_comparison": {
         "paper_comparison": "every number of the paper beside this study's, as CSV and LaTeX.",
     },
     "report": {
@@ -127,6 +127,11 @@ _MODULE_OF: Final = {
 }
 
 
+FILES: Final = "files"
+"""The argument of a stage, if it has one, that is a dataclass of files."""
+_NO_FILES: Final = (FILES, "settings", "origin", "return")
+
+
 def stage_function(name: str) -> Callable[..., None]:
     """Return the function of a stage; its module is imported now, with all that the stage needs.
 
@@ -135,6 +140,22 @@ def stage_function(name: str) -> Callable[..., None]:
     """
     function: Callable[..., None] = getattr(import_module(_MODULE_OF[name]), name)
     return function
+
+
+def file_types(run: Callable[..., None]) -> dict[str, Any]:
+    """Return the types of a stage's files by name: of its own arguments and of the fields of ``files``."""
+    hints = get_type_hints(run)
+    group = get_type_hints(hints[FILES]) if FILES in hints else {}
+    return {name: hint for name, hint in hints.items() if name not in _NO_FILES} | group
+
+
+def file_arguments(run: Callable[..., None], files: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a stage's files as its arguments: those of the group ``files`` together, if it has one."""
+    hints = get_type_hints(run)
+    arguments = {name: file for name, file in files.items() if name in hints}
+    if FILES in hints:
+        arguments[FILES] = hints[FILES](**{name: files[name] for name in get_type_hints(hints[FILES])})
+    return arguments
 
 
 def stage_place(name: str) -> tuple[str, str]:

@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError
 from swesbi.base import Settings
-from swesbi.checks.draws import CurveScores, SubjectModel, score_cycles, score_theta
+from swesbi.checks.draws import CurveScores, score_cycles, score_theta
 from swesbi.checks.scores import reduction_percent
 from swesbi.checks.settings import PredictiveSettings, Seeds
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.heart.simulate import Beats, simulate
+from swesbi.heart.simulate import Beats
 from swesbi.measurement.operator import PassiveCalibrationError, calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
-from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects
+from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects, reference_beat
 from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator
 from swesbi.networks.paper.maf import draw_until
 from swesbi.networks.paper.pool import Pool, read_pool, with_context
 from swesbi.population.synthetic import features_under
-from swesbi.prior import PriorSettings, in_bounds, log_centre
+from swesbi.prior import PriorSettings, in_bounds
 from swesbi.progress import Progress
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
@@ -46,7 +46,7 @@ FloatArray = NDArray[np.float64]
 
 
 class AcquisitionSeedsStageSettings(Settings):
-    """What the study over acquisition seeds depends on, beside its input files."""
+    """What the study over acquisition seeds depends on."""
 
     seeds: Seeds
     prior: PriorSettings
@@ -96,7 +96,8 @@ def acquisition_seeds(
     """
     data, (trained, _) = read_pool(pool), load_estimator(estimator)
     check_components(data, trained, estimator)
-    subjects, by_subject = read_measured_subjects(observations, passives), group_by_subject(shards)
+    subjects = read_measured_subjects(observations, passives, settings.measurement)
+    by_subject = group_by_subject(shards)
     progress = Progress("acquisition seeds", len(subjects) * len(settings.seeds), unit="recording")
     rows = []
     for subject in subjects:
@@ -104,7 +105,9 @@ def acquisition_seeds(
         judge = _Judge(
             subject=subject,
             truth=_truth_of(subject),
-            reference=_reference(subject, settings),
+            reference=reference_beat(
+                subject.observation.context, settings.passive_reference_prior, settings.forward_model
+            ),
             simulations=read_simulations(by_subject[name]),
             pool=data,
             estimator=trained,
@@ -130,11 +133,6 @@ def _truth_of(subject: MeasuredSubject) -> Truth:
     )
 
 
-def _reference(subject: MeasuredSubject, settings: AcquisitionSeedsStageSettings) -> Beats:
-    centre = log_centre(settings.passive_reference_prior)
-    return simulate(centre[None, :], subject.observation.context, settings.forward_model)
-
-
 def _judge(judge: _Judge, seed: int) -> SeedRow:
     """Record a subject under one seed and return what the study would say of the recording."""
     settings, context = judge.settings, judge.subject.observation.context
@@ -152,9 +150,13 @@ def _judge(judge: _Judge, seed: int) -> SeedRow:
     candidates = _candidates(judge, z_obs)
     names = judge.pool.components.names
     support = diagnose(z_obs, names, candidates, settings.prior, settings.support)
-    model = SubjectModel(recorded, passive, settings.forward_model, settings.measurement)
+    measured = MeasuredSubject(recorded, passive, settings.measurement)
     theta = candidates[in_bounds(candidates, settings.prior)] if support.supported else candidates[:0]
-    return _row(judge, seed, support, _prior_scores(judge, model), _posterior_scores(judge, model, theta))
+    draws, interval = settings.predictive.draws, settings.predictive.interval
+    active = judge.simulations.active_stiffness_kpa[:draws]
+    prior = score_cycles(judge.simulations.cycle_phase, active, measured, interval)
+    posterior = score_theta(theta[:draws], measured, settings.forward_model, interval)
+    return _row(judge, seed, support, prior, posterior)
 
 
 def _candidates(judge: _Judge, z_obs: FloatArray) -> FloatArray:
@@ -163,17 +165,6 @@ def _candidates(judge: _Judge, z_obs: FloatArray) -> FloatArray:
     return draw_until(
         judge.estimator, z_obs, enough, support.candidate_draws, judge.settings.prior, judge.seed
     )
-
-
-def _prior_scores(judge: _Judge, model: SubjectModel) -> CurveScores:
-    settings, simulations = judge.settings.predictive, judge.simulations
-    active = simulations.active_stiffness_kpa[: settings.draws]
-    return score_cycles(simulations.cycle_phase, active, model, settings.interval)
-
-
-def _posterior_scores(judge: _Judge, model: SubjectModel, theta: FloatArray) -> CurveScores:
-    settings = judge.settings.predictive
-    return score_theta(theta[: settings.draws], model, settings.interval)
 
 
 def _row(judge: _Judge, seed: int, support: Support, prior: CurveScores, posterior: CurveScores) -> SeedRow:

@@ -54,8 +54,6 @@ def calibration(
         table: Output, one row a check.
         recovery: Output, coverage under the model's own noise.
         recovery_acquisition: Output, coverage of recordings acquired sample by sample.
-        settings: What is asked.
-        origin: Whose work this is.
 
     Raises:
         ArtefactError: An input is no such part.

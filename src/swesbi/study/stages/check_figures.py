@@ -24,7 +24,7 @@ from swesbi.show.figures.misspecification import draw_misspecification
 from swesbi.show.figures.population import draw_strata, read_strata
 from swesbi.show.figures.recording import draw_noise
 from swesbi.show.figures.style import save_figure
-from swesbi.study.stages.origin import Origin, by_place, pick
+from swesbi.study.stages.origin import Origin, by_key, pick
 from swesbi.verdict.answers import OUTCOMES, cohort_table, read_answer
 from swesbi.verdict.power import AlarmRow
 from swesbi.verdict.support import read_support
@@ -66,7 +66,7 @@ def misspecification_figure(
     Raises:
         ArtefactError: The table lacks a column or a verdict cannot be read.
     """
-    verdicts = {place.subject: read_support(path) for place, path in by_place(supports).items()}
+    verdicts = {key.subject: read_support(path) for key, path in by_key(supports).items()}
     figure = draw_misspecification(
         verdicts, _read_rows(table), settings.strained_level, settings.cohort_title
     )
@@ -160,16 +160,14 @@ def population_cohort(
         cohort: Output, the table.
         figure_pdf: Output.
         figure_png: Output.
-        settings: The cohort, and what it is called.
-        origin: Whose work this is.
 
     Raises:
         ArtefactError: A file is missing or not what its name says.
     """
-    judged = by_place(supports)
+    judged = by_key(supports)
     answers = {
-        place.subject: read_answer(path, pick(judged, place, "verdict"))
-        for place, path in by_place(posteriors).items()
+        key.subject: read_answer(path, pick(judged, key, "verdict"))
+        for key, path in by_key(posteriors).items()
     }
     contexts = [row.to_context() for row in settings.contexts]
     table = cohort_table(contexts, answers, settings.refused)

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from swesbi.artefacts import save
 from swesbi.base import Settings
 from swesbi.checks.cmaes import FAILED_LOSS, KIND, best_run, curve_loss, gather, search, to_dataset
-from swesbi.checks.draws import SubjectModel
+from swesbi.checks.draws import simulated_curves
 from swesbi.checks.settings import CmaesSettings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.settings import MeasurementSettings
+from swesbi.measurement.subjects import MeasuredSubject
 from swesbi.prior import PriorSettings, bounds
 from swesbi.recording.observation import read_observation
 from swesbi.study.stages.origin import Origin
@@ -46,10 +47,13 @@ def cmaes(
         CmaesFailure: Every simulation failed.
     """
     observed = read_observation(observation)
-    model = SubjectModel(observed, read_passive(passive), settings.forward_model, settings.measurement)
+    subject = MeasuredSubject(observed, read_passive(passive), settings.measurement)
+
+    def curves(theta: FloatArray) -> FloatArray:
+        return simulated_curves(theta, subject, settings.forward_model)
 
     def loss(theta: FloatArray) -> FloatArray:
-        return curve_loss(model.curves(theta), observed.curve_kpa, settings.search.loss)
+        return curve_loss(curves(theta), observed.curve_kpa, settings.search.loss)
 
     runs = search(loss, *bounds(settings.prior), settings.search, label=f"CMA-ES of {observed.subject}")
     best = runs[best_run(runs)]
@@ -58,7 +62,7 @@ def cmaes(
             f"subject {observed.subject}: every simulation within the prior's bounds failed; "
             "check the subject's context and the forward model's settings"
         )
-    fit = gather(runs, model.curves(best.theta[None])[0], observed.grid, observed.curve_kpa)
+    fit = gather(runs, curves(best.theta[None])[0], observed.grid, observed.curve_kpa)
     save(cmaes, to_dataset(fit), origin.provenance(KIND, settings))
     LOGGER.info(
         "subject %s: best loss %.4f (seed %d), RMSE %.2f kPa, theta %s, %d simulations",

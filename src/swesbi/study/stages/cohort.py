@@ -11,11 +11,11 @@ from swesbi.artefacts import ArtefactError, save, to_dataset, to_groups
 from swesbi.base import Settings
 from swesbi.code_hash import stage_hash
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.heart.simulate import simulate
 from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
-from swesbi.prior import PriorSettings, log_centre
+from swesbi.measurement.subjects import reference_beat
+from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 from swesbi.recording.components import RepeatLevels, repeat_levels
 from swesbi.recording.ingest import ingest as ingest_recording
@@ -65,7 +65,7 @@ def _account(observed: Observation) -> str:
 
 
 class IngestBatchStageSettings(Settings):
-    """What observed curves depend on beside the recordings; contexts in the order of the recordings."""
+    """What observed curves depend on; contexts in the order of the recordings."""
 
     contexts: tuple[ContextRow, ...]
     recording: RecordingSettings
@@ -84,8 +84,6 @@ def ingest_batch(
     Args:
         recordings: Raw samples.
         observations: Output, in the order of the recordings.
-        settings: Contexts, quality control and grid.
-        origin: Seed of the study.
 
     Raises:
         RecordingError: A recording is malformed or too incomplete.
@@ -93,14 +91,16 @@ def ingest_batch(
     progress = Progress("ingestion", len(settings.contexts), unit="subject")
     code_hash = stage_hash(__name__, "ingest")
     for row, recording, observation in zip(settings.contexts, recordings, observations, strict=True):
-        own = IngestStageSettings(context=row, recording=settings.recording, measurement=settings.measurement)
-        whose = replace(origin, subject=row.subject, code_hash=code_hash)
-        ingest(recording=recording, observation=observation, settings=own, origin=whose)
+        row_settings = IngestStageSettings(
+            context=row, recording=settings.recording, measurement=settings.measurement
+        )
+        row_origin = replace(origin, subject=row.subject, code_hash=code_hash)
+        ingest(recording=recording, observation=observation, settings=row_settings, origin=row_origin)
         progress.step()
 
 
 class NoiseStageSettings(Settings):
-    """What the components depend on beside the recordings: which samples are accepted, and the interval."""
+    """What the components depend on: which samples are accepted, and the interval."""
 
     recording: RecordingSettings
     noise: NoiseSettings
@@ -124,8 +124,6 @@ def noise(
         observations: Their observed curves, in the same order; they name the subjects.
         noise: Output.
         contexts: Output: the contexts of the subjects.
-        settings: Quality control, as at ingestion.
-        origin: Whose work this is.
 
     Raises:
         ArtefactError: An observed curve was not made of its recording under these settings.
@@ -136,11 +134,11 @@ def noise(
         observation.subject: _levels(recording, observation, settings.recording)
         for recording, observation in zip(recordings, observed, strict=True)
     }
-    found = fit_noise(levels, settings.noise.interval)
-    save(noise, noise_to_dataset(found), origin.provenance(NOISE, settings))
+    fitted = fit_noise(levels, settings.noise.interval)
+    save(noise, noise_to_dataset(fitted), origin.provenance(NOISE, settings))
     together = contexts_dataset([observation.context for observation in observed])
     save(contexts, together, origin.provenance(CONTEXTS, settings))
-    LOGGER.info("%s", _account_of_noise(found))
+    LOGGER.info("%s", _account_of_noise(fitted))
 
 
 def _levels(recording: Path, observation: Observation, settings: RecordingSettings) -> RepeatLevels:
@@ -181,8 +179,7 @@ def passive(*, observation: Path, passive: Path, settings: PassiveStageSettings,
         PassiveCalibrationError: It cannot be calibrated.
     """
     observed = read_observation(observation)
-    centre = log_centre(settings.prior)
-    reference = simulate(centre[None, :], observed.context, settings.forward_model)
+    reference = reference_beat(observed.context, settings.prior, settings.forward_model)
     baseline = calibrate_passive(observed, reference, settings.passive, settings.measurement)
     save(passive, to_dataset(baseline), origin.provenance(PASSIVE, settings))
     LOGGER.info(

@@ -12,7 +12,7 @@ from pydantic import Field
 from scipy import stats
 
 from swesbi.artefacts import ArtefactError
-from swesbi.checks.draws import SubjectModel, score_theta
+from swesbi.checks.draws import score_theta
 from swesbi.checks.recovery import NothingRecoveredError, recover, score_recovery
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects
@@ -42,7 +42,7 @@ from swesbi.study.stages.inference import (
     posterior_seed,
     synthetic_recordings,
 )
-from swesbi.study.stages.origin import Origin, by_place
+from swesbi.study.stages.origin import Origin, by_key
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import read_support
 
@@ -51,7 +51,7 @@ FloatArray = NDArray[np.float64]
 
 
 class EpochsStageSettings(RecoveryStageSettings):
-    """What the study over epochs depends on, beside its input files; recovery is that of the experiment."""
+    """What the study over epochs depends on; recovery is that of the experiment."""
 
     support: SupportSettings
     predictive: PredictiveSettings
@@ -79,8 +79,8 @@ def epochs(
         ArtefactError: An input does not fit the others.
     """
     data, (nets, _) = read_pool(pool), load_checkpoints(checkpoints)
-    subjects = read_measured_subjects(observations, passives)
-    supported = {place.subject: read_support(path).supported for place, path in by_place(supports).items()}
+    subjects = read_measured_subjects(observations, passives, settings.measurement)
+    supported = {key.subject: read_support(path).supported for key, path in by_key(supports).items()}
     if missing := [s.observation.subject for s in subjects if s.observation.subject not in supported]:
         raise ArtefactError(f"no support verdict of subject {missing[0]} is given")
     truth, raw = synthetic_recordings(subjects, settings, origin.seed)
@@ -151,11 +151,8 @@ def _subject_rows(
     settings: EpochsStageSettings,
 ) -> Iterator[EpochRow]:
     """Yield width and predictive scores of one subject's posterior under one checkpoint."""
-    name, required, wanted = (
-        subject.observation.subject,
-        settings.support.min_in_prior_draws,
-        settings.predictive.draws,
-    )
+    name, required = subject.observation.subject, settings.support.min_in_prior_draws
+    wanted = settings.predictive.draws
     enough = max(required, wanted)
     candidates = draw_until(net, z_obs, enough, settings.candidate_draws, settings.prior, seed)
     inside = candidates[in_bounds(candidates, settings.prior)]
@@ -164,8 +161,7 @@ def _subject_rows(
     for parameter, value in zip(THETA_NAMES, _relative_sd(theta, settings), strict=True):
         yield _row(net, RELATIVE_SD, subject=name, parameter=parameter, value=value, n=len(theta))
     shown = theta[:wanted] if supported else theta[:0]
-    model = SubjectModel(subject.observation, subject.passive, settings.forward_model, settings.measurement)
-    scores = score_theta(shown, model, settings.predictive.interval)
+    scores = score_theta(shown, subject, settings.forward_model, settings.predictive.interval)
     yield _row(net, COVERAGE_PHASES, subject=name, value=scores.phases.coverage, n=len(shown))
     yield _row(net, COVERAGE_GRID, subject=name, value=scores.grid.coverage, n=len(shown))
     yield _row(net, RMSE, subject=name, value=scores.grid.rmse_kpa, n=len(shown))

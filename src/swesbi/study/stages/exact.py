@@ -52,7 +52,7 @@ STREAM = "calibration"
 
 
 class ExactPosteriorStageSettings(Settings):
-    """What the exact posterior depends on, beside its input files."""
+    """What the exact posterior depends on."""
 
     model: SpeedModelSettings
     exact: ExactSettings
@@ -137,10 +137,11 @@ def sensitivity_run(
     label = f"variant {posteriors.stem}"
     flow = train_spline(simulated, settings.train.conditioning, settings.train.estimator, seed, label).spline
     scales = {load(path, PASSIVE)[1].subject: read_passive(path).scale_kpa for path in passives}
-    found = [_infer(model, flow, scales, settings) for model in models]
-    save(posteriors, to_dataset(found), origin.provenance(KIND, settings))
-    for part in found:
-        LOGGER.info("%s, subject %s: %s, efficiency %.2f", label, part.subject, part.sampler, part.efficiency)
+    inferred = [_infer(model, flow, scales, settings) for model in models]
+    save(posteriors, to_dataset(inferred), origin.provenance(KIND, settings))
+    for posterior in inferred:
+        subject, efficiency = posterior.subject, posterior.efficiency
+        LOGGER.info("%s, subject %s: %s, efficiency %.2f", label, subject, posterior.sampler, efficiency)
 
 
 def _simulations(model: SpeedModel, settings: SensitivityRunStageSettings) -> SubjectSimulations:
@@ -158,9 +159,9 @@ def _infer(
     if settings.fix_passive_scale:
         return _with_fixed_scale(model, flow, scales[subject], settings)
     seed = integer_seed(settings.seed, "exact", subject)
-    found = infer_exactly(model, flow_proposal(flow, model.recording), settings.exact, seed)
-    by_mcmc = found.sampler == "mcmc"
-    return VariantPosterior(subject, found.phi, by_mcmc, found.k_hat, found.efficiency, found.converged)
+    exact = infer_exactly(model, flow_proposal(flow, model.recording), settings.exact, seed)
+    by_mcmc = exact.sampler == "mcmc"
+    return VariantPosterior(subject, exact.phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)
 
 
 def _with_fixed_scale(
@@ -182,7 +183,7 @@ def _with_fixed_scale(
 
 
 class CalibrationRecordingsStageSettings(Settings):
-    """What the recordings and their posteriors depend on, beside the input files."""
+    """What the recordings and their posteriors depend on."""
 
     model: SpeedModelSettings
     exact: ExactSettings
@@ -239,8 +240,9 @@ def _acquisition(
 
 
 def _account(inferred: Inferred) -> str:
-    found = inferred.diagnostics
+    diagnostics = inferred.diagnostics
     return (
-        f"efficiency {np.median(found.efficiency):.0%} (median), k-hat at most {found.k_hat.max():.2f}, "
-        f"MCMC took over in {int(found.by_mcmc.sum())} of {len(found.by_mcmc)}"
+        f"efficiency {np.median(diagnostics.efficiency):.0%} (median), "
+        f"k-hat at most {diagnostics.k_hat.max():.2f}, "
+        f"MCMC took over in {int(diagnostics.by_mcmc.sum())} of {len(diagnostics.by_mcmc)}"
     )

@@ -29,7 +29,7 @@ LOGGER = logging.getLogger("swesbi")
 
 
 class TrainFlowStageSettings(Settings):
-    """What the trained flow depends on, beside its input files."""
+    """What the trained flow depends on."""
 
     model: SpeedModelSettings
     summary: SummarySettings
@@ -61,9 +61,10 @@ def train_flow(
     """
     label, pooled = f"training {estimator.parent.name}", read_pool(pool)
     models = read_speed_models(observations, noise, settings.model)
-    parts = [of_subject(pooled, model.recording.subject, pool) for model in models]
+    simulations = [of_subject(pooled, model.recording.subject, pool) for model in models]
     subjects = [
-        SubjectSimulations(model, part.theta, part.active) for model, part in zip(models, parts, strict=True)
+        SubjectSimulations(model, simulated.theta, simulated.active)
+        for model, simulated in zip(models, simulations, strict=True)
     ]
     seed = integer_seed(origin.seed, "flow training")
     result = train_on_pool(subjects, settings.conditioning, settings.estimator, seed, label)
@@ -72,7 +73,7 @@ def train_flow(
 
 
 class TrainPopulationStageSettings(Settings):
-    """What the trained flow depends on, beside the simulations."""
+    """What the trained flow depends on."""
 
     model: SpeedModelSettings
     conditions: ConditionSettings

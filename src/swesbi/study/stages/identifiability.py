@@ -30,13 +30,13 @@ from swesbi.recording.observation import read_observation
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.identifiability import draw_design, draw_identifiability
 from swesbi.show.figures.style import save_figure
-from swesbi.study.stages.origin import Origin, place_of
+from swesbi.study.stages.origin import Origin, result_key
 
 LOGGER = logging.getLogger("swesbi")
 
 
 class IdentifiabilityStageSettings(Settings):
-    """What the study of identifiability depends on, beside its input files."""
+    """What the study of identifiability depends on."""
 
     model: SpeedModelSettings
     identifiability: IdentifiabilitySettings
@@ -61,15 +61,17 @@ def identifiability(
         ValueError: A reference beat does not become periodic, or there is no subject.
     """
     pairs = zip(posteriors, observations, strict=True)
-    recorded = [read_recorded(posterior, one, noise, settings.model) for posterior, one in pairs]
-    found = identify_cohort(recorded, settings.identifiability, origin.seed)
-    groups = to_groups(found, settings.identifiability)
+    recorded = [
+        read_recorded(posterior, observation, noise, settings.model) for posterior, observation in pairs
+    ]
+    cohort = identify_cohort(recorded, settings.identifiability, origin.seed)
+    groups = to_groups(cohort, settings.identifiability)
     save(identifiability, groups, origin.provenance(KIND, settings))
     write_csv(summary, summary_table(groups["/"], groups["profile"]))
     write_csv(information, information_table(groups["phases"]))
     mass = settings.identifiability.interval
     write_csv(design, design_table(groups["design"], groups["placement"], mass))
-    _log(found)
+    _log(cohort)
 
 
 def read_recorded(
@@ -82,7 +84,7 @@ def read_recorded(
     """
     observed, components = read_observation(observation), read_noise(noise).components
     phi = read_exact_posterior(posterior).phi
-    if place_of(posterior).subject != observed.subject:
+    if result_key(posterior).subject != observed.subject:
         raise ArtefactError(
             f"{posterior}: is not of subject {observed.subject}, whose recording comes with it"
         )
@@ -97,14 +99,14 @@ def read_recorded(
     )
 
 
-def _log(found: CohortIdentifiability) -> None:
+def _log(cohort: CohortIdentifiability) -> None:
     """Log the expected over the found posterior sd: how far the design figures can be trusted."""
-    for one in found.subjects:
-        ratio = one.spread.expected_sd_log / one.spread.sd_log
+    for subject in cohort.subjects:
+        ratio = subject.spread.expected_sd_log / subject.spread.sd_log
         parts = ", ".join(
             f"{name} {value:.2f}" for name, value in zip(QUANTITY_NAMES, np.round(ratio, 2), strict=True)
         )
-        LOGGER.info("subject %s: expected / found posterior sd: %s", one.subject, parts)
+        LOGGER.info("subject %s: expected / found posterior sd: %s", subject.subject, parts)
 
 
 class IdentifiabilityFiguresSettings(Settings):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -16,10 +16,9 @@ from swesbi.base import Settings
 from swesbi.checks.recovery import fresh_simulations, recover, score_recovery, shares
 from swesbi.checks.settings import RecoverySettings
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.heart.simulate import simulate
 from swesbi.measurement.operator import PassiveCalibrationError
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings, summary_names
-from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects
+from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects, reference_beat
 from swesbi.networks.paper.estimator import load_estimator
 from swesbi.networks.paper.maf import Sampler, draw_candidates
 from swesbi.networks.paper.pool import Pool, augment, noise_sd, read_pool, with_context
@@ -27,7 +26,7 @@ from swesbi.networks.settings import ObservationModelSettings
 from swesbi.population.synthetic import Reacquisition
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.posterior.truncated import POSTERIOR, posterior_to_groups, summarise_posterior
-from swesbi.prior import PriorSettings, log_centre
+from swesbi.prior import PriorSettings
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator, integer_seed
@@ -42,7 +41,7 @@ FloatArray = NDArray[np.float64]
 
 
 class PosteriorStageSettings(Settings):
-    """What support and posterior depend on, beside pool and estimator."""
+    """What support and posterior depend on."""
 
     prior: PriorSettings
     support: SupportSettings
@@ -92,7 +91,7 @@ def check_components(pool: Pool, estimator: Sampler, path: Path) -> None:
 
 
 class RecoveryStageSettings(Settings):
-    """What the recovery depends on, beside its input files."""
+    """What the recovery depends on."""
 
     prior: PriorSettings
     forward_model: ForwardModelSettings
@@ -120,32 +119,28 @@ def recovery(
     Raises:
         ArtefactError: An input does not fit the others.
     """
-    subjects = read_measured_subjects(observations, passives)
+    subjects = read_measured_subjects(observations, passives, settings.measurement)
     truth, raw = synthetic_recordings(subjects, settings, origin.seed)
-    posteriors = infer(pool, estimator, raw, settings.recovery.candidate_draws, origin.seed)
-    write_scores(recovery, truth, posteriors, settings.prior, settings.recovery)
+    _judge(pool, estimator, truth, raw, recovery, settings, origin.seed)
 
 
 def synthetic_recordings(
     subjects: Sequence[MeasuredSubject], settings: RecoveryStageSettings, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return theta (N, 3) and raw features with context (N, C) of recordings shared over the subjects."""
+    return _shared(lambda subject, count: _recordings(subject, count, settings, seed), subjects, settings)
+
+
+def _shared(
+    make: Callable[[MeasuredSubject, int], tuple[FloatArray, FloatArray]],
+    subjects: Sequence[MeasuredSubject],
+    settings: RecoveryStageSettings | RecoveryAcquisitionStageSettings,
+) -> tuple[FloatArray, FloatArray]:
+    """Return theta (N, 3) and raw features with context (N, C), made subject by subject for its share."""
     counts = shares(settings.recovery.recordings, len(subjects))
-    made = [_recordings(s, n, settings, seed) for s, n in zip(subjects, counts, strict=True) if n]
+    made = [make(subject, count) for subject, count in zip(subjects, counts, strict=True) if count]
     truth, raw = (np.concatenate(parts) for parts in zip(*made, strict=True))
     return truth, raw
-
-
-def infer(pool: Path, estimator: Path, raw: FloatArray, draws: int, seed: int) -> FloatArray:
-    """Draw candidates (N, draws, 3) for recordings given as raw features and context, shape (N, C).
-
-    Raises:
-        ArtefactError: The estimator was trained on other components than the pool's.
-    """
-    data, (trained, _) = read_pool(pool), load_estimator(estimator)
-    check_components(data, trained, estimator)
-    z = data.standardisation.apply(raw)
-    return draw_candidates(trained, z, draws, posterior_seed(seed))
 
 
 def posterior_seed(seed: int) -> int:
@@ -153,12 +148,30 @@ def posterior_seed(seed: int) -> int:
     return integer_seed(seed, "recovery", "posterior")
 
 
-def write_scores(
-    path: Path, truth: FloatArray, candidates: FloatArray, prior: PriorSettings, settings: RecoverySettings
+def infer(pool: Path, estimator: Path, raw: FloatArray, draws: int, seed: int) -> FloatArray:
+    """Draw candidates (N, draws, 3) for recordings given as raw features with context (N, C).
+
+    Raises:
+        ArtefactError: The estimator was trained on other components than the pool's.
+    """
+    data, (trained, _) = read_pool(pool), load_estimator(estimator)
+    check_components(data, trained, estimator)
+    return draw_candidates(trained, data.standardisation.apply(raw), draws, posterior_seed(seed))
+
+
+def _judge(
+    pool: Path,
+    estimator: Path,
+    truth: FloatArray,
+    raw: FloatArray,
+    path: Path,
+    settings: RecoveryStageSettings | RecoveryAcquisitionStageSettings,
+    seed: int,
 ) -> None:
-    """Score the posteriors of N recordings against their truth (N, 3) and write one row a score."""
-    recovered = recover(truth, candidates, prior, settings)
-    rows = score_recovery(recovered, prior, settings)
+    """Infer N recordings, raw features with context (N, C), and write their scores against theta (N, 3)."""
+    candidates = infer(pool, estimator, raw, settings.recovery.candidate_draws, seed)
+    recovered = recover(truth, candidates, settings.prior, settings.recovery)
+    rows = score_recovery(recovered, settings.prior, settings.recovery)
     write_csv(path, pd.DataFrame([asdict(row) for row in rows]), float_format=None)
     LOGGER.info("%s: %d of %d recordings scored", path.stem, len(recovered.truth), len(truth))
     for row in rows:
@@ -172,7 +185,7 @@ def _recordings(
     context = subject.observation.context
     simulations = fresh_simulations(count, context, settings.prior, settings.forward_model, seed)
     clean = subject.simulated_features(
-        simulations.cycle_phase, simulations.active_stiffness_kpa, settings.measurement, settings.summary
+        simulations.cycle_phase, simulations.active_stiffness_kpa, settings.summary
     )
     sd = noise_sd(summary_names(settings.summary), settings.observation_model.feature_noise_sd)
     noisy = augment(clean, sd, 1, generator(seed, "recovery", "feature noise", context.subject))[:, 0]
@@ -180,7 +193,7 @@ def _recordings(
 
 
 class RecoveryAcquisitionStageSettings(Settings):
-    """What this recovery depends on, beside its input files."""
+    """What this recovery depends on."""
 
     prior: PriorSettings
     passive_reference_prior: PriorSettings
@@ -212,17 +225,15 @@ def recovery_acquisition(
         ArtefactError: An input does not fit the others.
         ValueError: Every recording was refused.
     """
-    subjects = read_measured_subjects(observations, passives)
-    counts = shares(settings.recovery.recordings, len(subjects))
-    made = [
-        _acquired_recordings(s, n, settings, origin.seed) for s, n in zip(subjects, counts, strict=True) if n
-    ]
-    truth, raw = (np.concatenate(parts) for parts in zip(*made, strict=True))
-    LOGGER.info("%d of %d recordings passed ingestion and calibration", len(truth), sum(counts))
+    subjects = read_measured_subjects(observations, passives, settings.measurement)
+    tried = settings.recovery.recordings
+    truth, raw = _shared(
+        lambda subject, count: _acquired_recordings(subject, count, settings, origin.seed), subjects, settings
+    )
+    LOGGER.info("%d of %d recordings passed ingestion and calibration", len(truth), tried)
     if not len(truth):
-        raise ValueError(f"all {sum(counts)} synthetic recordings were refused; see the log for the reasons")
-    posteriors = infer(pool, estimator, raw, settings.recovery.candidate_draws, origin.seed)
-    write_scores(recovery_acquisition, truth, posteriors, settings.prior, settings.recovery)
+        raise ValueError(f"all {tried} synthetic recordings were refused; see the log for the reasons")
+    _judge(pool, estimator, truth, raw, recovery_acquisition, settings, origin.seed)
 
 
 def _acquired_recordings(
@@ -247,11 +258,10 @@ def _acquired_recordings(
 
 
 def _reacquisition(subject: MeasuredSubject, settings: RecoveryAcquisitionStageSettings) -> Reacquisition:
-    centre = log_centre(settings.passive_reference_prior)
-    reference = simulate(centre[None, :], subject.observation.context, settings.forward_model)
+    context = subject.observation.context
     return Reacquisition(
         subject=subject,
-        reference=reference,
+        reference=reference_beat(context, settings.passive_reference_prior, settings.forward_model),
         acquisition=settings.acquisition,
         recording=settings.recording,
         passive=settings.passive,

@@ -48,7 +48,7 @@ STREAM = "misspecification"
 
 
 class MisspecificationStageSettings(Settings):
-    """What the synthetic recordings and their posteriors depend on, beside the input files."""
+    """What the synthetic recordings and their posteriors depend on."""
 
     model: SpeedModelSettings
     recording: RecordingSettings
@@ -93,10 +93,10 @@ def misspecification(
     made = _make(model, observed, components, settings, origin.seed)
     names = summary_names(conditioning.summary)
     checks = {
-        kind: check_recordings(model, part.recordings, flow, conditioning, sizes, origin.seed, kind)
-        if part.recordings
+        kind: check_recordings(model, synthetic.recordings, flow, conditioning, sizes, origin.seed, kind)
+        if synthetic.recordings
         else no_checks(len(names))
-        for kind, part in made.items()
+        for kind, synthetic in made.items()
     }
     reference = own_recordings(model, sizes.reference_recordings, origin.seed, STREAM, "reference")
     speeds = np.stack([recording.speed_m_s for recording in reference.recordings])
@@ -106,7 +106,7 @@ def misspecification(
         feature_names=names,
         prior_mass=prior_strip_mass(settings.model.prior, sizes.strip_fraction),
         recordings=checks,
-        refused={kind: part.refused for kind, part in made.items()},
+        refused={kind: synthetic.refused for kind, synthetic in made.items()},
     )
     save(misspecification, to_groups(result), origin.provenance(CHECKS, settings))
 
@@ -140,7 +140,7 @@ def _make(
 
 
 class PopulationNullStageSettings(Settings):
-    """What the nulls depend on, beside the network."""
+    """What the nulls depend on."""
 
     fresh: FreshSettings
     summary: SummarySettings
@@ -158,8 +158,8 @@ def population_null(
     """
     conditioning = conditioning_of(settings.summary, settings.fresh.model)
     flow, _ = load_spline(estimator)
-    found = draw_null(
+    drawn = draw_null(
         range(settings.sizes.recordings), flow, settings.fresh, conditioning, settings.sizes, settings.rule,
         origin.seed,
     )  # fmt: skip
-    save(null, to_dataset(found), origin.provenance(NULLS, settings))
+    save(null, to_dataset(drawn), origin.provenance(NULLS, settings))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,17 +14,13 @@ import torch
 from pydantic import Field
 from threadpoolctl import threadpool_limits
 
-from swesbi.artefacts import write_json
 from swesbi.base import Settings
 from swesbi.context import Context
-from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.measurement.subjects import read_speed_model
 from swesbi.networks.spline.files import load_spline, load_spline_provenance
 from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.importance import FlowProposal, flow_proposal
-from swesbi.posterior.refine import refined_posterior
-from swesbi.posterior.settings import RefinementSettings
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.noise import compare_noise, read_noise
 from swesbi.recording.observation import read_observation
@@ -32,44 +28,38 @@ from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, rejection
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
+from swesbi.simulations import read_simulations
 from swesbi.study.inspect.read import flatten
+from swesbi.study.stages.answers import Answer, AnswerSettings, Knowledge
 from swesbi.study.stages.cmaes import CmaesStageSettings, cmaes
 from swesbi.study.stages.cohort import IngestStageSettings, PassiveStageSettings, ingest, passive
-from swesbi.study.stages.exact import ExactPosteriorStageSettings, write_posterior
 from swesbi.study.stages.flow_training import TrainFlowStageSettings, TrainPopulationStageSettings
 from swesbi.study.stages.origin import Origin
-from swesbi.study.stages.predictive import PredictiveSpeedsStageSettings, predictive_speeds
 from swesbi.study.stages.simulation import SimulateSettings, simulate
 from swesbi.study.stages.subject_figures import (
     ExactSubjectFiguresSettings,
     save_exact_posterior,
     save_predictive_check,
 )
-from swesbi.study.stages.verdict import VerdictStageSettings, judge
 from swesbi.verdict.context import check_context, check_declared, nearest_known
-from swesbi.verdict.nulls import Reference
-from swesbi.verdict.pooled import PooledNull, pool_subjects, pooled_reference, prior_predictive, read_null
+from swesbi.verdict.pooled import PooledNull, pool_subjects, read_null
 from swesbi.verdict.recordings import NULL, read_subject_checks
+from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.support import SupportTest
-from swesbi.verdict.verdict import network_test
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "new subject"
 
 
-class AnswerSettings(Settings):
-    """Settings of the stages in turn, and of the tests that only a subject outside the study needs."""
+class OneAnswerSettings(AnswerSettings):
+    """Settings of all stages in turn, and of the tests that only a subject outside the study needs."""
 
     ingest: IngestStageSettings
     passive: PassiveStageSettings
     cmaes: CmaesStageSettings
     simulate: SimulateSettings
-    exact_posterior: ExactPosteriorStageSettings
-    verdict: VerdictStageSettings
-    predictive_speeds: PredictiveSpeedsStageSettings
     exact_subject_figures: ExactSubjectFiguresSettings
     reference_recordings: int = Field(ge=100, description="prior predictive recordings of the subject")
-    refinement: RefinementSettings
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the pool's")
 
 
@@ -79,7 +69,19 @@ class OtherNetworkError(ValueError):
 
 @dataclass(frozen=True)
 class AnswerFiles:
-    """What the study has of a subject, all of it output: artefacts, then figures."""
+    """What the study has of a subject, all of it output: artefacts, then figures.
+
+    Attributes:
+        observation: Observed curve.
+        passive_baseline: Passive baseline of the reference fit.
+        reference_fit: CMA-ES fit.
+        shard: Simulations from the prior.
+        posterior: Exact posterior.
+        support: Verdict.
+        predictive: Predictive check.
+        ppc_png: Its figure.
+        posterior_png: Figure of the posterior.
+    """
 
     observation: Path
     passive_baseline: Path
@@ -92,63 +94,38 @@ class AnswerFiles:
     posterior_png: Path
 
 
-@dataclass(frozen=True)
-class Knowledge:
-    """What answers the subject.
-
-    Attributes:
-        proposal: Loads the network and makes its posterior of a recording.
-        others: Contexts with which the subject's is compared.
-        reference: Makes the null distributions of the tests; runs in a process of its own.
-    """
-
-    proposal: Callable[[SpeedRecording], FlowProposal]
-    others: Sequence[Context]
-    reference: Callable[[SpeedModel], Reference]
-
-
-def answer(
+def _answer(
     recording: Path,
     noise: Path,
     files: AnswerFiles,
     knowledge: Knowledge,
-    settings: AnswerSettings,
+    settings: OneAnswerSettings,
     origin: Origin,
 ) -> None:
-    """Ingest the recording of ``origin.subject``, infer it, judge and draw it.
-
-    Raises:
-        RecordingError: The recording is malformed or too incomplete.
-        ArtefactError: A file of the study is no such artefact.
-    """
+    """Ingest the recording of ``origin.subject``, infer it, judge and draw it; errors as of the stages."""
     ingest(recording=recording, observation=files.observation, settings=settings.ingest, origin=origin)
     model = read_speed_model(files.observation, noise, settings.exact_posterior.model)
-    # an answer is waited for: what does not need the posterior is made beside it
-    with process_beside() as beside:
-        reference = beside.submit(knowledge.reference, model)
-        fitted = beside.submit(_fit, files, settings, origin)
-        network = knowledge.proposal(model.recording)
-        sizes, stream = settings.exact_posterior.exact, (origin.seed, STREAM, origin.subject)
-        exact, efficiency = refined_posterior(model, network, sizes, settings.refinement, *stream)
-        write_posterior(files.posterior, exact, network, settings.exact_posterior, origin)
-        tests = [
-            _noise_test(
-                recording, read_noise(noise).components, settings.ingest.recording, settings.noise_level
-            ),
-            network_test(efficiency, settings.refinement.min_efficiency),
-        ]
-        judged = judge(
-            files.posterior, model, knowledge.others, reference.result(), settings.verdict, origin, tests
+    answer = Answer(model, knowledge, settings, origin, STREAM)
+    # an answer is waited for: what does not need the posterior is made in a process of its own meanwhile
+    with worker_process() as worker:
+        reference = worker.submit(answer.reference, settings.reference_recordings)
+        fitted = worker.submit(_fit, files, settings, origin)
+        efficiency = answer.infer(files.posterior)
+        noise_test = _noise_test(
+            recording, read_noise(noise).components, settings.ingest.recording, settings.noise_level
         )
-        write_json(files.support, judged.to_json())
+        judged = answer.judge(files.posterior, files.support, reference.result(), efficiency, [noise_test])
         LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
         fitted.result()
-        drawn = beside.submit(_draw_posterior, files, settings)
-        _predict(noise, files, settings, origin)
+        drawn = worker.submit(_draw_posterior, files, settings)
+        simulations = read_simulations([files.shard])
+        answer.check(files.observation, files.posterior, files.support, files.predictive, simulations)
+        title = settings.exact_subject_figures.cohort_title
+        save_predictive_check(files.predictive, files.support, files.reference_fit, files.ppc_png, title)
         drawn.result()
 
 
-def process_beside() -> ProcessPoolExecutor:
+def worker_process() -> ProcessPoolExecutor:
     """Return a process that shares what this one has in memory, made at its first task."""
     return ProcessPoolExecutor(1, mp_context=get_context("fork"), initializer=_one_thread)
 
@@ -162,7 +139,7 @@ def _one_thread() -> None:
     torch.set_num_threads(1)
 
 
-def _fit(files: AnswerFiles, settings: AnswerSettings, origin: Origin) -> None:
+def _fit(files: AnswerFiles, settings: OneAnswerSettings, origin: Origin) -> None:
     """Simulate from the prior, and make the reference fit."""
     simulate(shard=files.shard, settings=settings.simulate, origin=origin)
     passive(
@@ -177,21 +154,10 @@ def _fit(files: AnswerFiles, settings: AnswerSettings, origin: Origin) -> None:
     )  # fmt: skip
 
 
-def _draw_posterior(files: AnswerFiles, settings: AnswerSettings) -> None:
+def _draw_posterior(files: AnswerFiles, settings: OneAnswerSettings) -> None:
     save_exact_posterior(
         files.posterior, files.support, files.reference_fit, (), files.posterior_png,
         settings.exact_subject_figures,
-    )  # fmt: skip
-
-
-def _predict(noise: Path, files: AnswerFiles, settings: AnswerSettings, origin: Origin) -> None:
-    predictive_speeds(
-        posterior=files.posterior, support=files.support, observation=files.observation, noise=noise,
-        shards=[files.shard], predictive=files.predictive, settings=settings.predictive_speeds, origin=origin,
-    )  # fmt: skip
-    save_predictive_check(
-        files.predictive, files.support, files.reference_fit, files.ppc_png,
-        settings.exact_subject_figures.cohort_title,
     )  # fmt: skip
 
 
@@ -216,20 +182,21 @@ def _noise_test(
 ) -> SupportTest:
     """Test that the recording has the noise from which its standard errors are told."""
     samples = read_samples(recording, settings.phases, settings.density_kg_m3)
-    found = compare_noise(repeat_levels(samples, rejection(samples, settings) == ACCEPTED), pooled)
+    comparison = compare_noise(repeat_levels(samples, rejection(samples, settings) == ACCEPTED), pooled)
+    recorded = comparison.own
     return SupportTest(
         name="noise",
-        statistic=found.statistic,
-        p_value=found.p_value,
+        statistic=comparison.statistic,
+        p_value=comparison.p_value,
         threshold=level,
-        flagged=found.p_value <= level,
-        detail=f"{found.own.repeat_fraction:.1%} between repeats and {found.own.sample_fraction:.1%} between "
+        flagged=comparison.p_value <= level,
+        detail=f"{recorded.repeat_fraction:.1%} between repeats and {recorded.sample_fraction:.1%} between "
         f"samples; standard errors are told from the cohort's {pooled.repeat_fraction:.1%} and "
         f"{pooled.sample_fraction:.1%}",
     )
 
 
-class NewSubjectStageSettings(AnswerSettings):
+class NewSubjectStageSettings(OneAnswerSettings):
     """What an answer depends on, and how the network that gives it was trained."""
 
     train_flow: TrainFlowStageSettings
@@ -243,15 +210,7 @@ def new_subject(
     noise: Path,
     pooled_observations: Sequence[Path],
     misspecifications: Sequence[Path],
-    observation: Path,
-    passive_baseline: Path,
-    reference_fit: Path,
-    shard: Path,
-    posterior: Path,
-    support: Path,
-    predictive: Path,
-    ppc_png: Path,
-    posterior_png: Path,
+    files: AnswerFiles,
     settings: NewSubjectStageSettings,
     origin: Origin,
 ) -> None:
@@ -263,17 +222,7 @@ def new_subject(
         noise: Noise of the cohort that it was trained on.
         pooled_observations: Observed curves of that cohort, whose contexts it knows.
         misspecifications: Null distributions of that cohort.
-        observation: Output, as are the following: what the study has of a subject.
-        passive_baseline: Passive baseline of the reference fit.
-        reference_fit: CMA-ES fit.
-        shard: Simulations from the prior.
-        posterior: Exact posterior.
-        support: Verdict.
-        predictive: Predictive check.
-        ppc_png: Its figure.
-        posterior_png: Figure of the posterior.
-        settings: Settings of each stage.
-        origin: Subject, seed and code.
+        files: Output.
 
     Raises:
         ContextRefusedError: The network knows no such context.
@@ -285,45 +234,24 @@ def new_subject(
     check_context(settings.ingest.context.to_context(), trained, settings.margin_fraction)
     check_network(estimator, settings.train_flow)
     knowledge = Knowledge(
-        proposal=partial(_proposal_of_cohort, estimator, trained),
-        others=trained,
-        reference=partial(
-            _reference_of_cohort, misspecifications=misspecifications, settings=settings, origin=origin
-        ),
+        proposal=partial(_proposal, estimator, trained),
+        contexts=trained,
+        null=partial(_null_of_cohort, misspecifications, settings.verdict.rule),
     )
-    files = AnswerFiles(
-        observation,
-        passive_baseline,
-        reference_fit,
-        shard,
-        posterior,
-        support,
-        predictive,
-        ppc_png,
-        posterior_png,
-    )
-    answer(recording, noise, files, knowledge, settings, origin)
+    _answer(recording, noise, files, knowledge, settings, origin)
 
 
-def _proposal_of_cohort(
-    estimator: Path, trained: Sequence[Context], recording: SpeedRecording
-) -> FlowProposal:
-    """Return the posterior of the network, which is shown the nearest context that it knows."""
-    shown = replace(recording, context=nearest_known(recording.context, trained))
-    return flow_proposal(load_spline(estimator)[0], shown)
+def _proposal(estimator: Path, trained: Sequence[Context], recording: SpeedRecording) -> FlowProposal:
+    """Return the network's posterior; it is shown the nearest context that it knows, if it knows but some."""
+    context = nearest_known(recording.context, trained) if trained else recording.context
+    return flow_proposal(load_spline(estimator)[0], replace(recording, context=context))
 
 
-def _reference_of_cohort(
-    model: SpeedModel, misspecifications: Sequence[Path], settings: NewSubjectStageSettings, origin: Origin
-) -> Reference:
-    """Return the tests of the subject: its own prior predictive, the pool's null recordings."""
-    rule, conditioning = settings.verdict.rule, settings.verdict.conditioning
-    null = pool_subjects([read_subject_checks(path, (NULL,)) for path in misspecifications], rule)
-    predictive = prior_predictive(model, conditioning, settings.reference_recordings, origin.seed, STREAM)
-    return pooled_reference(null, predictive, rule)
+def _null_of_cohort(misspecifications: Sequence[Path], rule: RuleSettings) -> PooledNull:
+    return pool_subjects([read_subject_checks(path, (NULL,)) for path in misspecifications], rule)
 
 
-class NewSubjectOfPopulationStageSettings(AnswerSettings):
+class NewSubjectOfPopulationStageSettings(OneAnswerSettings):
     """What an answer depends on, how the network was trained, and for whom."""
 
     train_population: TrainPopulationStageSettings
@@ -336,36 +264,18 @@ def new_subject_of_population(
     estimator: Path,
     noise: Path,
     null: Path,
-    observation: Path,
-    passive_baseline: Path,
-    reference_fit: Path,
-    shard: Path,
-    posterior: Path,
-    support: Path,
-    predictive: Path,
-    ppc_png: Path,
-    posterior_png: Path,
+    files: AnswerFiles,
     settings: NewSubjectOfPopulationStageSettings,
     origin: Origin,
 ) -> None:
-    """Ingest the recording of ``origin.subject``, infer it with the population's network, judge and draw it.
+    """Do the same with the network of a population.
 
     Args:
         recording: The raw recording.
         estimator: The network.
         noise: Noise of the study's cohort, from which standard errors are told.
         null: Null recordings of the population.
-        observation: Output, as are the following: what the study has of a subject.
-        passive_baseline: Passive baseline of the reference fit.
-        reference_fit: CMA-ES fit.
-        shard: Simulations from the prior.
-        posterior: Exact posterior.
-        support: Verdict.
-        predictive: Predictive check.
-        ppc_png: Its figure.
-        posterior_png: Figure of the posterior.
-        settings: Settings of each stage.
-        origin: Subject, seed and code.
+        files: Output.
 
     Raises:
         ContextRefusedError: The context lies outside the declared range.
@@ -375,34 +285,13 @@ def new_subject_of_population(
     """
     check_declared(settings.ingest.context.to_context(), settings.population)
     check_network(estimator, settings.train_population)
-    others = read_null(null)
     knowledge = Knowledge(
-        proposal=partial(_proposal_of_population, estimator),
-        others=others.contexts,
-        reference=partial(_reference_of_population, null=others.pooled, settings=settings, origin=origin),
+        proposal=partial(_proposal, estimator, ()),
+        contexts=read_null(null).contexts,
+        null=partial(_null_of_population, null),
     )
-    files = AnswerFiles(
-        observation,
-        passive_baseline,
-        reference_fit,
-        shard,
-        posterior,
-        support,
-        predictive,
-        ppc_png,
-        posterior_png,
-    )
-    answer(recording, noise, files, knowledge, settings, origin)
+    _answer(recording, noise, files, knowledge, settings, origin)
 
 
-def _proposal_of_population(estimator: Path, recording: SpeedRecording) -> FlowProposal:
-    return flow_proposal(load_spline(estimator)[0], recording)
-
-
-def _reference_of_population(
-    model: SpeedModel, null: PooledNull, settings: NewSubjectOfPopulationStageSettings, origin: Origin
-) -> Reference:
-    """Return the tests of the subject: its own prior predictive, the population's null recordings."""
-    rule, count = settings.verdict.rule, settings.reference_recordings
-    predictive = prior_predictive(model, settings.verdict.conditioning, count, origin.seed, STREAM)
-    return pooled_reference(null, predictive, rule)
+def _null_of_population(null: Path) -> PooledNull:
+    return read_null(null).pooled

@@ -27,14 +27,14 @@ class Origin:
 FOLDER = "subjects"
 
 
-class Place(NamedTuple):
+class ResultKey(NamedTuple):
     """Where a per-subject result lies: ``<experiment>/subjects/<subject>/<file>``."""
 
     experiment: str
     subject: str
 
 
-def place_of(path: Path) -> Place:
+def result_key(path: Path) -> ResultKey:
     """Return the experiment and the subject of a per-subject result.
 
     Raises:
@@ -43,19 +43,19 @@ def place_of(path: Path) -> Place:
     folders = path.parts[-4:-1]
     if len(folders) < 3 or folders[1] != FOLDER:
         raise ArtefactError(f"{path}: expected <experiment>/{FOLDER}/<subject>/{path.name}")
-    return Place(folders[0], folders[2])
+    return ResultKey(folders[0], folders[2])
 
 
-def by_place(paths: Sequence[Path]) -> dict[Place, Path]:
+def by_key(paths: Sequence[Path]) -> dict[ResultKey, Path]:
     """Return results by experiment and subject, in the order given.
 
     Raises:
         ArtefactError: Two files are of the same subject and experiment.
     """
-    places = {place_of(path): path for path in paths}
-    if len(places) < len(paths):
+    keys = {result_key(path): path for path in paths}
+    if len(keys) < len(paths):
         raise ArtefactError(f"{paths[0]} and others: two files of the same subject and experiment")
-    return places
+    return keys
 
 
 def by_subject(paths: Sequence[Path]) -> dict[str, Path]:
@@ -63,14 +63,12 @@ def by_subject(paths: Sequence[Path]) -> dict[str, Path]:
     return {path.stem: path for path in paths}
 
 
-def pick(paths: dict[Place, Path], place: Place, what: str) -> Path:
+def pick(paths: dict[ResultKey, Path], key: ResultKey, what: str) -> Path:
     """Return one subject's file.
 
     Raises:
         ArtefactError: There is none.
     """
-    if place not in paths:
-        raise ArtefactError(
-            f"no {what} of subject {place.subject} in experiment {place.experiment!r} is given"
-        )
-    return paths[place]
+    if key not in paths:
+        raise ArtefactError(f"no {what} of subject {key.subject} in experiment {key.experiment!r} is given")
+    return paths[key]

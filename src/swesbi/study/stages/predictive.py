@@ -6,13 +6,9 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-from numpy.random import Generator
-
 from swesbi.artefacts import ArtefactError, save
 from swesbi.base import Settings
-from swesbi.checks.draws import SubjectModel, from_prior, from_theta
-from swesbi.checks.draws import make_target as target_of_features
+from swesbi.checks.draws import CheckedFeatures, FeatureModel, make_target
 from swesbi.checks.predictive import KIND, PredictiveCheck, predict, to_datasets
 from swesbi.checks.predictive_speeds import (
     Recorder,
@@ -22,13 +18,13 @@ from swesbi.checks.predictive_speeds import (
     prior_recordings,
     withheld,
 )
-from swesbi.checks.predictive_speeds import make_target as target_of_recordings
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.operator import read_passive
-from swesbi.measurement.settings import MeasurementSettings, SummarySettings
-from swesbi.measurement.subjects import read_speed_model
+from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names
+from swesbi.measurement.subjects import MeasuredSubject, read_speed_model
+from swesbi.networks.paper.pool import noise_sd
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.truncated import read_posterior
@@ -63,42 +59,38 @@ def predictive(
     origin: Origin,
 ) -> None:
     """Write the predictive checks of one subject; a subject outside the prior's support has no posterior."""
-    model = SubjectModel(
-        read_observation(observation), read_passive(passive), settings.forward_model, settings.measurement
-    )
-    names, number = settings.predictive.features, settings.predictive.draws
+    subject = MeasuredSubject(read_observation(observation), read_passive(passive), settings.measurement)
+    features = CheckedFeatures(settings.predictive.features, settings.summary)
+    model = FeatureModel(subject, settings.forward_model, features)
+    number, interval = settings.predictive.draws, settings.predictive.interval
     supported = read_support(support).supported
     theta = read_posterior(posterior).theta[: number if supported else 0]
-    draws = {
-        "prior": from_prior(read_simulations(shards), model, names, settings.summary, number),
-        "posterior": from_theta(theta, model, names, settings.summary),
-    }
-    target = target_of_features(model, names, settings.summary, settings.observation_model)
-    predictions = {
-        name: predict(part, target, settings.predictive.interval, _stream(origin, name))
-        for name, part in draws.items()
-    }
-    check = PredictiveCheck(target, settings.predictive.interval, supported, **predictions)
-    save(predictive, to_datasets(check), origin.provenance(KIND, settings))
-    _log(model.observation.subject, check)
+    sd = noise_sd(summary_names(settings.summary), settings.observation_model.feature_noise_sd)
+    se = subject.observation.stiffness_se_kpa
+    target = make_target(subject.observation, features, se, sd[features.columns])
+    draws = (model.from_prior(read_simulations(shards), number), model.from_theta(theta))
+    prior, after = (
+        predict(each, target, interval, generator(origin.seed, "predictive", origin.subject, name))
+        for name, each in zip(("prior", "posterior"), draws, strict=True)
+    )
+    _write(predictive, PredictiveCheck(target, interval, supported, prior, after), settings, origin)
 
 
-def _stream(origin: Origin, name: str) -> Generator:
-    return generator(origin.seed, "predictive", origin.subject, name)
-
-
-def _log(subject: str, check: PredictiveCheck) -> None:
+def _write(path: Path, check: PredictiveCheck, settings: Settings, origin: Origin) -> None:
+    save(path, to_datasets(check), origin.provenance(KIND, settings))
     prior, posterior = check.prior.scores, check.posterior.scores
     if not check.supported:
-        LOGGER.info("subject %s: no posterior; prior RMSE %.2f kPa", subject, prior.rmse_kpa)
+        LOGGER.info("subject %s: unsupported, no scores; prior RMSE %.2f kPa", origin.subject, prior.rmse_kpa)
         return
     LOGGER.info(
-        "subject %s: RMSE %.2f -> %.2f kPa, R2 %.3f, coverage %.2f, %d/%d features inside, %d draws failed",
-        subject,
+        "subject %s: RMSE %.2f -> %.2f kPa, R2 %.3f, coverage %.2f of the grid, %.2f of the phases, "
+        "%d/%d features inside, %d draws failed",
+        origin.subject,
         prior.rmse_kpa,
         posterior.rmse_kpa,
         posterior.r2,
         posterior.coverage,
+        check.posterior.phase_scores.coverage,
         check.posterior.features.inside.sum(),
         len(check.target.feature_names),
         check.posterior.draws.failed,
@@ -135,8 +127,7 @@ def predictive_speeds(
     recorder = Recorder(
         read_speed_model(observation, noise, settings.model),
         read_observation(observation),
-        settings.predictive.features,
-        settings.summary,
+        CheckedFeatures(settings.predictive.features, settings.summary),
     )
     write_check(posterior, support, predictive, recorder, read_simulations(shards), settings, origin)
 
@@ -156,40 +147,22 @@ def write_check(
         ArtefactError: Every posterior draw failed in the simulator, or a file cannot be read.
     """
     number, interval = settings.predictive.draws, settings.predictive.interval
-    answered = read_support(support).supported
+    streams = (
+        generator(origin.seed, "predictive speeds", origin.subject, name) for name in ("prior", "posterior")
+    )
+    supported = read_support(support).supported
     phi = read_exact_result(posterior).phi[:number]
-    prior = prior_recordings(simulations, number, recorder, _stream_of_speeds(origin, "prior"))
-    after = posterior_recordings(phi, recorder, _stream_of_speeds(origin, "posterior"))
+    prior = prior_recordings(simulations, number, recorder, next(streams))
+    after = posterior_recordings(phi, recorder, next(streams))
     if not len(after.draws.theta):
         raise ArtefactError(f"{posterior}: none of {len(phi)} draws can be simulated; delete it and rerun")
-    target = target_of_recordings(recorder, feature_noise_sd(after))
-    found = predict_recordings(after, target, interval)
+    target = recorder.target(feature_noise_sd(after))
+    shown = predict_recordings(after, target, interval)
     check = PredictiveCheck(
         target=target,
         interval=interval,
-        supported=answered,
+        supported=supported,
         prior=predict_recordings(prior, target, interval),
-        posterior=found if answered else withheld(found),
+        posterior=shown if supported else withheld(shown),
     )
-    save(predictive, to_datasets(check), origin.provenance(KIND, settings))
-    _log_speeds(origin.subject, check)
-
-
-def _stream_of_speeds(origin: Origin, name: str) -> np.random.Generator:
-    return generator(origin.seed, "predictive speeds", origin.subject, name)
-
-
-def _log_speeds(subject: str, check: PredictiveCheck) -> None:
-    prior, posterior = check.prior.scores, check.posterior.scores
-    if not check.supported:
-        LOGGER.info("subject %s: unsupported, no scores; prior RMSE %.2f kPa", subject, prior.rmse_kpa)
-        return
-    LOGGER.info(
-        "subject %s: RMSE %.2f -> %.2f kPa, R2 %.3f, coverage %.2f of the grid, %.2f of the phases",
-        subject,
-        prior.rmse_kpa,
-        posterior.rmse_kpa,
-        posterior.r2,
-        posterior.coverage,
-        check.posterior.phase_scores.coverage,
-    )
+    _write(predictive, check, settings, origin)

@@ -27,7 +27,7 @@ from swesbi.show.results import Experiment, Recovery, Results
 from swesbi.show.tables.exact import Exact
 from swesbi.show.tables.experiments import read_comparison
 from swesbi.show.tables.population import OverPopulation
-from swesbi.study.stages.origin import Origin, Place, by_place
+from swesbi.study.stages.origin import Origin, ResultKey, by_key
 from swesbi.verdict.answers import read_cohort
 from swesbi.verdict.support import read_support
 
@@ -55,14 +55,14 @@ def read_exact(
     if chosen and not noise:
         raise ArtefactError("the cohort's noise is not given")
     truths = _truth(truth)
-    found = by_place(posteriors)
+    posterior_of = by_key(posteriors)
     return tuple(
         Exact(
             experiment=experiment,
             results={
-                place.subject: read_exact_result(path)
-                for place, path in found.items()
-                if place.experiment == experiment.name
+                key.subject: read_exact_result(path)
+                for key, path in posterior_of.items()
+                if key.experiment == experiment.name
             },
             noise=read_noise(noise[0]),
             truth=truths[truths["experiment"] == experiment.name],
@@ -247,7 +247,7 @@ def _results(
     """Read everything that the page shows in numbers."""
     texts = {"experiment": str, "subject": str}
     shown = {name: pd.read_csv(path, converters=texts) for name, path in tables.items()}
-    verdicts = by_place(supports)
+    verdicts = by_key(supports)
     of_experiment = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
     experiments = tuple(
         _experiment(name, plain, shown, verdicts, of_experiment)
@@ -265,7 +265,7 @@ def _experiment(
     name: str,
     plain: Mapping[str, Any],
     tables: Mapping[str, pd.DataFrame],
-    verdicts: Mapping[Place, Path],
+    verdicts: Mapping[ResultKey, Path],
     files: Mapping[str, Mapping[str, Path]],
 ) -> Experiment:
     if missing := [kind for kind, paths in files.items() if name not in paths]:
@@ -275,7 +275,7 @@ def _experiment(
         name=name,
         settings=plain,
         supports={
-            place.subject: read_support(path) for place, path in verdicts.items() if place.experiment == name
+            key.subject: read_support(path) for key, path in verdicts.items() if key.experiment == name
         },
         recovery=Recovery(own, acquisition),
         training=read_history(files["training"][name]),

@@ -91,7 +91,7 @@ def population_simulate(*, shard: Path, settings: PopulationSimulateStageSetting
 
 
 class PoolStageSettings(Settings):
-    """What the pool depends on, beside its input files."""
+    """What the pool depends on."""
 
     simulations_per_subject: int = Field(ge=1, description="the first so many draws of each subject")
     measurement: MeasurementSettings
@@ -113,7 +113,7 @@ def pool(
     Raises:
         ArtefactError: A subject lacks a recording, a passive baseline or enough simulations.
     """
-    subjects = read_measured_subjects(observations, passives)
+    subjects = read_measured_subjects(observations, passives, settings.measurement)
     by_subject = group_by_subject(shards)
     features = [_features(subject, by_subject, settings) for subject in subjects]
     components = components_of(summary_names(settings.summary), summary_units(settings.summary))
@@ -127,25 +127,22 @@ def _features(
 ) -> SubjectFeatures:
     name, wanted = subject.observation.subject, settings.simulations_per_subject
     simulations = read_simulations(shards[name]) if name in shards else None
-    found = 0 if simulations is None else len(simulations.theta)
-    if simulations is None or found < wanted:
-        raise ArtefactError(f"subject {name}: {found} simulations given, {wanted} wanted; simulate it first")
+    given = 0 if simulations is None else len(simulations.theta)
+    if simulations is None or given < wanted:
+        raise ArtefactError(f"subject {name}: {given} simulations given, {wanted} wanted; simulate it first")
     return SubjectFeatures(
         context=subject.observation.context,
         draw_index=simulations.draw_index[:wanted],
         theta=simulations.theta[:wanted],
         features=subject.simulated_features(
-            simulations.cycle_phase,
-            simulations.active_stiffness_kpa[:wanted],
-            settings.measurement,
-            settings.summary,
+            simulations.cycle_phase, simulations.active_stiffness_kpa[:wanted], settings.summary
         ),
         observed=subject.observed_features(settings.summary),
     )
 
 
 class SpeedPoolStageSettings(Settings):
-    """What the training set depends on, beside its input files."""
+    """What the training set depends on."""
 
     simulations_per_subject: int
     measurement: MeasurementSettings

@@ -19,7 +19,7 @@ from swesbi.show.figures.style import save_figure
 from swesbi.show.figures.training import draw_epochs, draw_training, read_epochs, read_history
 from swesbi.show.figures.workflow import draw_workflow
 from swesbi.show.figures.workflow_panels import WorkflowPicture
-from swesbi.study.stages.origin import Origin, Place, by_place, pick
+from swesbi.study.stages.origin import Origin, ResultKey, by_key, pick
 from swesbi.verdict.support import Support, read_support
 
 
@@ -51,21 +51,21 @@ def workflow_figure(
     Raises:
         ArtefactError: A file of the subject is missing, or cannot be read.
     """
-    verdicts = {place: read_support(path) for place, path in by_place(supports).items()}
-    place = shown_place(verdicts)
-    posterior = read_posterior(pick(by_place(posteriors), place, "posterior"))
-    data, support = read_pool(pool), verdicts[place]
-    rows = _rows_of(data, place.subject)
+    verdicts = {key: read_support(path) for key, path in by_key(supports).items()}
+    key = shown_subject(verdicts)
+    posterior = read_posterior(pick(by_key(posteriors), key, "posterior"))
+    data, support = read_pool(pool), verdicts[key]
+    rows = _rows_of(data, key.subject)
     contexts = {path.parent.name: path for path in observations}
     picture = WorkflowPicture(
-        subject=place.subject,
-        context=read_observation(contexts[place.subject]).context,
+        subject=key.subject,
+        context=read_observation(contexts[key.subject]).context,
         prior=settings.prior,
-        check=read_predictive(pick(by_place(predictives), place, "predictive check"))[0],
+        check=read_predictive(pick(by_key(predictives), key, "predictive check"))[0],
         components=data.components.names,
         pool_z=data.z[rows].astype(np.float64),
         sample_z=data.z[rows & (data.draw_index == data.draw_index[rows].min())].astype(np.float64),
-        z_obs=data.observed_z(place.subject),
+        z_obs=data.observed_z(key.subject),
         theta=_shown_draws(posterior, support),
         support=support,
         history=read_history(training),
@@ -76,7 +76,7 @@ def workflow_figure(
     save_figure(draw_workflow(picture, settings.cohort_title), figure_pdf, figure_png)
 
 
-def shown_place(verdicts: Mapping[Place, Support]) -> Place:
+def shown_subject(verdicts: Mapping[ResultKey, Support]) -> ResultKey:
     """Return the first supported subject, or the first where none is.
 
     Raises:
@@ -84,7 +84,7 @@ def shown_place(verdicts: Mapping[Place, Support]) -> Place:
     """
     if not verdicts:
         raise ValueError("no subject to draw: the cohort is empty")
-    return next((place for place, support in verdicts.items() if support.supported), next(iter(verdicts)))
+    return next((key for key, support in verdicts.items() if support.supported), next(iter(verdicts)))
 
 
 def _rows_of(pool: Pool, subject: str) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
@@ -120,24 +120,22 @@ def experiments_figure(
     Raises:
         ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
     """
-    posterior_of, support_of = by_place(posteriors), by_place(supports)
+    posterior_of, support_of = by_key(posteriors), by_key(supports)
     scores = [
-        _score(
-            place, path, pick(posterior_of, place, "posterior"), pick(support_of, place, "support verdict")
-        )
-        for place, path in by_place(predictives).items()
+        _score(key, path, pick(posterior_of, key, "posterior"), pick(support_of, key, "support verdict"))
+        for key, path in by_key(predictives).items()
     ]
     masses = (read_predictive(predictives[0])[0].interval, read_posterior(posteriors[0]).interval_mass)
     figure = draw_experiments(scores, settings.main_experiment, masses, settings.cohort_title)
     save_figure(figure, figure_pdf, figure_png)
 
 
-def _score(place: Place, predictive: Path, posterior: Path, support: Path) -> ExperimentScore:
+def _score(key: ResultKey, predictive: Path, posterior: Path, support: Path) -> ExperimentScore:
     check, verdict, draws = read_predictive(predictive)[0], read_support(support), read_posterior(posterior)
     low, high = map(float, draws.interval[K_ATP])
     return ExperimentScore(
-        experiment=place.experiment,
-        subject=place.subject,
+        experiment=key.experiment,
+        subject=key.subject,
         supported=verdict.supported,
         rmse_kpa=check.posterior.scores.rmse_kpa,
         prior_rmse_kpa=check.prior.scores.rmse_kpa,

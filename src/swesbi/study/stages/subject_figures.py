@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from swesbi.base import Settings
-from swesbi.checks.cmaes import read_cmaes
+from swesbi.checks.cmaes import CmaesFit, read_cmaes
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.recovery import read_truth
 from swesbi.posterior.result import read_exact_result
-from swesbi.posterior.truncated import read_posterior
+from swesbi.posterior.truncated import Posterior, read_posterior
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.show.figures.posterior import draw_cohort_posteriors, draw_exact_posteriors
 from swesbi.show.figures.posterior_subject import draw_exact_subject, draw_subject_posterior
@@ -22,8 +22,8 @@ from swesbi.show.figures.predictive import (
     draw_subject_check,
 )
 from swesbi.show.figures.style import save_figure
-from swesbi.study.stages.origin import Origin, by_place, by_subject, pick
-from swesbi.verdict.support import read_support
+from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
+from swesbi.verdict.support import Support, read_support
 
 
 class SubjectFiguresSettings(Settings):
@@ -46,11 +46,8 @@ def subject_figures(
 ) -> None:
     """Draw predictive check and posterior."""
     save_predictive_check(predictive, support, cmaes, ppc_png, settings.cohort_title)
-    draws = read_posterior(posterior)
-    fit, provenance = read_cmaes(cmaes)
-    panel = PosteriorPanel(
-        provenance.subject, draws.theta, draws.unfiltered, fit.theta, read_support(support)
-    )
+    draws, (fit, provenance) = read_posterior(posterior), read_cmaes(cmaes)
+    panel = _posterior_panel(provenance.subject, draws, fit, read_support(support))
     drawn = draw_subject_posterior(panel, settings.prior, draws.interval_mass, settings.cohort_title)
     save_figure(drawn, posterior_png)
 
@@ -60,9 +57,12 @@ def save_predictive_check(
 ) -> None:
     """Draw the predictive check of any experiment; ``figure`` is a .png or .pdf."""
     check, provenance = read_predictive(predictive)
-    fit, _ = read_cmaes(cmaes)
-    panel = PredictivePanel(provenance.subject, check, fit, read_support(support))
+    panel = PredictivePanel(provenance.subject, check, read_cmaes(cmaes)[0], read_support(support))
     save_figure(draw_subject_check(panel, cohort_title), figure)
+
+
+def _posterior_panel(subject: str, draws: Posterior, fit: CmaesFit, support: Support) -> PosteriorPanel:
+    return PosteriorPanel(subject, draws.theta, draws.unfiltered, fit.theta, support)
 
 
 class ExactSubjectFiguresSettings(Settings):
@@ -100,16 +100,10 @@ def save_exact_posterior(
     figure: Path,
     settings: ExactSubjectFiguresSettings,
 ) -> None:
-    """Draw the exact posterior; ``figure`` is a .png or .pdf, ``truth`` as in ``run``."""
+    """Draw the exact posterior; ``figure`` is a .png or .pdf, ``truth`` as above."""
     fit, provenance = read_cmaes(cmaes)
-    subject = provenance.subject
-    panel = ExactPanel(
-        subject=subject,
-        result=read_exact_result(posterior),
-        fit_theta=fit.theta,
-        support=read_support(support),
-        truth=read_truth(truth).get(subject),
-    )
+    result, subject = read_exact_result(posterior), provenance.subject
+    panel = ExactPanel(subject, result, fit.theta, read_support(support), read_truth(truth).get(subject))
     save_figure(draw_exact_subject(panel, settings.prior, settings.cohort_title), figure)
 
 
@@ -134,22 +128,30 @@ def cohort_figures(
     origin: Origin,
 ) -> None:
     """Draw both figures of one experiment, subjects in the order of ``predictives``."""
-    support_of, posterior_of, fit_of = by_place(supports), by_place(posteriors), by_subject(cmaes)
-    checks, marginals, interval = [], [], 0.0
-    for place, path in by_place(predictives).items():
-        support = read_support(pick(support_of, place, "support verdict"))
-        fit, _ = read_cmaes(fit_of[place.subject])
-        posterior = read_posterior(pick(posterior_of, place, "posterior"))
-        interval = posterior.interval_mass
-        checks.append(PredictivePanel(place.subject, read_predictive(path)[0], fit, support))
-        marginals.append(
-            PosteriorPanel(place.subject, posterior.theta, posterior.unfiltered, fit.theta, support)
-        )
+    results = [
+        (panel, read_posterior(path)) for panel, path in _results(predictives, posteriors, supports, cmaes)
+    ]
     title = settings.cohort_title
-    save_figure(draw_cohort_checks(checks, title), ppc_pdf, ppc_png)
-    save_figure(
-        draw_cohort_posteriors(marginals, settings.prior, interval, title), posterior_pdf, posterior_png
-    )
+    save_figure(draw_cohort_checks([panel for panel, _ in results], title), ppc_pdf, ppc_png)
+    panels = [_posterior_panel(panel.subject, draws, panel.fit, panel.support) for panel, draws in results]
+    drawn = draw_cohort_posteriors(panels, settings.prior, results[-1][1].interval_mass, title)
+    save_figure(drawn, posterior_pdf, posterior_png)
+
+
+def _results(
+    predictives: Sequence[Path], posteriors: Sequence[Path], supports: Sequence[Path], cmaes: Sequence[Path]
+) -> Iterator[tuple[PredictivePanel, Path]]:
+    """Read what the predictive check of each subject shows; yield it with the path of the posterior.
+
+    Raises:
+        ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
+    """
+    support_of, posterior_of, fit_of = by_key(supports), by_key(posteriors), by_subject(cmaes)
+    for key, path in by_key(predictives).items():
+        support = read_support(pick(support_of, key, "support verdict"))
+        fit, _ = read_cmaes(fit_of[key.subject])
+        panel = PredictivePanel(key.subject, read_predictive(path)[0], fit, support)
+        yield panel, pick(posterior_of, key, "posterior")
 
 
 class ExactFiguresSettings(ExactSubjectFiguresSettings):
@@ -174,16 +176,11 @@ def exact_figures(
 
     ``truth`` is the file of true parameters of a generated cohort, or nothing.
     """
-    support_of, posterior_of, fit_of = by_place(supports), by_place(posteriors), by_subject(cmaes)
-    truths = read_truth(truth)
-    checks, marginals = [], []
-    for place, path in by_place(predictives).items():
-        support = read_support(pick(support_of, place, "support verdict"))
-        fit, _ = read_cmaes(fit_of[place.subject])
-        result = read_exact_result(pick(posterior_of, place, "posterior"))
-        checks.append(PredictivePanel(place.subject, read_predictive(path)[0], fit, support))
-        true_phi = truths.get(place.subject)
-        marginals.append(ExactPanel(place.subject, result, fit.theta, support, true_phi))
+    truths, checks, panels = read_truth(truth), [], []
+    for panel, path in _results(predictives, posteriors, supports, cmaes):
+        checks.append(panel)
+        result, subject = read_exact_result(path), panel.subject
+        panels.append(ExactPanel(subject, result, panel.fit.theta, panel.support, truths.get(subject)))
     title = settings.cohort_title
     save_figure(draw_cohort_checks(checks, title), ppc_pdf, ppc_png)
-    save_figure(draw_exact_posteriors(marginals, settings.prior, title), posterior_pdf, posterior_png)
+    save_figure(draw_exact_posteriors(panels, settings.prior, title), posterior_pdf, posterior_png)

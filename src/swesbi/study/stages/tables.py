@@ -1,19 +1,33 @@
-"""The tables of every experiment, as CSV and LaTeX, and of true parameters."""
+"""The tables of every experiment, of true parameters, and of the paper's numbers, as CSV and LaTeX."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from swesbi.artefacts import atomic_path
+import pandas as pd
+import yaml
+
+from swesbi.artefacts import ArtefactError, atomic_path
 from swesbi.base import Settings
 from swesbi.checks.cmaes import read_cmaes
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.recovery import read_truth
+from swesbi.checks.settings import CmaesSettings, PredictiveSettings, RecoverySettings
+from swesbi.networks.paper.pool import read_pool
+from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings
 from swesbi.posterior.truncated import read_posterior
+from swesbi.prior import PriorSettings
+from swesbi.recording.observation import read_observation
+from swesbi.recording.settings import RecordingSettings
 from swesbi.show.csv import write_csv
-from swesbi.show.latex import posterior_latex, ppc_latex
+from swesbi.show.figures.training import read_history
+from swesbi.show.latex import comparison_latex, posterior_latex, ppc_latex
+from swesbi.show.paper.comparison import comparison_table
+from swesbi.show.paper.measured import StudyResults, pool_size
+from swesbi.show.paper.values import read_paper
 from swesbi.show.study_tables import (
     Case,
     JudgedPosterior,
@@ -22,8 +36,9 @@ from swesbi.show.study_tables import (
     ppc_table,
     truth_table,
 )
-from swesbi.study.stages.origin import Origin, by_place, by_subject, pick
+from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
 from swesbi.verdict.answers import verdict_numbers
+from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import read_support
 
 LOGGER = logging.getLogger("swesbi")
@@ -72,17 +87,17 @@ def read_cases(
     Raises:
         ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
     """
-    posterior_of, support_of, fit_of = by_place(posteriors), by_place(supports), by_subject(cmaes)
+    posterior_of, support_of, fit_of = by_key(posteriors), by_key(supports), by_subject(cmaes)
     return [
         Case(
-            place.experiment,
-            place.subject,
+            key.experiment,
+            key.subject,
             read_predictive(path)[0],
-            read_posterior(pick(posterior_of, place, "posterior")),
-            read_support(pick(support_of, place, "support verdict")),
-            read_cmaes(fit_of[place.subject])[0],
+            read_posterior(pick(posterior_of, key, "posterior")),
+            read_support(pick(support_of, key, "support verdict")),
+            read_cmaes(fit_of[key.subject])[0],
         )
-        for place, path in by_place(predictives).items()
+        for key, path in by_key(predictives).items()
     ]
 
 
@@ -109,18 +124,98 @@ def truth(
     Raises:
         ArtefactError: A verdict is missing, or a file cannot be read.
     """
-    support_of = by_place(supports)
+    support_of = by_key(supports)
     answers = [
         JudgedPosterior(
-            place.experiment,
-            place.subject,
+            key.experiment,
+            key.subject,
             read_posterior(path),
-            read_support(pick(support_of, place, "support verdict")),
+            read_support(pick(support_of, key, "support verdict")),
         )
-        for place, path in by_place(posteriors).items()
+        for key, path in by_key(posteriors).items()
     ]
     table = truth_table(answers, read_truth([truth]))
     write_csv(truth_csv, table)
     for experiment, part in table.dropna(subset="inside").groupby("experiment", sort=False):
         inside = part["inside"].astype(bool)
         LOGGER.info("%s: %d of %d true parameters inside", experiment, inside.sum(), len(inside))
+
+
+class ComparedExperimentSettings(Settings):
+    """The parts of the main experiment whose numbers the paper prints."""
+
+    prior: PriorSettings
+    observation_model: ObservationModelSettings
+    estimator: EstimatorSettings
+    support: SupportSettings
+    predictive: PredictiveSettings
+    recovery: RecoverySettings
+
+
+class PaperComparisonSettings(Settings):
+    """What is compared beside the results: the main experiment's settings, the search's, the recording's."""
+
+    cohort_title: str
+    main_experiment: str
+    experiment: ComparedExperimentSettings
+    cmaes: CmaesSettings
+    recording: RecordingSettings
+
+
+def paper_comparison(
+    *,
+    protocol: Path,
+    ppc: Path,
+    posterior: Path,
+    features: Path,
+    recoveries: Sequence[Path],
+    training: Path,
+    pool: Path,
+    supports: Sequence[Path],
+    observations: Sequence[Path],
+    cmaes: Sequence[Path],
+    comparison_csv: Path,
+    comparison_tex: Path,
+    settings: PaperComparisonSettings,
+    origin: Origin,
+) -> None:
+    """Write one row for every number that the paper prints.
+
+    ``protocol`` is the cohort's ``recording.yaml``; ``supports``, ``training`` and ``pool`` are of the main
+    experiment, the other tables of all.
+
+    Raises:
+        ArtefactError: A file cannot be read.
+    """
+    numbers = read_paper()
+    study = StudyResults(
+        cohort_title=settings.cohort_title,
+        main=settings.main_experiment,
+        settings=settings.to_plain(),
+        protocol=_read_protocol(protocol),
+        ppc=pd.read_csv(ppc),
+        posterior=pd.read_csv(posterior),
+        features=pd.read_csv(features),
+        supports={key.subject: read_support(path) for key, path in by_key(supports).items()},
+        recoveries={path.parent.name: pd.read_csv(path) for path in recoveries},
+        training=read_history(training),
+        pool=pool_size(read_pool(pool)),
+        observations=[read_observation(path) for path in observations],
+        fits={subject: read_cmaes(path)[0] for subject, path in by_subject(cmaes).items()},
+    )
+    table = comparison_table(numbers, study)
+    write_csv(comparison_csv, table)
+    _write_text(comparison_tex, comparison_latex(numbers, table, settings.cohort_title))
+
+
+def _read_protocol(path: Path) -> dict[str, Any]:
+    """Return the numbers of the acquisition protocol; a cohort need not give them.
+
+    Raises:
+        ArtefactError: The file is no YAML mapping.
+    """
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    protocol = content.get("protocol", {}) if isinstance(content, dict) else None
+    if not isinstance(protocol, dict):
+        raise ArtefactError(f"{path}: expected a mapping with the key 'protocol', a mapping too")
+    return protocol

@@ -26,7 +26,7 @@ LOGGER = logging.getLogger("swesbi")
 
 
 class TrainStageSettings(Settings):
-    """What the estimator depends on, beside the pool."""
+    """What the estimator depends on."""
 
     prior: PriorSettings
     estimator: EstimatorSettings

@@ -27,7 +27,7 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.seeds import generator, integer_seed
 from swesbi.show.csv import write_csv
-from swesbi.study.stages.origin import Origin, by_place, place_of
+from swesbi.study.stages.origin import Origin, by_key, result_key
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
@@ -35,7 +35,7 @@ LONG_CHAINS = "mcmc"
 
 
 class CalibrationLocalStageSettings(Settings):
-    """What local calibration depends on, beside its input files."""
+    """What local calibration depends on."""
 
     model: SpeedModelSettings
     exact: ExactSettings
@@ -86,8 +86,8 @@ def _accuracies(
     stream = integer_seed(seed, "calibration", "c2st", subject)
     pairs = ((NETWORK, LONG_CHAINS), (WEIGHTED, LONG_CHAINS), (NETWORK, WEIGHTED))
     return {
-        f"{one} {other}": classifier_accuracy(samples[one], samples[other], prior, stream)
-        for one, other in pairs
+        f"{first} {second}": classifier_accuracy(samples[first], samples[second], prior, stream)
+        for first, second in pairs
     }
 
 
@@ -129,18 +129,16 @@ def population_agreement(
         posteriors: Posteriors of the experiment over a population.
         base_posteriors: Posteriors of its base, of the same subjects.
         table: Output, accuracies of the network's own draws ("npe") and of the exact ones ("weighted").
-        settings: Prior and number of draws.
-        origin: Seed.
 
     Raises:
         ArtefactError: An input is no such artefact.
     """
-    base = {place.subject: path for place, path in by_place(base_posteriors).items()}
+    base = {key.subject: path for key, path in by_key(base_posteriors).items()}
     rows = []
     for path in posteriors:
-        subject = place_of(path).subject
-        found, exact = read_exact_result(path), read_exact_result(base[subject]).phi[: settings.draws]
-        for sampler, phi in ((NETWORK, found.npe_phi), (WEIGHTED, found.phi)):
+        subject = result_key(path).subject
+        result, exact = read_exact_result(path), read_exact_result(base[subject]).phi[: settings.draws]
+        for sampler, phi in ((NETWORK, result.npe_phi), (WEIGHTED, result.phi)):
             seed = integer_seed(origin.seed, "population agreement", subject, sampler)
             accuracy = classifier_accuracy(phi[: settings.draws], exact, settings.prior, seed)
             rows.append({"subject": subject, "sampler": sampler, "draws": len(exact), "c2st": accuracy})

@@ -38,7 +38,7 @@ LOGGER = logging.getLogger("swesbi")
 
 
 class VerdictStageSettings(Settings):
-    """What the verdict depends on, beside its input files."""
+    """What the verdict depends on."""
 
     model: SpeedModelSettings
     summary: SummarySettings
@@ -71,8 +71,6 @@ def verdict(
         contexts: Those of the whole cohort, with which this subject's is compared.
         noise: The cohort's noise.
         support: Output.
-        settings: Model, features and rule.
-        origin: Subject, seed and code.
 
     Raises:
         ArtefactError: An input is no such artefact, or the contexts do not hold the subject's.
@@ -101,8 +99,6 @@ def judge(
         model: The recording and its model.
         others: Contexts with which the subject's is compared.
         reference: Null distributions.
-        settings: Features and rule.
-        origin: Subject and seed.
         further: Other tests, which can strain the subject.
     """
     exact, context = read_exact_result(posterior), model.recording.context

@@ -1,0 +1,181 @@
+"""Answering subjects with a trained network: posterior, verdict and predictive check of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from swesbi.artefacts import write_json
+from swesbi.base import Settings
+from swesbi.checks.draws import CheckedFeatures
+from swesbi.checks.predictive_speeds import Recorder
+from swesbi.context import Context
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.measurement.subjects import build_speed_model
+from swesbi.networks.spline.files import load_spline
+from swesbi.posterior.importance import FlowProposal, flow_proposal
+from swesbi.posterior.refine import refined_posterior
+from swesbi.posterior.settings import RefinementSettings
+from swesbi.progress import Progress
+from swesbi.recording.noise import read_noise
+from swesbi.recording.observation import read_observation
+from swesbi.simulations import PriorSimulations, draw_simulations
+from swesbi.study.stages.exact import ExactPosteriorStageSettings, write_posterior
+from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.predictive import PredictiveSpeedsStageSettings, write_check
+from swesbi.study.stages.verdict import VerdictStageSettings, judge
+from swesbi.verdict.nulls import Reference
+from swesbi.verdict.pooled import PooledNull, pooled_reference, prior_predictive, read_null
+from swesbi.verdict.support import Support, SupportTest
+from swesbi.verdict.verdict import network_test
+
+STREAM = "population answer"
+
+
+class AnswerSettings(Settings):
+    """Settings of the stages whose results an answer holds."""
+
+    exact_posterior: ExactPosteriorStageSettings
+    predictive_speeds: PredictiveSpeedsStageSettings
+    verdict: VerdictStageSettings
+    refinement: RefinementSettings
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What answers a subject.
+
+    Attributes:
+        proposal: Makes the network's posterior of a recording.
+        contexts: Contexts with which the subject's is compared.
+        null: Loads the null recordings that the tests compare with.
+    """
+
+    proposal: Callable[[SpeedRecording], FlowProposal]
+    contexts: Sequence[Context]
+    null: Callable[[], PooledNull]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The chain from one recording to its answer; ``stream`` names its random streams."""
+
+    model: SpeedModel
+    knowledge: Knowledge
+    settings: AnswerSettings
+    origin: Origin
+    stream: str
+
+    def infer(self, posterior: Path) -> tuple[float, ...]:
+        """Write the exact posterior; return the efficiency of the network's draws and of each refinement."""
+        network, settings = self.knowledge.proposal(self.model.recording), self.settings.exact_posterior
+        streams = (self.origin.seed, self.stream, self.origin.subject)
+        exact, efficiency = refined_posterior(
+            self.model, network, settings.exact, self.settings.refinement, *streams
+        )
+        write_posterior(posterior, exact, network, settings, self.origin)
+        return efficiency
+
+    def reference(self, recordings: int) -> Reference:
+        """Return the tests: the subject's own prior predictive of so many recordings, the null recordings."""
+        rule, conditioning = self.settings.verdict.rule, self.settings.verdict.conditioning
+        predictive = prior_predictive(self.model, conditioning, recordings, self.origin.seed, self.stream)
+        return pooled_reference(self.knowledge.null(), predictive, rule)
+
+    def judge(
+        self,
+        posterior: Path,
+        support: Path,
+        reference: Reference,
+        efficiency: Sequence[float],
+        further: Sequence[SupportTest] = (),
+    ) -> Support:
+        """Write the verdict, by the tests of the reference, by ``further`` ones and by the efficiency."""
+        tests = (*further, network_test(efficiency, self.settings.refinement.min_efficiency))
+        judged = judge(
+            posterior,
+            self.model,
+            self.knowledge.contexts,
+            reference,
+            self.settings.verdict,
+            self.origin,
+            tests,
+        )
+        write_json(support, judged.to_json())
+        return judged
+
+    def check(
+        self,
+        observation: Path,
+        posterior: Path,
+        support: Path,
+        predictive: Path,
+        simulations: PriorSimulations,
+    ) -> None:
+        """Write the predictive checks, with these simulations of the prior."""
+        settings = self.settings.predictive_speeds
+        features = CheckedFeatures(settings.predictive.features, settings.summary)
+        recorder = Recorder(self.model, read_observation(observation), features)
+        write_check(posterior, support, predictive, recorder, simulations, settings, self.origin)
+
+
+class PopulationAnswersStageSettings(AnswerSettings):
+    """Settings of the stages, and the prior predictive recordings of each subject."""
+
+    predictive_recordings: int
+
+
+def population_answers(
+    *,
+    observations: Sequence[Path],
+    noise: Path,
+    estimator: Path,
+    null: Path,
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    predictives: Sequence[Path],
+    settings: PopulationAnswersStageSettings,
+    origin: Origin,
+) -> None:
+    """Write posterior, verdict and predictive check of each subject of the batch, one after the other.
+
+    Args:
+        observations: Observed curves of the subjects.
+        noise: Noise of their cohort.
+        estimator: The network.
+        null: Null recordings of the population.
+        posteriors: Output, in the order of the subjects.
+        supports: Output, likewise.
+        predictives: Output, likewise.
+
+    Raises:
+        ArtefactError: An input is no such artefact.
+        NoLikelihoodError: Every simulation of a subject fails.
+    """
+    flow, population, components = load_spline(estimator)[0], read_null(null), read_noise(noise).components
+    knowledge = Knowledge(partial(flow_proposal, flow), population.contexts, lambda: population.pooled)
+    progress = Progress(f"answers {estimator.parent.name}", len(observations), unit="subject")
+    for observation, *files in zip(observations, posteriors, supports, predictives, strict=True):
+        model = build_speed_model(observation, components, settings.exact_posterior.model)
+        subject_origin = replace(origin, subject=model.recording.subject)
+        _answer(Answer(model, knowledge, settings, subject_origin, STREAM), settings, observation, *files)
+        progress.step()
+
+
+def _answer(
+    answer: Answer,
+    settings: PopulationAnswersStageSettings,
+    observation: Path,
+    posterior: Path,
+    support: Path,
+    predictive: Path,
+) -> None:
+    efficiency = answer.infer(posterior)
+    answer.judge(posterior, support, answer.reference(settings.predictive_recordings), efficiency)
+    sizes, model = settings.predictive_speeds.predictive, settings.predictive_speeds.model
+    context, seed = answer.model.recording.context, answer.origin.seed
+    draws = draw_simulations(range(sizes.draws), context, model.prior.theta, model.forward_model, seed)
+    answer.check(observation, posterior, support, predictive, draws)
