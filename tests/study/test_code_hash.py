@@ -304,7 +304,7 @@ def functions(path: Path) -> Iterable[Place]:
 
 
 PACKAGE = Package(SOURCE)
-PACKAGES = sorted(path.parent for path in SOURCE.glob("*/__init__.py") if path.parent.name != "stages")
+PACKAGES = sorted(path.parent for path in SOURCE.glob("*/__init__.py"))
 
 
 @pytest.fixture(scope="module")
