@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-import cma
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -178,6 +177,8 @@ def search(
 
 
 def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings, seed: int) -> CmaesRun:
+    import cma  # it loads matplotlib.pyplot, which the readers of fits do not need
+
     rng = generator(seed, "cmaes")
     evolution = cma.CMAEvolutionStrategy(rng.random(len(THETA)), settings.sigma0, _options(settings, rng))
     losses, thetas = [], []
