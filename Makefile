@@ -68,14 +68,14 @@ types: $(INSTALLED) ## mypy in strict mode
 	$(BIN)/mypy
 
 check-workflow: $(INSTALLED) ## Snakemake's lint and a dry run of the full study
-	$(BIN)/python -m pytest tests/test_workflow_lint.py
+	$(BIN)/python -m pytest tests/study/test_workflow_lint.py
 	$(BIN)/snakemake --dry-run --quiet --cores $(CORES)
 
 house: $(INSTALLED) ## what the layout of the code costs: its size, what an edit reruns, how long it takes to start
 	$(BIN)/python benchmarks/house.py
 
 reference: smoke ## renew the stored tables: of the small study, and of the full one where it has finished
-	$(BIN)/python tests/reference_tables.py results-smoke tests/reference/small_study
+	$(BIN)/python tests/helpers/reference_tables.py results-smoke tests/reference/small_study
 	if [ -e results/report.html ]; then \
 		cp results/tables/ppc.csv tests/reference/study/ppc.csv; \
 		for path in results/*/recovery.csv; do \

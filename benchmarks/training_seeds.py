@@ -21,7 +21,7 @@ import pandas as pd
 from training import read_held_out
 
 from swesbi.artefacts import Provenance
-from swesbi.checks.draws import SubjectModel, score_theta
+from swesbi.checks.draws import score_theta
 from swesbi.checks.recovery import recover, score_recovery
 from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
@@ -104,8 +104,7 @@ def _subject(case: Case, net: TrainedEstimator, subject: MeasuredSubject) -> Ite
     z = case.pool.observed_z(observation.subject)
     draws = draw_candidates(net, z[None], DRAWS, seed=1)[0]
     theta = draws[in_bounds(draws, case.training.prior)]
-    model = SubjectModel(observation, subject.passive, case.recovery.forward_model, case.recovery.measurement)
-    scores = score_theta(theta[:1000], model, LEVEL).grid
+    scores = score_theta(theta[:1000], subject, case.recovery.forward_model, LEVEL).grid
     yield f"{observation.subject} RMSE (kPa)", scores.rmse_kpa
     yield f"{observation.subject} R2", scores.r2
     low, median, high = np.quantile(theta, [0.05, 0.5, 0.95], axis=0)

@@ -13,7 +13,7 @@ import pytest
 from study_arrays import assert_equal_results, assert_part_of
 from study_copy import ROOT, StudyCopy, copy_study
 
-SCRIPT = ROOT / "tests" / "cluster" / "slurm.sh"
+SCRIPT = ROOT / "tests" / "helpers" / "cluster" / "slurm.sh"
 PROFILE = "workflow/profiles/slurm"
 DAEMONS = ("slurmctld", "slurmd", "munged", "sbatch", "squeue")
 # This Slurm has no accounts and keeps none of jobs; it has two processors, and one disk. The plugin waits ten

@@ -1,5 +1,6 @@
 """Two small subjects of the real forward model as files, for the tests of the inference stages."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -113,3 +114,49 @@ def write_inputs(folder: Path) -> Inputs:
     parts = [write_subject(folder / context.subject, context) for context in CONTEXTS]
     names = ("observations", "passives", "shards", "whole_shards")
     return Inputs(*(sum((getattr(part, name) for part in parts), ()) for name in names))
+
+
+def make_pool(
+    path: Path, inputs: Inputs, shards: Sequence[Path], settings: simulation.PoolStageSettings
+) -> None:
+    simulation.pool(
+        observations=inputs.observations,
+        passives=inputs.passives,
+        shards=shards,
+        pool=path,
+        settings=settings,
+        origin=Origin(9),
+    )
+
+
+def run_all(folder: Path, inputs: Inputs, shards: Sequence[Path]) -> None:
+    pooled, estimator = folder / "pool.h5", folder / "estimator.pt"
+    make_pool(pooled, inputs, shards, POOL)
+    losses = folder / "training.csv"
+    training.train(
+        pool=pooled,
+        estimator=estimator,
+        training=losses,
+        checkpoints=folder / "checkpoints.pt",
+        settings=TRAIN,
+        origin=Origin(9),
+        device="cpu",
+    )
+    for context in CONTEXTS:
+        inference.posterior(
+            pool=pooled,
+            estimator=estimator,
+            posterior=folder / f"{context.subject}.h5",
+            support=folder / f"{context.subject}.json",
+            settings=POSTERIOR,
+            origin=Origin(9, context.subject),
+        )
+    inference.recovery(
+        pool=pooled,
+        estimator=estimator,
+        passives=inputs.passives[::-1],
+        observations=inputs.observations,
+        recovery=folder / "recovery.csv",
+        settings=RECOVERY,
+        origin=Origin(9),
+    )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PARTS = ("Snakefile", "config.yaml", "workflow", "src", "data")
 RESULTS = "results-smoke"
 KNOWN = ".snakemake/metadata"  # what Snakemake knows of results: the inputs, params and code that made them

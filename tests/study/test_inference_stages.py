@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +20,8 @@ from inference_study import (
     SUMMARY,
     TRAIN,
     Inputs,
+    make_pool,
+    run_all,
     write_inputs,
 )
 
@@ -35,7 +36,7 @@ from swesbi.networks.paper.pool import read_pool
 from swesbi.posterior.truncated import read_posterior
 from swesbi.seeds import integer_seed
 from swesbi.simulations import draw_simulations
-from swesbi.study.stages import inference, simulation, training
+from swesbi.study.stages import inference
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.support import read_support
 
@@ -50,52 +51,6 @@ def results(inputs: Inputs, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("results")
     run_all(folder, inputs, inputs.shards)
     return folder
-
-
-def make_pool(
-    path: Path, inputs: Inputs, shards: Sequence[Path], settings: simulation.PoolStageSettings
-) -> None:
-    simulation.pool(
-        observations=inputs.observations,
-        passives=inputs.passives,
-        shards=shards,
-        pool=path,
-        settings=settings,
-        origin=Origin(9),
-    )
-
-
-def run_all(folder: Path, inputs: Inputs, shards: Sequence[Path]) -> None:
-    pooled, estimator = folder / "pool.h5", folder / "estimator.pt"
-    make_pool(pooled, inputs, shards, POOL)
-    losses = folder / "training.csv"
-    training.train(
-        pool=pooled,
-        estimator=estimator,
-        training=losses,
-        checkpoints=folder / "checkpoints.pt",
-        settings=TRAIN,
-        origin=Origin(9),
-        device="cpu",
-    )
-    for context in CONTEXTS:
-        inference.posterior(
-            pool=pooled,
-            estimator=estimator,
-            posterior=folder / f"{context.subject}.h5",
-            support=folder / f"{context.subject}.json",
-            settings=POSTERIOR,
-            origin=Origin(9, context.subject),
-        )
-    inference.recovery(
-        pool=pooled,
-        estimator=estimator,
-        passives=inputs.passives[::-1],
-        observations=inputs.observations,
-        recovery=folder / "recovery.csv",
-        settings=RECOVERY,
-        origin=Origin(9),
-    )
 
 
 def test_pool_holds_every_draw_augmentation_and_component(results: Path) -> None:

@@ -12,11 +12,11 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from evaluation_study import run_cmaes, run_predictive, write_study
 from forward_model_cases import SETTINGS as FORWARD_MODEL
 from inference_case import PAPER_PRIOR
-from inference_study import write_inputs
-from test_evaluation_stages import run_cmaes, run_predictive, write_study
-from test_inference_stages import run_all
+from inference_study import run_all, write_inputs
+from study_copy import ROOT
 from traced import SOURCE, Trace
 
 from swesbi.__main__ import main
@@ -26,7 +26,6 @@ from swesbi.study.registry import STAGES, stage_place
 from swesbi.study.stages import cmaes, cohort, inference, predictive, simulation, training
 from swesbi.study.stages.origin import Origin
 
-ROOT = Path(__file__).parents[1]
 LAW = "from toy.part import law\ndef run(): return law(1)\n"
 
 
@@ -305,7 +304,7 @@ def functions(path: Path) -> Iterable[Place]:
 
 
 PACKAGE = Package(SOURCE)
-PACKAGES = sorted(path.parent for path in SOURCE.glob("*/__init__.py") if path.parent.name != "stages")
+PACKAGES = sorted(path.parent for path in SOURCE.glob("*/__init__.py"))
 
 
 @pytest.fixture(scope="module")
@@ -380,7 +379,9 @@ def test_what_ingestion_runs_is_followed(tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.slow
 def test_what_the_simulator_runs_is_followed_where_it_is_not_compiled(tmp_path: Path) -> None:
     """The same in another process, where numba leaves the equations as they are written."""
-    paths = os.pathsep.join([str(ROOT / "tests"), str(SOURCE.parent)])
+    paths = os.pathsep.join(
+        [str(ROOT / "tests" / "study"), str(ROOT / "tests" / "helpers"), str(SOURCE.parent)]
+    )
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
     code = f"import test_code_hash as t; t.passive_by_hand({str(tmp_path)!r})"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=environment, check=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from importlib import import_module
 from pathlib import Path
-from pkgutil import walk_packages
+from pkgutil import iter_modules
 
 import arviz
 import h5py
@@ -13,17 +13,13 @@ import pytest
 import xarray as xr
 from study_copy import StudyCopy
 
-import swesbi
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 from swesbi.artefacts.schema import SCHEMAS
 from swesbi.parameters import THETA_NAMES
+from swesbi.study import stages
 
-for module in walk_packages(swesbi.__path__, "swesbi."):  # which make kinds known
-    if module.name.endswith("dataset") or module.name in {
-        "swesbi.networks.spline.pool",
-        "swesbi.checks.sensitivity",
-    }:
-        import_module(module.name)
+for module in iter_modules(stages.__path__):  # what they write is known where they are loaded
+    import_module(f"{stages.__name__}.{module.name}")
 
 PHONY = "This is a netCDF dimension but not a netCDF variable"
 

@@ -31,6 +31,7 @@ from swesbi.recording.phases import analysis_grid, sample_cycle, to_grid
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.simulations import draw_simulations
+from swesbi.study.stages import cmaes, predictive
 from swesbi.study.stages.cmaes import CmaesStageSettings
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.predictive import PredictiveStageSettings
@@ -170,4 +171,27 @@ def _write_posterior(files: Files, origin: Origin) -> None:
         files.folder / "posterior.h5",
         posterior_to_groups(posterior),
         origin.provenance("posterior", settings),
+    )
+
+
+def run_predictive(files: Files, output: Path) -> None:
+    predictive.predictive(
+        posterior=files.folder / "posterior.h5",
+        support=files.folder / "support.json",
+        observation=files.observation,
+        passive=files.passive,
+        shards=[files.shard],
+        predictive=output,
+        settings=PREDICTIVE,
+        origin=Origin(SEED, files.subject),
+    )
+
+
+def run_cmaes(files: Files, output: Path) -> None:
+    cmaes.cmaes(
+        observation=files.observation,
+        passive=files.passive,
+        cmaes=output,
+        settings=CMAES,
+        origin=Origin(SEED, files.subject),
     )

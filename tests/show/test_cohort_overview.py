@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
+from cohort_case import REASON, STRATA, TITLE, answer, context, strata, table
 from figure_text import assert_text_apart, text_boxes
 from study_copy import ROOT, StudyCopy
 
@@ -16,41 +16,14 @@ from swesbi.artefacts import ArtefactError
 from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
-from swesbi.context import Context
-from swesbi.parameters import PHI_NAMES, THETA_NAMES
+from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import read_exact_result
 from swesbi.prior import JointPriorSettings
 from swesbi.show.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort
 from swesbi.show.figures.population import draw_strata, read_strata, stratum_label
-from swesbi.verdict.answers import REFUSED, Answer, answer_columns, cohort_table, read_cohort
+from swesbi.verdict.answers import REFUSED, answer_columns, cohort_table, read_cohort
 
-TITLE = "virtual volunteers"
-REASON = "ivsd_cm = 1.5 is outside [0.4, 1.4]"
-VERDICTS = (("supported", ""), ("strained", "χ²"), ("unsupported", "χ²; mass at a bound"))
-STRATA = ("all", "sex F", "age_years below 18", "hr_bpm 67 to 80", "relative_se 0.0351 and more")
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
-
-
-def context(number: int) -> Context:
-    return Context(
-        f"S{number:03d}", "F", 20.0 + number % 60, 1.7, 60.0 + number % 40, 80.0 + number % 50, 30.0, 0.8
-    )
-
-
-def answer(number: int) -> Answer:
-    verdict, reason = VERDICTS[number % 3]
-    median = np.array([40.0, 6.0, 25.0, 2.0]) * (1.0 + 0.01 * (number % 70))
-    limits = np.array([median, 0.8 * median, 1.3 * median])
-    return Answer(
-        verdict, reason, limits, 0.4, (number % 10) / 10.0, "mcmc" if number % 9 == 0 else "importance"
-    )
-
-
-def table(subjects: int, refused: int) -> pd.DataFrame:
-    """Return a cohort whose last subjects are refused."""
-    contexts = [context(number) for number in range(subjects)]
-    answers = {one.subject: answer(number) for number, one in enumerate(contexts[: subjects - refused])}
-    return cohort_table(contexts, answers, {one.subject: REASON for one in contexts[subjects - refused :]})
 
 
 def overview(subjects: int, refused: int, *, truth: bool) -> Overview:
@@ -59,19 +32,6 @@ def overview(subjects: int, refused: int, *, truth: bool) -> Overview:
     shown = table(subjects, refused)
     known: Mapping[str, np.ndarray] = {name: np.array([42.0, 5.0, 30.0]) for name in shown["subject"]}
     return Overview(shown, known if truth else {}, JointPriorSettings.from_plain(plain), 0.9)
-
-
-def strata() -> pd.DataFrame:
-    rows = [
-        {"sampler": sampler, "stratum": stratum, "parameter": name, "nominal": nominal, "coverage": nominal,
-         "ci_low": nominal - 0.03, "ci_high": nominal + 0.02, "n": 400, "bias": 0.0, "contraction": 0.5,
-         "median_efficiency": 0.6}
-        for sampler in ("npe", "weighted")
-        for stratum in STRATA
-        for name in THETA_NAMES
-        for nominal in (0.5, 0.9)
-    ]  # fmt: skip
-    return pd.DataFrame(rows)
 
 
 def test_a_refused_subject_has_its_reason_and_no_answer() -> None:

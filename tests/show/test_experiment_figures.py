@@ -17,6 +17,7 @@ from figure_text import assert_text_apart, text_boxes
 from jinja2 import Environment
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from study_copy import ROOT
 
 from swesbi.context import CONTEXT_NAMES
 from swesbi.measurement.settings import SCALAR_NAMES, SUMMARY_NAMES
@@ -205,7 +206,7 @@ def test_figures_are_the_same_twice(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("rule", captions())
 def test_the_report_has_a_caption_for_every_figure_of_a_rule(rule: str) -> None:
-    template = (Path(__file__).parents[1] / "workflow" / "report" / "figure.rst").read_text(encoding="utf-8")
+    template = (ROOT / "workflow" / "report" / "figure.rst").read_text(encoding="utf-8")
     job = SimpleNamespace(
         rule=rule,
         wildcards={"experiment": "amortised", "subject": "A"},

@@ -12,8 +12,8 @@ import pytest
 from evaluation_cases import TITLE
 from exact_shown import STATUS, result, support
 from matplotlib.figure import Figure as Drawing
+from report_case import make_experiment
 from study_copy import ROOT
-from test_report_page import make_experiment
 
 from swesbi.checks.calibration.table import COLUMNS as CALIBRATION_COLUMNS
 from swesbi.parameters import PHI_NAMES, THETA_NAMES

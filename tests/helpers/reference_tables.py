@@ -3,7 +3,7 @@
 A table belongs to one experiment, ``cohort.csv`` to what is no experiment's, and has one number a row:
 subject (empty where it is the whole cohort's), quantity, value. ``make reference`` renews what is stored by
 
-    python tests/reference_tables.py results-smoke tests/reference/small_study
+    python tests/helpers/reference_tables.py results-smoke tests/reference/small_study
 
 Tolerances follow from what can differ between machines. The last digits of sums and of compiled code do, and
 nothing else does before a network is trained. Training amplifies them, and draws from a network move with it.
@@ -26,7 +26,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-SMALL_STUDY: Final = Path(__file__).parent / "reference" / "small_study"
+SMALL_STUDY: Final = Path(__file__).parents[1] / "reference" / "small_study"
 COHORT: Final = "cohort"
 KEYS: Final = ["experiment", "subject", "quantity"]
 DIGITS: Final = 9  # stored; well beyond the closest tolerance

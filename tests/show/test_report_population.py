@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from cohort_case import REASON, STRATA, TITLE, strata, table
 from matplotlib.figure import Figure as Drawing
-from test_population_cohort import REASON, STRATA, TITLE, strata, table
 
 from swesbi.artefacts import ArtefactError
 from swesbi.show.figures.style import save_figure

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from study_copy import ROOT
 
-ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "results"
 REFERENCE = ROOT / "tests" / "reference" / "study"
 TOLERANCES = {  # absolute

@@ -12,15 +12,15 @@ import pandas as pd
 import pytest
 import xarray as xr
 from evaluation_study import (
-    CMAES,
     EXPERIMENT,
     FORWARD_MODEL,
-    PREDICTIVE,
     PRIOR,
     SEED,
     TRUE_THETA,
     Files,
     make_model,
+    run_cmaes,
+    run_predictive,
     write_study,
 )
 
@@ -29,7 +29,7 @@ from swesbi.checks.draws import simulated_curves
 from swesbi.checks.predictive import read_predictive
 from swesbi.heart.model import activation_duration_s
 from swesbi.show.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
-from swesbi.study.stages import cmaes, predictive, subject_figures, tables
+from swesbi.study.stages import subject_figures, tables
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.subject_figures import CohortFiguresSettings, SubjectFiguresSettings
 from swesbi.study.stages.tables import TablesSettings
@@ -38,29 +38,6 @@ TITLE = "virtual volunteers"
 LIGHT_STAGES = ("predictive", "subject_figures", "cohort_figures", "tables")
 LIGHT_STAGES += ("workflow_figure", "experiments_figure", "paper_comparison", "predictive_speeds")
 LIGHT_STAGES += ("exact_subject_figures", "exact_figures", "truth", "report")
-
-
-def run_predictive(files: Files, output: Path) -> None:
-    predictive.predictive(
-        posterior=files.folder / "posterior.h5",
-        support=files.folder / "support.json",
-        observation=files.observation,
-        passive=files.passive,
-        shards=[files.shard],
-        predictive=output,
-        settings=PREDICTIVE,
-        origin=Origin(SEED, files.subject),
-    )
-
-
-def run_cmaes(files: Files, output: Path) -> None:
-    cmaes.cmaes(
-        observation=files.observation,
-        passive=files.passive,
-        cmaes=output,
-        settings=CMAES,
-        origin=Origin(SEED, files.subject),
-    )
 
 
 @pytest.fixture(scope="module")

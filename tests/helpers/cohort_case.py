@@ -1,0 +1,56 @@
+"""A cohort of any size, answered or refused, for the tests of what shows it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from swesbi.context import Context
+from swesbi.parameters import THETA_NAMES
+from swesbi.verdict.answers import Answer, cohort_table
+
+TITLE = "virtual volunteers"
+
+
+REASON = "ivsd_cm = 1.5 is outside [0.4, 1.4]"
+
+
+VERDICTS = (("supported", ""), ("strained", "χ²"), ("unsupported", "χ²; mass at a bound"))
+
+
+STRATA = ("all", "sex F", "age_years below 18", "hr_bpm 67 to 80", "relative_se 0.0351 and more")
+
+
+def context(number: int) -> Context:
+    return Context(
+        f"S{number:03d}", "F", 20.0 + number % 60, 1.7, 60.0 + number % 40, 80.0 + number % 50, 30.0, 0.8
+    )
+
+
+def answer(number: int) -> Answer:
+    verdict, reason = VERDICTS[number % 3]
+    median = np.array([40.0, 6.0, 25.0, 2.0]) * (1.0 + 0.01 * (number % 70))
+    limits = np.array([median, 0.8 * median, 1.3 * median])
+    return Answer(
+        verdict, reason, limits, 0.4, (number % 10) / 10.0, "mcmc" if number % 9 == 0 else "importance"
+    )
+
+
+def table(subjects: int, refused: int) -> pd.DataFrame:
+    """Return a cohort whose last subjects are refused."""
+    contexts = [context(number) for number in range(subjects)]
+    answers = {one.subject: answer(number) for number, one in enumerate(contexts[: subjects - refused])}
+    return cohort_table(contexts, answers, {one.subject: REASON for one in contexts[subjects - refused :]})
+
+
+def strata() -> pd.DataFrame:
+    rows = [
+        {"sampler": sampler, "stratum": stratum, "parameter": name, "nominal": nominal, "coverage": nominal,
+         "ci_low": nominal - 0.03, "ci_high": nominal + 0.02, "n": 400, "bias": 0.0, "contraction": 0.5,
+         "median_efficiency": 0.6}
+        for sampler in ("npe", "weighted")
+        for stratum in STRATA
+        for name in THETA_NAMES
+        for nominal in (0.5, 0.9)
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
