@@ -201,7 +201,9 @@ def read_held_out(
     """Simulate fresh theta (n, 3) for each subject, and raw conditioning vectors (n, C)."""
     paths = [results / "cohort" / subject for subject in subjects]
     measured = read_measured_subjects(
-        [path / "observation.h5" for path in paths], [path / "passive.h5" for path in paths]
+        [path / "observation.h5" for path in paths],
+        [path / "passive.h5" for path in paths],
+        settings.measurement,
     )
     recovery = settings.recovery.model_copy(update={"recordings": each * len(subjects)})
     seed = integer_seed(study_seed, "training benchmark")

@@ -65,7 +65,9 @@ def read_case(study: Study, name: str, results: Path, each: int) -> Case:
     supported = [s for s, path in supports.items() if read_support(path).supported]
     paths = [results / "cohort" / subject for subject in supported]
     measured = read_measured_subjects(
-        [path / "observation.h5" for path in paths], [path / "passive.h5" for path in paths]
+        [path / "observation.h5" for path in paths],
+        [path / "passive.h5" for path in paths],
+        recovery.measurement,
     )
     truth, raw = read_held_out(results, study.config.seed, pool.subjects, recovery, each)
     return Case(name, pool, training, recovery, tuple(measured), truth, pool.standardisation.apply(raw))
