@@ -8,13 +8,13 @@ from importlib.resources import files
 
 import pytest
 
-from swesbi.show.figures.registry import FIGURES
+from swesbi.show.figures.registry import FIGURES, FigureSpec
 from swesbi.show.page.figures import PAGE_FIGURES, PageFigure, PagePart, figures_of
 
 TEMPLATE = (files("swesbi.show.page") / "templates" / "page.html").read_text(encoding="utf-8")
 FIELDS = {"predictive": 90.0, "credible": 90.0, "excluded": "Outside: F."}
 SOURCES = {
-    PagePart.STUDY: "page.figures",
+    PagePart.STUDY: "page.figures.study",
     PagePart.EXPERIMENT: "page.figures",
     PagePart.SPEEDS: "section.figures",
     PagePart.POPULATION: "section.figures",
@@ -42,3 +42,13 @@ def test_a_figure_says_what_it_shows_and_stands_on_the_page(spec: PageFigure) ->
     assert "{" not in description + caption
     assert "virtual volunteers" in caption or "population of some" in caption
     assert f"{SOURCES[spec.part]}.{spec.name}" in TEMPLATE
+
+
+def test_a_figure_of_the_cohort_needs_no_entry_of_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = FigureSpec("new_figure", "new", "cohort", "a new figure", "What is new ({cohort}).")
+    monkeypatch.setattr("swesbi.show.page.figures.FIGURES", (*FIGURES, spec))
+    assert not figures_of(PagePart.STUDY).keys() & {"calibration"}
+    assert [*figures_of(PagePart.STUDY)][-1] == "new"
+    texts = figures_of(PagePart.STUDY)["new"].texts("virtual volunteers", "some", FIELDS)
+    assert texts == ("What is new", "What is new (virtual volunteers).")
+    assert "page.figures.further" in TEMPLATE

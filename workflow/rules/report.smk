@@ -19,16 +19,9 @@ rule report:
         features_csv=rules.tables.output.features_csv,
         posterior_csv=rules.tables.output.posterior_csv,
         comparison_csv=rules.paper_comparison.output.comparison_csv,
-        workflow_png=rules.workflow_figure.output.figure_png,
-        workflow_pdf=rules.workflow_figure.output.figure_pdf,
-        ppc_png=rules.cohort_figures.output.ppc_png,
-        ppc_pdf=rules.cohort_figures.output.ppc_pdf,
-        posterior_png=rules.cohort_figures.output.posterior_png,
-        posterior_pdf=rules.cohort_figures.output.posterior_pdf,
-        experiments_png=rules.experiments_figure.output.figure_png,
-        experiments_pdf=rules.experiments_figure.output.figure_pdf,
-        epochs_png=rules.epochs_figure.output.figure_png,
-        epochs_pdf=rules.epochs_figure.output.figure_pdf,
+        study_pngs=expand(
+            f"{RESULTS}/figures/{{figure}}.png", figure=names_of("cohort")
+        ),
         training_pngs=expand(
             rules.training_figure.output.figure_png, experiment=EXPERIMENTS
         ),

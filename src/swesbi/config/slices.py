@@ -67,7 +67,6 @@ SOURCES: Final[Mapping[str, str]] = {
     "experiments_figure": "cohort_title main_experiment",
     "training_figure": "cohort_title=title_of_training",
     "epochs_figure": "experiment=name experiment.predictive.interval cohort_title",
-    "noise_figure": "cohort_title",
     "misspecification_figure": "cohort_title experiment.misspecification.rule.strained_level",
     "calibration_figure": "experiment=name experiment.exact.max_k_hat experiment.calibration.judgement "
     "cohort_title",
@@ -79,6 +78,9 @@ SOURCES: Final[Mapping[str, str]] = {
 
 `value_of` says what a source is; ``stage.`` before a name stands for the settings of that stage.
 """
+FIGURE: Final = "_figure"
+SHARED_BY_FIGURES: Final = "cohort_title"
+"""Sources of a stage whose name ends on `FIGURE` and that has none of its own."""
 
 
 def stage_settings(study: Study, stage: str, **wildcards: str) -> dict[str, Any]:
@@ -92,9 +94,11 @@ def stage_settings(study: Study, stage: str, **wildcards: str) -> dict[str, Any]
 
 
 def _slice(study: Study, wildcards: Wildcards, stage: str) -> dict[str, Any]:
-    return (
-        COMPOSED[stage](study, wildcards) if stage in COMPOSED else _fields(study, wildcards, SOURCES[stage])
-    )
+    if stage in COMPOSED:
+        return COMPOSED[stage](study, wildcards)
+    if stage.endswith(FIGURE):
+        return _fields(study, wildcards, SOURCES.get(stage, SHARED_BY_FIGURES))
+    return _fields(study, wildcards, SOURCES[stage])
 
 
 def _fields(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any]:

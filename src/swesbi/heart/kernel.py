@@ -139,11 +139,8 @@ def beat_kernel(
         stride: int,
         record: FloatArray,
     ) -> None:
-        """Advance ``x`` (blocks, STATES * LANES) in place by a beat of steps ``h`` under ``theta``.
-
-        ``record`` (blocks, samples + 1, RECORDS * LANES) takes the start of every ``stride``-th step; its
-        last row is scratch.
-        """
+        """Advance ``x`` (blocks, STATES * LANES) in place by a beat of steps ``h`` under ``theta``."""
+        # record (blocks, samples + 1, RECORDS * LANES) takes the start of every stride-th step, then scratch
         scratch = record.shape[1] - 1
         for block in range(x.shape[0]):
             state = x[block]

@@ -1,8 +1,9 @@
 """The figures of the study: who draws each, and what the workflow's report says of it.
 
 Workflow and drawing rules read this list; drawing is in the modules beside, which import matplotlib, and this
-one does not. A new figure has its entry here, its drawing, its rule and its test, and an entry in
-:mod:`swesbi.show.page.figures` where the page shows it.
+one does not. A new figure has its entry here, its drawing, its stage, its rule and its test. One of the
+cohort is on the page with that; :mod:`swesbi.show.page.figures` gives it a caption and a place of its own
+there, and has the figures of experiments that the page shows.
 """
 
 from __future__ import annotations

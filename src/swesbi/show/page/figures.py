@@ -1,5 +1,6 @@
 """What the page and the documentation say of each figure, and where it stands.
 
+A figure of the cohort that has no entry here stands beside the experiments, with the caption of the report.
 matplotlib is not imported.
 """
 
@@ -9,6 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
+
+from swesbi.show.figures.registry import FIGURES
 
 Texts = tuple[str, str]
 
@@ -29,8 +32,8 @@ class PageFigure:
     Attributes:
         name: Its kind: the file's stem up to the experiment's name.
         part: Where it stands on the page.
-        caption: Its caption, with the fields ``title`` (what the subjects are), ``experiment``, and for
-            figures of the study ``predictive`` and ``credible`` (masses in percent) and ``excluded``.
+        caption: Its caption, with the fields ``title`` or ``cohort`` (what the subjects are), ``experiment``,
+            and for figures of the study ``predictive`` and ``credible`` (masses in percent) and ``excluded``.
         description: The same for who cannot see it; the caption with the experiment's name where empty.
         shared: One file serves every experiment.
         documented: The documentation shows it too.
@@ -59,7 +62,7 @@ class PageFigure:
         Raises:
             KeyError: Its texts name a field that is not given.
         """
-        known = {"title": title, "experiment": experiment, **(fields or {})}
+        known = {"title": title, "cohort": title, "experiment": experiment, **(fields or {})}
         caption = self.caption.format(**known).strip()
         bare = caption.removesuffix(".").removesuffix(f" ({title})")
         return self.description.format(caption=bare, **known), caption
@@ -162,5 +165,16 @@ PAGE_FIGURES: Final = (
 
 
 def figures_of(part: PagePart) -> dict[str, PageFigure]:
-    """Return the figures of a part of the page by name, in the order of the list."""
-    return {spec.name: spec for spec in PAGE_FIGURES if spec.part is part}
+    """Return the figures of a part of the page by name, in the order of the list; `further_figures` last."""
+    listed = {spec.name: spec for spec in PAGE_FIGURES if spec.part is part}
+    return listed | further_figures() if part is PagePart.STUDY else listed
+
+
+def further_figures() -> dict[str, PageFigure]:
+    """Return the figures of the cohort that the workflow's list alone has, by name."""
+    listed = {spec.name for spec in PAGE_FIGURES if spec.part is PagePart.STUDY}
+    return {
+        figure.name: PageFigure(figure.name, PagePart.STUDY, figure.caption, "{caption}", documented=False)
+        for figure in FIGURES
+        if figure.of == "cohort" and figure.name not in listed
+    }

@@ -10,8 +10,9 @@ from typing import Any, Final
 import yaml
 from jinja2 import DictLoader, Environment, StrictUndefined
 
+from swesbi.artefacts import ArtefactError
 from swesbi.show.names import with_symbols
-from swesbi.show.page.figures import PagePart, figures_of
+from swesbi.show.page.figures import PagePart, figures_of, further_figures
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.page.sections import Fact, PopulationSection, Section, caution, headline
 from swesbi.show.results import Experiment, Results
@@ -58,13 +59,10 @@ class Cohort:
 
 @dataclass(frozen=True)
 class Figures:
-    """The figures of the page; training has one an experiment."""
+    """The figures of the page: of the study by name, those without a place of their own, one a training."""
 
-    workflow: Figure
-    ppc: Figure
-    posterior: Figure
-    experiments: Figure
-    epochs: Figure
+    study: Mapping[str, Figure]
+    further: tuple[Figure, ...]
     training: tuple[Figure, ...]
 
 
@@ -128,7 +126,7 @@ def make_page(
 
 
 def study_figures(
-    files: Mapping[str, tuple[Path, Path]],
+    files: Sequence[Path],
     trainings: Sequence[Path],
     page: Path,
     main: Experiment,
@@ -137,11 +135,14 @@ def study_figures(
     """Put captions to the figures of the study, and to each experiment's training.
 
     Args:
-        files: PNG and PDF of each figure of the study, by name.
+        files: PNG of each figure of the study, named as the figure, its PDF beside it.
         trainings: PNG of each experiment's training.
         page: The page.
         main: The main experiment.
         title: What the subjects are.
+
+    Raises:
+        ArtefactError: A file is no PNG, a figure is missing, or the page knows no figure of a file's name.
     """
     out = [subject for subject, support in main.supports.items() if not support.supported]
     fields = {
@@ -150,15 +151,18 @@ def study_figures(
         "excluded": f"Outside the prior's support, and greyed: {', '.join(out)}." if out else "",
     }
     specs, trained = figures_of(PagePart.STUDY), figures_of(PagePart.EXPERIMENT)["training"]
+    by_name = {png.stem: png for png in files}
+    if differing := sorted(specs.keys() ^ by_name.keys()):
+        raise ArtefactError(f"figures of the study: {', '.join(differing)} missing, or unknown to the page")
     shown = {
-        name: figure(png, page, *specs[name].texts(title, main.name, fields), pdf)
-        for name, (png, pdf) in files.items()
+        name: figure(png, page, *specs[name].texts(title, main.name, fields), png.with_suffix(".pdf"))
+        for name, png in by_name.items()
     }
     training = tuple(
         figure(png, page, *trained.texts(title, png.stem.removeprefix(f"{trained.name}-")))
         for png in trainings
     )
-    return Figures(**shown, training=training)
+    return Figures(shown, tuple(shown[name] for name in further_figures()), training)
 
 
 def render(page: Page) -> str:

@@ -1,6 +1,6 @@
 """The stages of the study: each reads artefacts, calls the science, writes artefacts.
 
-``registry`` names them all. A stage is a function of the same name in one of the other modules; they are cut
+``registry`` finds them: the public functions that take ``settings`` and ``origin`` by name. Modules are cut
 so that the stages of one module import the same heavy libraries, since a job imports the whole of it.
 
 The paths that a stage takes are its inputs and its outputs; ``settings`` is what its results depend on beside

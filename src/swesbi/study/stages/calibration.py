@@ -42,7 +42,7 @@ def calibration(
     settings: CalibrationStageSettings,
     origin: Origin,
 ) -> None:
-    """Join the subjects' parts and judge them.
+    """Join the subjects' recordings of known parameters and judge the calibration of the whole cohort.
 
     Both recoveries score the exact (weighted) posterior, the one that is reported, over all recordings of
     the cohort, none left out; coverage of the network's own draws is in the table beside it.

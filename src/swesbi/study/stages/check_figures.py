@@ -41,7 +41,7 @@ class NoiseFigureSettings(Settings):
 def noise_figure(
     *, noise: Path, figure_pdf: Path, figure_png: Path, settings: NoiseFigureSettings, origin: Origin
 ) -> None:
-    """Draw both components."""
+    """Draw both variance components, of each recording and of the cohort."""
     save_figure(draw_noise(read_noise(noise), settings.cohort_title), figure_pdf, figure_png)
 
 
@@ -101,7 +101,7 @@ def calibration_figure(
     settings: CalibrationFigureSettings,
     origin: Origin,
 ) -> None:
-    """Draw ranks, coverage, weights and local calibration.
+    """Draw an experiment's calibration: ranks, coverage, weights and local calibration.
 
     Raises:
         ArtefactError: A file is no such result.
@@ -151,7 +151,9 @@ def population_cohort(
     settings: PopulationCohortStageSettings,
     origin: Origin,
 ) -> None:
-    """Write the table and draw it; summaries are read one subject after the other.
+    """Write and draw every subject of a cohort as a population's network answers it.
+
+    Summaries are read one subject after the other.
 
     Args:
         posteriors: Of every subject that is answered.
@@ -193,7 +195,7 @@ class StrataFigureSettings(Settings):
 def strata_figure(
     *, strata: Path, figure_pdf: Path, figure_png: Path, settings: StrataFigureSettings, origin: Origin
 ) -> None:
-    """Draw coverage and efficiency by stratum.
+    """Draw coverage and efficiency by stratum of an experiment over a population.
 
     Raises:
         ArtefactError: The table is not one of strata.

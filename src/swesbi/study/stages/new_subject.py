@@ -268,7 +268,7 @@ def new_subject_of_population(
     settings: NewSubjectOfPopulationStageSettings,
     origin: Origin,
 ) -> None:
-    """Do the same with the network of a population.
+    """Ingest the recording of ``origin.subject``, infer it with a population's network, judge and draw it.
 
     Args:
         recording: The raw recording.

@@ -86,7 +86,7 @@ def population_scores(
     settings: PopulationScoresStageSettings,
     origin: Origin,
 ) -> None:
-    """Join the parts and judge them.
+    """Join the parts and judge calibration on fresh contexts, over all of them and by stratum.
 
     Args:
         parts: Recordings of fresh contexts.

@@ -116,7 +116,7 @@ def predictive_speeds(
     settings: PredictiveSpeedsStageSettings,
     origin: Origin,
 ) -> None:
-    """Write the predictive checks of one subject.
+    """Write the predictive checks of one subject in an experiment on speeds.
 
     New recordings are drawn under the whole observation model: measurement noise and discrepancy. An
     unsupported subject keeps its predictive curves, which show what the model cannot do, but has no scores.

@@ -145,16 +145,7 @@ def report(
     features_csv: Path,
     posterior_csv: Path,
     comparison_csv: Path,
-    workflow_png: Path,
-    workflow_pdf: Path,
-    ppc_png: Path,
-    ppc_pdf: Path,
-    posterior_png: Path,
-    posterior_pdf: Path,
-    experiments_png: Path,
-    experiments_pdf: Path,
-    epochs_png: Path,
-    epochs_pdf: Path,
+    study_pngs: Sequence[Path],
     training_pngs: Sequence[Path],
     exact_posteriors: Sequence[Path],
     calibrations: Sequence[Path],
@@ -184,14 +175,7 @@ def report(
     tables = {"scores": ppc_csv, "features": features_csv, "posterior": posterior_csv}
     files = {"training": trainings, "own": recoveries, "acquisition": recovery_acquisitions}
     results = _results(settings, observations, supports, tables, files, comparison_csv)
-    images = {
-        "workflow": (workflow_png, workflow_pdf),
-        "ppc": (ppc_png, ppc_pdf),
-        "posterior": (posterior_png, posterior_pdf),
-        "experiments": (experiments_png, experiments_pdf),
-        "epochs": (epochs_png, epochs_pdf),
-    }
-    figures = study_figures(images, training_pngs, report, results.main, title)
+    figures = study_figures(study_pngs, training_pngs, report, results.main, title)
     checks = {"calibration": calibrations, "misspecification": misspecifications}
     checks["identifiability"] = identifiabilities
     exact = read_exact(results.experiments, exact_posteriors, checks, noise, truth_csv)

@@ -45,7 +45,7 @@ class SimulateSettings(Settings):
 
 
 def simulate(*, shard: Path, settings: SimulateSettings, origin: Origin) -> None:
-    """Write the shard of the draws named in the settings."""
+    """Write one shard of successful simulations from the prior, for the subject of the settings' context."""
     context = settings.context.to_context()
     simulations = draw_simulations(
         range(*settings.draws), context, settings.prior, settings.forward_model, origin.seed

@@ -160,7 +160,7 @@ def training_figure(
     settings: TrainingFigureSettings,
     origin: Origin,
 ) -> None:
-    """Draw the loss curves."""
+    """Draw training and validation loss of an experiment's estimator, epoch by epoch."""
     history = read_history(training)
     save_figure(draw_training(history, settings.cohort_title), figure_pdf, figure_png)
 
@@ -182,7 +182,7 @@ def epochs_figure(
     settings: EpochsFigureSettings,
     origin: Origin,
 ) -> None:
-    """Draw the four panels."""
+    """Draw loss, recovery, observed coverage and posterior width against the epoch."""
     figure = draw_epochs(
         read_epochs(epochs),
         read_history(training),

@@ -44,7 +44,7 @@ def subject_figures(
     settings: SubjectFiguresSettings,
     origin: Origin,
 ) -> None:
-    """Draw predictive check and posterior."""
+    """Draw predictive check and posterior of one subject."""
     save_predictive_check(predictive, support, cmaes, ppc_png, settings.cohort_title)
     draws, (fit, provenance) = read_posterior(posterior), read_cmaes(cmaes)
     panel = _posterior_panel(provenance.subject, draws, fit, read_support(support))
@@ -84,7 +84,7 @@ def exact_subject_figures(
     settings: ExactSubjectFiguresSettings,
     origin: Origin,
 ) -> None:
-    """Draw predictive check and posterior.
+    """Draw predictive check and exact posterior of one subject.
 
     ``truth`` is the file of true parameters of a generated cohort, or nothing.
     """
@@ -127,7 +127,7 @@ def cohort_figures(
     settings: CohortFiguresSettings,
     origin: Origin,
 ) -> None:
-    """Draw both figures of one experiment, subjects in the order of ``predictives``."""
+    """Draw predictive checks and posteriors of a cohort, subjects in the order of ``predictives``."""
     results = [
         (panel, read_posterior(path)) for panel, path in _results(predictives, posteriors, supports, cmaes)
     ]
@@ -172,7 +172,7 @@ def exact_figures(
     settings: ExactFiguresSettings,
     origin: Origin,
 ) -> None:
-    """Draw both figures of one experiment, subjects in the order of ``predictives``.
+    """Draw predictive checks and exact posteriors of a cohort, in the order of ``predictives``.
 
     ``truth`` is the file of true parameters of a generated cohort, or nothing.
     """

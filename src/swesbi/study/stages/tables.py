@@ -64,7 +64,7 @@ def tables(
     settings: TablesSettings,
     origin: Origin,
 ) -> None:
-    """Write the tables; every experiment and subject whose predictive check is given has its rows."""
+    """Write the tables of every experiment; who has a predictive check among the given has rows."""
     cases = read_cases(predictives, posteriors, supports, cmaes)
     scores = ppc_table(cases)
     reasons = {(case.experiment, case.subject): ", ".join(verdict_numbers(case.support)) for case in cases}
