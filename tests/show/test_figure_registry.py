@@ -5,11 +5,15 @@ from __future__ import annotations
 import subprocess
 import sys
 from importlib.resources import files
+from pathlib import Path
 
 import pytest
+from report_case import make_experiment
 
+from swesbi.artefacts import ArtefactError
 from swesbi.show.figures.registry import FIGURES, FigureSpec
 from swesbi.show.page.figures import PAGE_FIGURES, PageFigure, PagePart, figures_of, further_figures
+from swesbi.show.page.page import study_figures
 
 TEMPLATE = (files("swesbi.show.page") / "templates" / "page.html").read_text(encoding="utf-8")
 FIELDS = {"predictive": 90.0, "credible": 90.0, "excluded": "Outside: F."}
@@ -53,3 +57,8 @@ def test_a_figure_of_the_cohort_needs_no_entry_of_the_page(monkeypatch: pytest.M
     texts = figures_of(PagePart.STUDY)["new"].texts("virtual volunteers", "some", FIELDS)
     assert texts == ("What is new", "What is new (virtual volunteers).")
     assert "page.figures.further" in TEMPLATE
+
+
+def test_a_figure_of_the_study_that_is_not_given_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ArtefactError, match=r"epochs, experiments, posterior, ppc, workflow missing"):
+        study_figures([], [], tmp_path / "report.html", make_experiment("paper", {"A": True}), "volunteers")
