@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +17,7 @@ from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.show.csv import checked
 from swesbi.show.figures.style import (
     CMAES,
+    NETWORK,
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
@@ -36,7 +38,9 @@ MARKER_SIZE: Final = 2.8
 EPOCH_COLUMNS: Final = (
     "epoch", "best", "quantity", "subject", "parameter", "value", "ci_low", "ci_high", "n",
 )  # fmt: skip
-PARAMETER_LOOKS: Final = tuple(zip(THETA_SYMBOLS, (POSTERIOR, CMAES, TRUTH), "os^", strict=True))
+PARAMETER_LOOKS: Final = tuple(
+    zip(THETA_SYMBOLS, cycle((POSTERIOR, CMAES, TRUTH, NETWORK)), cycle("os^D"), strict=False)
+)
 SUBJECT_MARKERS: Final = "osD^vPX*"
 NAMED_SUBJECTS: Final = len(SUBJECT_MARKERS)
 
@@ -140,7 +144,7 @@ def _recovery(axes: Axes, table: pd.DataFrame, interval: float) -> None:
     axes.set_ylim(min(0.7, float(rows["ci_low"].min())) - 0.02, 1.01)
     axes.set_ylabel("truth in the credible interval")
     axes.set_title("(b) recovery of synthetic recordings")
-    axes.legend(loc="lower right", ncols=3, columnspacing=1.0)
+    axes.legend(loc="lower right", ncols=len(PARAMETER_LOOKS), columnspacing=1.0)
 
 
 def _observed(axes: Axes, table: pd.DataFrame, interval: float) -> None:
@@ -177,7 +181,7 @@ def _width(axes: Axes, table: pd.DataFrame) -> None:
     axes.set_ylabel("posterior sd / prior sd")
     axes.set_title("(d) width (thin: each subject)")
     if len(rows):
-        axes.legend(loc="lower left", ncols=3, columnspacing=1.0)
+        axes.legend(loc="lower left", ncols=len(PARAMETER_LOOKS), columnspacing=1.0)
 
 
 def _scored_subjects(table: pd.DataFrame) -> list[str]:
