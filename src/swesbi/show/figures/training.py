@@ -144,7 +144,7 @@ def _recovery(axes: Axes, table: pd.DataFrame, interval: float) -> None:
     axes.set_ylim(min(0.7, float(rows["ci_low"].min())) - 0.02, 1.01)
     axes.set_ylabel("truth in the credible interval")
     axes.set_title("(b) recovery of synthetic recordings")
-    axes.legend(loc="lower right", ncols=len(PARAMETER_LOOKS), columnspacing=1.0)
+    axes.legend(loc="lower right", ncols=3, columnspacing=1.0)
 
 
 def _observed(axes: Axes, table: pd.DataFrame, interval: float) -> None:
@@ -181,7 +181,7 @@ def _width(axes: Axes, table: pd.DataFrame) -> None:
     axes.set_ylabel("posterior sd / prior sd")
     axes.set_title("(d) width (thin: each subject)")
     if len(rows):
-        axes.legend(loc="lower left", ncols=len(PARAMETER_LOOKS), columnspacing=1.0)
+        axes.legend(loc="lower left", ncols=3, columnspacing=1.0)
 
 
 def _scored_subjects(table: pd.DataFrame) -> list[str]:
