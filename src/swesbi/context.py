@@ -22,27 +22,70 @@ class ContextVariable:
         name: Name in artefacts and tables; it ends in the unit.
         unit: Its unit.
         words: What the page calls it.
-        label: What an axis calls it, its unit included.
+        short: What an axis calls it.
+        asked: What the template of ``subjects.csv`` asks for.
+        example: What a row of it may say.
+        asked_unit: Its unit there, in words; none of a choice.
+        shown_unit: Its unit on the page and along an axis.
+        digits: Digits behind the point on the page.
         declared: Range in which the forward model is declared, if it takes this value.
+        entered: Column of ``subjects.csv``, where it is not the name.
     """
 
     name: str
     unit: str
     words: str
-    label: str
+    short: str
+    asked: str
+    example: str
+    asked_unit: str = ""
+    shown_unit: str = ""
+    digits: int = 0
     declared: tuple[float, float] | None = None
+    entered: str = ""
+
+    @property
+    def label(self) -> str:
+        """What an axis says, the unit included."""
+        return f"{self.short} ({self.shown_unit})"
+
+    @property
+    def column(self) -> str:
+        """Its column of ``subjects.csv``."""
+        return self.entered or self.name
+
+    @property
+    def remedy(self) -> str:
+        """What to do about a value that is refused."""
+        if not self.asked_unit:
+            return f"write {self.asked}"
+        return f"correct the cell (units? the column is in {self.asked_unit})"
 
 
 # From a newborn to the most dilated heart, from sinus bradycardia to the fastest exercise (Lang et al. 2015).
 CONTEXT: Final = (
-    ContextVariable("sex_male", "1", "sex (male = 1)", "male"),
-    ContextVariable("age_years", "year", "age", "age (years)"),
-    ContextVariable("bsa_m2", "m2", "body surface area", "BSA (m²)"),
-    ContextVariable("hr_bpm", "1/min", "heart rate", "heart rate (1/min)", (30.0, 220.0)),
-    ContextVariable("lvedv_ml", "mL", "LVEDV", "LVEDV (mL)", (10.0, 500.0)),
-    ContextVariable("lvesv_ml", "mL", "LVESV", "LVESV (mL)"),
-    ContextVariable("ivsd_cm", "cm", "septal thickness", "IVSd (cm)", (0.2, 3.0)),
-)
+    ContextVariable("sex_male", "1", "sex (male = 1)", "male", "F or M", "F", entered="sex"),
+    ContextVariable("age_years", "year", "age", "age", "years", "31", "years", "years"),
+    ContextVariable(
+        "bsa_m2", "m2", "body surface area", "BSA", "body surface area in m2", "1.71", "m2", "m²", digits=2
+    ),
+    ContextVariable(
+        "hr_bpm", "1/min", "heart rate", "heart rate", "heart rate during the recording, beats per minute",
+        "66", "beats per minute", "1/min", declared=(30.0, 220.0),
+    ),
+    ContextVariable(
+        "lvedv_ml", "mL", "LVEDV", "LVEDV", "left ventricular end-diastolic volume in mL",
+        "95", "mL", "mL", declared=(10.0, 500.0),
+    ),
+    ContextVariable(
+        "lvesv_ml", "mL", "LVESV", "LVESV", "left ventricular end-systolic volume in mL", "36", "mL", "mL"
+    ),
+    ContextVariable(
+        "ivsd_cm", "cm", "septal thickness", "IVSd",
+        "thickness of the interventricular septum at end diastole in cm",
+        "0.82", "cm", "cm", digits=2, declared=(0.2, 3.0),
+    ),
+)  # fmt: skip
 """The components of c_d in their order."""
 CONTEXT_NAMES: Final = tuple(variable.name for variable in CONTEXT)
 CONTEXT_UNITS: Final = tuple(variable.unit for variable in CONTEXT)

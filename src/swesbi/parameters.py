@@ -1,4 +1,4 @@
-"""The inferred parameters: names, units, order, declared ranges and labels, said here alone.
+"""The inferred parameters: names, units, meanings, order, declared ranges and labels, said here alone.
 
 theta = (k_0, k_ATP, k_SR) drives the forward model. phi = (theta, a) joins it with the passive scale a of
 the recording, a nuisance parameter. Arrays of parameters have them along their last axis, in this order.
@@ -22,18 +22,22 @@ class Parameter:
     Attributes:
         name: Name in configuration, artefacts and tables; it ends in the unit.
         unit: Unit in plain text.
+        meaning: What it is, in words, before its symbol.
         tex: Symbol in TeX, for figures and LaTeX tables.
         html: Symbol in HTML, for the page.
         text: Symbol in plain text, for Markdown and the terminal.
+        si: What a value is multiplied by for SI units.
         declared: Range in which the forward model is declared, in ``unit``; a prior lies within.
         title: What figures call it before its symbol, if anything.
     """
 
     name: str
     unit: str
+    meaning: str
     tex: str
     html: str
     text: str
+    si: float = 1.0
     declared: tuple[float, float] = (0.0, math.inf)
     title: str = ""
 
@@ -57,12 +61,23 @@ class Parameter:
 # Declared ranges: an order of magnitude beyond published parameters of myocardium (Marchesseau et al. 2013;
 # Banus et al. 2021), so that any prior of a study fits inside, yet a wrong unit does not.
 THETA: Final = (
-    Parameter("k0_kpa", "kPa", "$k_0$", "<i>k</i><sub>0</sub>", "k_0", (1.0, 500.0)),
-    Parameter("k_atp_per_s", "1/s", r"$k_\mathrm{ATP}$", "<i>k</i><sub>ATP</sub>", "k_ATP", (0.1, 500.0)),
-    Parameter("k_sr_per_s", "1/s", r"$k_\mathrm{SR}$", "<i>k</i><sub>SR</sub>", "k_SR", (0.1, 300.0)),
-)
+    Parameter(
+        "k0_kpa", "kPa", "active stiffness scale", "$k_0$", "<i>k</i><sub>0</sub>", "k_0",
+        si=1e3, declared=(1.0, 500.0),
+    ),
+    Parameter(
+        "k_atp_per_s", "1/s", "contraction rate", r"$k_\mathrm{ATP}$", "<i>k</i><sub>ATP</sub>", "k_ATP",
+        declared=(0.1, 500.0),
+    ),
+    Parameter(
+        "k_sr_per_s", "1/s", "relaxation rate", r"$k_\mathrm{SR}$", "<i>k</i><sub>SR</sub>", "k_SR",
+        declared=(0.1, 300.0),
+    ),
+)  # fmt: skip
 """The active parameters: stiffness scale, contraction rate and relaxation rate."""
-PASSIVE_SCALE: Final = Parameter("passive_scale_kpa", "kPa", "$a$", "<i>a</i>", "a", title="passive scale")
+PASSIVE_SCALE: Final = Parameter(
+    "passive_scale_kpa", "kPa", "passive scale", "$a$", "<i>a</i>", "a", si=1e3, title="passive scale"
+)
 PHI: Final = (*THETA, PASSIVE_SCALE)
 """All that is inferred from speeds: theta, and the passive scale last."""
 OF_THETA: Final = slice(len(THETA))
@@ -73,6 +88,7 @@ THETA_NAMES: Final = tuple(parameter.name for parameter in THETA)
 THETA_UNITS: Final = tuple(parameter.unit for parameter in THETA)
 THETA_LABELS: Final = tuple(parameter.label for parameter in THETA)
 THETA_SYMBOLS: Final = tuple(parameter.tex for parameter in THETA)
+THETA_SI: Final = tuple(parameter.si for parameter in THETA)
 THETA_RANGES: Final = tuple(parameter.declared for parameter in THETA)
 THETA_COLUMNS: Final = ", ".join(parameter.cf_unit for parameter in THETA)
 PHI_COLUMNS: Final = ", ".join(parameter.cf_unit for parameter in PHI)

@@ -182,7 +182,7 @@ def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings,
     rng = generator(seed, "cmaes")
     evolution = cma.CMAEvolutionStrategy(rng.random(len(THETA)), settings.sigma0, _options(settings, rng))
     losses, thetas = [], []
-    best_loss, best_theta = np.inf, np.full(3, np.nan)
+    best_loss, best_theta = np.inf, np.full(len(THETA), np.nan)
     while not evolution.stop():
         population = evolution.ask()
         theta = to_theta(np.array(population), low, high)

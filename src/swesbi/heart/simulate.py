@@ -16,7 +16,7 @@ from swesbi.heart.kernel import ACTIVE_STIFFNESS, DISPLACEMENT, VENTRICULAR_PRES
 from swesbi.heart.model import Model, build_model, cavity_volume
 from swesbi.heart.periodic import ALL_RECORDS, Records, Status, run_to_periodic
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.parameters import THETA_NAMES, THETA_RANGES
+from swesbi.parameters import THETA_NAMES, THETA_RANGES, THETA_SI
 
 PA_PER_MMHG: Final = 133.322387415
 ML_PER_M3: Final = 1e6
@@ -194,7 +194,7 @@ def _chunks(
     theta: FloatArray, context: Context, settings: ForwardModelSettings, kept: Sequence[int]
 ) -> Iterator[tuple[slice, Records]]:
     """Yield the rows of each chunk with their records."""
-    si = theta * np.array([1e3, 1.0, 1.0])
+    si = theta * np.array(THETA_SI)
     model = _model(context, settings)
     for first in range(0, si.shape[0], CHUNK):
         rows = slice(first, first + CHUNK)
@@ -224,7 +224,8 @@ def _converged(
 def _checked_theta(theta: FloatArray) -> FloatArray:
     theta = np.asarray(theta, dtype=np.float64)
     if theta.ndim != 2 or theta.shape[1] != len(THETA_NAMES) or theta.shape[0] == 0:
-        raise ValueError(f"theta has shape {theta.shape}; expected (n, 3) with n >= 1, columns {THETA_NAMES}")
+        wanted = f"(n, {len(THETA_NAMES)}) with n >= 1, columns {THETA_NAMES}"
+        raise ValueError(f"theta has shape {theta.shape}; expected {wanted}")
     for column, (name, (low, high)) in enumerate(zip(THETA_NAMES, THETA_RANGES, strict=True)):
         wrong = np.flatnonzero(~((theta[:, column] >= low) & (theta[:, column] <= high)))
         if wrong.size:

@@ -34,7 +34,7 @@ from swesbi.seeds import generator, integer_seed
 
 FloatArray = NDArray[np.float64]
 Sampler = Literal["importance", "mcmc"]
-PARAMETERS: Final = 4
+PARAMETERS: Final = len(PHI_NAMES)
 SCALE_NAME: Final = PHI_NAMES[-1:]
 SEPARATOR: Final = "; "
 

@@ -24,16 +24,14 @@ from swesbi.artefacts import (
     values_of,
 )
 from swesbi.draws import interval_levels
-from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+from swesbi.parameters import PHI, THETA_COLUMNS, THETA_NAMES
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import PriorSettings, in_bounds
 
 FloatArray = NDArray[np.float64]
 COLUMNS: Final = {
-    "k0_kpa": Variable("", "kPa", "active stiffness scale k_0{of}"),
-    "k_atp_per_s": Variable("", "s-1", "contraction rate k_ATP{of}"),
-    "k_sr_per_s": Variable("", "s-1", "relaxation rate k_SR{of}"),
-    "passive_scale_kpa": Variable("", "kPa", "passive scale a{of}"),
+    parameter.name: Variable("", parameter.cf_unit, f"{parameter.meaning} {parameter.text}{{of}}")
+    for parameter in PHI
 }
 """One dataset a parameter of phi, of theta but for the last."""
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from swesbi.context import Context
+from swesbi.context import CONTEXT, Context
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
 from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
@@ -19,13 +19,7 @@ from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
 CONTEXT_COLUMNS: Final = tuple(ContextRow.model_fields)
 REMEDIES: Final = {
     "subject": "use letters, digits, '-' and '_', a letter or digit first, at most 64 of them",
-    "sex": "write F or M",
-    "age_years": "correct the cell (units? the column is in years)",
-    "bsa_m2": "correct the cell (units? the column is in m2)",
-    "hr_bpm": "correct the cell (units? the column is in beats per minute)",
-    "lvedv_ml": "correct the cell (units? the column is in mL)",
-    "lvesv_ml": "correct the cell (units? the column is in mL)",
-    "ivsd_cm": "correct the cell (units? the column is in cm)",
+    **{variable.column: variable.remedy for variable in CONTEXT},
 }
 SUFFIXES: Final = (".csv", ".mat")
 WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")

@@ -9,11 +9,12 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
+from swesbi.context import CONTEXT
 from swesbi.recording.cohort import PROTOCOL, RECORDINGS, SUBJECTS
 
+NAME: Final = "letters, digits, - and _; the recording is swe/<subject>.csv or swe/<subject>.mat"
 EXIT_REFUSED: Final = 2
 TEMPLATES: Final = {
-    SUBJECTS: "subjects.csv",
     PROTOCOL: "recording.yaml",
     f"{RECORDINGS}/_example.csv": "example.csv",
 }
@@ -39,13 +40,29 @@ def write_template(folder: Path) -> list[Path]:
         FileExistsError: One of them is there.
     """
     (folder / RECORDINGS).mkdir(parents=True, exist_ok=True)
+    templates = files("swesbi.recording").joinpath("templates")
+    texts = {name: templates.joinpath(file).read_text(encoding="utf-8") for name, file in TEMPLATES.items()}
     written = []
-    for name, template in TEMPLATES.items():
-        text = files("swesbi.recording").joinpath("templates", template).read_text(encoding="utf-8")
+    for name, text in ({SUBJECTS: empty_subjects()} | texts).items():
         with (folder / name).open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
         written.append(folder / name)
     return written
+
+
+def empty_subjects() -> str:
+    """Return a ``subjects.csv`` without a row, which says what belongs in each column."""
+    asked = {"subject": NAME} | {variable.column: variable.asked for variable in CONTEXT}
+    width = max(map(len, asked)) + 2
+    lines = (
+        "# One row per subject, below the row of names. Lines that begin with # are ignored, and so are "
+        "further columns.",
+        *(f"# {column:<{width}}{what}" for column, what in asked.items()),
+        "# A row looks like this:",
+        f"# {','.join(['S01', *(variable.example for variable in CONTEXT)])}",
+        ",".join(asked),
+    )
+    return "".join(f"{line}\n" for line in lines)
 
 
 def _parser() -> argparse.ArgumentParser:

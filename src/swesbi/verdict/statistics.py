@@ -19,6 +19,7 @@ from swesbi.measurement.likelihood import SpeedModel, draw_speeds, residuals
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
 from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
+from swesbi.parameters import PHI
 from swesbi.verdict.distances import strip_mass
 
 FloatArray = NDArray[np.float64]
@@ -195,4 +196,4 @@ def no_checks(features: int) -> Checks:
     """Return the checks of no recording, with F features."""
     empty = np.empty(0)
     nothing = np.empty((0, features))
-    return Checks(nothing, nothing, empty, np.empty((0, 4, 2)), empty, empty)
+    return Checks(nothing, nothing, empty, np.empty((0, len(PHI), 2)), empty, empty)

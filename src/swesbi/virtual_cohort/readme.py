@@ -7,6 +7,7 @@ from typing import Final
 
 import pandas as pd
 
+from swesbi.parameters import THETA
 from swesbi.recording.samples import STATUS_OK, Samples
 from swesbi.virtual_cohort.tables import (
     CLOSURE_SPEED_M_S,
@@ -17,7 +18,7 @@ from swesbi.virtual_cohort.tables import (
     haemodynamics,
     summarise_speeds,
 )
-from swesbi.virtual_cohort.volunteers import Truth
+from swesbi.virtual_cohort.volunteers import SHOWN, Truth
 
 TEXT: Final = """# Six virtual volunteers
 
@@ -169,23 +170,15 @@ def _truth_rows(truths: Sequence[Truth]) -> pd.DataFrame:
     rows = []
     for truth in truths:
         volunteer = truth.volunteer
-        k_0, k_atp, k_sr = volunteer.theta
+        theta = zip(THETA, volunteer.theta, strict=True)
+        own = {shown.head: shown.text(getattr(volunteer, name)) for name, shown in SHOWN.items()}
         rows.append(
             {
                 "": volunteer.context.subject,
-                "k_0 (kPa)": f"{k_0:g}",
-                "k_ATP (1/s)": f"{k_atp:g}",
-                "k_SR (1/s)": f"{k_sr:g}",
+                **{f"{parameter.text} ({parameter.unit})": f"{value:g}" for parameter, value in theta},
                 "late diastole (kPa)": f"{volunteer.late_diastolic_kpa:g}",
                 "a (kPa)": f"{truth.passive_scale_kpa:.2f}",
-                "b": f"{volunteer.passive_exponent_b:g}",
-                "sigma_0 (kPa)": f"{volunteer.sigma_0_kpa:g}",
-                "alpha": f"{volunteer.destruction_alpha:g}",
-                "wall": f"{volunteer.wall_stiffness:g}",
-                "R_d (1e8 Pa s/m3)": f"{volunteer.distal_resistance_pa_s_m3 / 1e8:.2f}",
-                "C_s (1e-8 m3/Pa)": f"{volunteer.systemic_capacitance_m3_pa / 1e-8:.2f}",
-                "onset (ms)": f"{1e3 * volunteer.activation_onset_s:.0f}",
-                "duration (ms)": f"{1e3 * volunteer.activation_duration_s:.0f}",
+                **own,
             }
         )
     return pd.DataFrame(rows)

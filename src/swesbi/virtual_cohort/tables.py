@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from swesbi.arrays import FloatArray
-from swesbi.parameters import THETA_NAMES
+from swesbi.parameters import PASSIVE_SCALE, THETA_NAMES
 from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import Samples
-from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, Truth
+from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, OWN_PARAMETERS, Truth
 
 FINE_GRID: Final = 2001
 LATE_DIASTOLIC_SPEED_M_S: Final = (0.87, 1.51)
@@ -21,17 +21,6 @@ PEAK_SPEED_M_S: Final = (2.1, 5.5)
 CLOSURE_SPEED_M_S: Final = (2.5, 4.5)
 STIFFNESS_RATIO: Final = (5.0, 25.0)
 EJECTION_MS: Final = (292.0, 23.0)
-OWN_PARAMETERS: Final = (
-    "passive_exponent_b",
-    "late_diastolic_kpa",
-    "sigma_0_kpa",
-    "destruction_alpha",
-    "wall_stiffness",
-    "distal_resistance_pa_s_m3",
-    "systemic_capacitance_m3_pa",
-    "activation_onset_s",
-    "activation_duration_s",
-)
 
 
 @dataclass(frozen=True)
@@ -106,7 +95,7 @@ def _truth_row(truth: Truth) -> dict[str, str | float]:
     theta = dict(zip(THETA_NAMES, volunteer.theta, strict=True))
     physiology = {name: getattr(volunteer, name) for name in OWN_PARAMETERS}
     scale = round(truth.passive_scale_kpa, 4)
-    return {"subject": volunteer.context.subject, **theta, "passive_scale_kpa": scale, **physiology}
+    return {"subject": volunteer.context.subject, **theta, PASSIVE_SCALE.name: scale, **physiology}
 
 
 def _curve_rows(truth: Truth) -> pd.DataFrame:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final, get_type_hints
 
 import numpy as np
 
@@ -69,14 +69,27 @@ _PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
 
 
 @dataclass(frozen=True)
+class Shown:
+    """How the cohort's README shows a parameter: heading, format, and the value of one unit."""
+
+    head: str
+    spec: str = "g"
+    one: float = 1.0
+
+    def text(self, value: float) -> str:
+        """Return a value in the heading's unit."""
+        return f"{value / self.one:{self.spec}}"
+
+
+@dataclass(frozen=True)
 class Volunteer:
     """One virtual volunteer: the measured context, and the truth that inference does not see.
 
     Attributes:
         context: What is measured besides elastography.
-        theta: True k_0 (kPa), k_ATP (1/s), k_SR (1/s).
-        late_diastolic_kpa: Designed mean stiffness in late diastole; sets the passive scale.
+        theta: True parameters in the order of ``THETA_NAMES``.
         passive_exponent_b: Exponent of the passive stiffness.
+        late_diastolic_kpa: Designed mean stiffness in late diastole; sets the passive scale.
         sigma_0_kpa: Active stress of the fully activated fibre.
         destruction_alpha: Bonds destroyed per unit of strain.
         wall_stiffness: Multiple of C_0 and C_2.
@@ -89,18 +102,28 @@ class Volunteer:
     """
 
     context: Context
-    theta: tuple[float, float, float]
+    theta: tuple[float, ...]
+    passive_exponent_b: Annotated[float, Shown("b")]
     late_diastolic_kpa: float
-    passive_exponent_b: float
-    sigma_0_kpa: float
-    destruction_alpha: float
-    wall_stiffness: float
-    distal_resistance_pa_s_m3: float
-    systemic_capacitance_m3_pa: float
-    activation_onset_s: float
-    activation_duration_s: float
+    sigma_0_kpa: Annotated[float, Shown("sigma_0 (kPa)")]
+    destruction_alpha: Annotated[float, Shown("alpha")]
+    wall_stiffness: Annotated[float, Shown("wall")]
+    distal_resistance_pa_s_m3: Annotated[float, Shown("R_d (1e8 Pa s/m3)", ".2f", 1e8)]
+    systemic_capacitance_m3_pa: Annotated[float, Shown("C_s (1e-8 m3/Pa)", ".2f", 1e-8)]
+    activation_onset_s: Annotated[float, Shown("onset (ms)", ".0f", 1e-3)]
+    activation_duration_s: Annotated[float, Shown("duration (ms)", ".0f", 1e-3)]
     acquisition: AcquisitionSettings
     design: str
+
+
+OWN_PARAMETERS: Final = tuple(name for name, kind in get_type_hints(Volunteer).items() if kind is float)
+"""The physiology in which volunteers differ, in the order of the columns of ``truth.csv``."""
+SHOWN: Final[Mapping[str, Shown]] = {
+    name: mark
+    for name, kind in get_type_hints(Volunteer, include_extras=True).items()
+    for mark in getattr(kind, "__metadata__", ())
+}
+"""Columns of the README's table of truths, behind theta and the passive stiffness."""
 
 
 def forward_model_of(volunteer: Volunteer) -> ForwardModelSettings:

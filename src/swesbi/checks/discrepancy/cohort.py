@@ -58,7 +58,7 @@ class GeneratedSubject:
 
     Attributes:
         recording: Measured speeds, with standard errors from the noise of the generated cohort.
-        theta: True k_0 (kPa), k_ATP (1/s), k_SR (1/s); shape (3,).
+        theta: True parameters in the order of ``THETA_NAMES``; shape (d,).
     """
 
     recording: SpeedRecording
@@ -124,11 +124,9 @@ def draw_volunteer(
         lvesv_ml=body["lvedv_ml"] * float(rng.uniform(*VOLUME_RATIO)),
         **body,
     )
-    k0, k_atp, k_sr = sample(1, prior, rng)[0].tolist()
+    theta = tuple(sample(1, prior, rng)[0].tolist())
     physiology = {name: float(rng.uniform(*limits)) for name, limits in PHYSIOLOGY.items()}
-    return Volunteer(
-        context, (k0, k_atp, k_sr), acquisition=acquisition, design="drawn at random", **physiology
-    )
+    return Volunteer(context, theta, acquisition=acquisition, design="drawn at random", **physiology)
 
 
 def record_subject(

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import cycle
+from string import ascii_lowercase
 from typing import Final
 
 import numpy as np
@@ -39,11 +42,14 @@ from swesbi.show.figures.style import (
 from swesbi.show.numbers import share
 
 FloatArray = NDArray[np.float64]
-HEIGHT_IN: Final = 6.9
+ROW_HEIGHT_IN: Final = 6.9 / 4
+GRID_COLUMNS: Final = 3
 BAND: Final = "#DCDCDC"
 LABELS: Final = {**PHI_SYMBOLS, ATTAINED: ATTAINED_SYMBOL, "log_likelihood": "log-likelihood"}
 PARAMETERS: Final = PHI_NAMES
-COLORS: Final = dict(zip(PARAMETERS, ("#009E73", "#CC79A7", "#000000", "#E69F00"), strict=True))
+COLORS: Final = dict(
+    zip(PARAMETERS, cycle(("#009E73", "#CC79A7", "#000000", "#E69F00", "#56B4E9")), strict=False)
+)
 SAMPLER_COLORS: Final = {NETWORK: CMAES, WEIGHTED: POSTERIOR}
 SAMPLER_NAMES: Final = {NETWORK: "network", WEIGHTED: "weighted (reported)"}
 REPORTED: Final = 0.9
@@ -69,7 +75,7 @@ class CalibrationCase:
 
 
 def draw_calibration(case: CalibrationCase, cohort_title: str, experiment: str) -> Figure:
-    """Draw twelve panels: ranks of six quantities, then coverage, weights and local calibration.
+    """Draw the ranks of each quantity, a panel each, then coverage, weights and local calibration.
 
     Args:
         case: What is shown.
@@ -77,22 +83,25 @@ def draw_calibration(case: CalibrationCase, cohort_title: str, experiment: str) 
         experiment: Name of the experiment.
     """
     with style():
-        figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
-        grid = figure.subplots(4, 3)
+        of_ranks = math.ceil(len(QUANTITY_NAMES) / GRID_COLUMNS)
+        rows = of_ranks + math.ceil(len(PANELS) / GRID_COLUMNS)
+        figure = new_figure(TEXT_WIDTH_IN, ROW_HEIGHT_IN * rows)
+        grid = figure.subplots(rows, GRID_COLUMNS)
+        ranks, others = grid[:of_ranks].flat, grid[of_ranks:].flat
         for index, name in enumerate(QUANTITY_NAMES):
-            _ranks(grid.flat[index], case, index)
-            grid.flat[index].set_title(f"({'abcdef'[index]}) {LABELS[name]}")
-        _coverage(grid[2, 0], case)
-        _joint(grid[2, 1], case)
-        _reported_coverage(grid[2, 2], case)
-        _efficiency(grid[3, 0], case)
-        _local(grid[3, 1], case)
-        _two_samples(grid[3, 2], case)
-        for axes in (grid[0, 0], grid[1, 0]):
+            _ranks(ranks[index], case, index)
+            ranks[index].set_title(f"({ascii_lowercase[index]}) {LABELS[name]}")
+        for spare in ranks[len(QUANTITY_NAMES) :]:
+            spare.remove()
+        letters = ascii_lowercase[len(QUANTITY_NAMES) :]
+        for axes, letter, (title, draw) in zip(others, letters, PANELS.items(), strict=False):
+            draw(axes, case)
+            axes.set_title(f"({letter}) {title}")
+        for axes in grid[:of_ranks, 0]:
             axes.set_ylabel("ECDF of ranks $-$ uniform")
         title = f"Calibration of the experiment '{experiment}'"
         figure.suptitle(titled(title, f"contexts of the {cohort_title}"), fontsize=7.5)
-        shared_legend(figure, [grid[0, 0], grid[2, 1], grid[2, 0]], entries_a_row=3)
+        shared_legend(figure, [ranks[0], others[1], others[0]], entries_a_row=3)
     return figure
 
 
@@ -125,7 +134,6 @@ def _coverage(axes: Axes, case: CalibrationCase) -> None:
         )
     _level_axis(axes, "nominal level")
     axes.set_ylabel("coverage $-$ nominal")
-    axes.set_title("(g) intervals, weighted")
 
 
 def _joint(axes: Axes, case: CalibrationCase) -> None:
@@ -137,7 +145,6 @@ def _joint(axes: Axes, case: CalibrationCase) -> None:
         axes, acquired.weighted.tarp, color=POSTERIOR, ls=":", lw=0.9, label="weighted, acquired recordings"
     )
     _level_axis(axes, "nominal level")
-    axes.set_title("(h) joint regions (TARP)")
 
 
 def _reported_coverage(axes: Axes, case: CalibrationCase) -> None:
@@ -164,7 +171,6 @@ def _reported_coverage(axes: Axes, case: CalibrationCase) -> None:
     axes.set_xticks(range(len(PARAMETERS)), [LABELS[name] for name in PARAMETERS])
     in_percent(axes.yaxis)
     axes.set_xlabel("open: acquired")
-    axes.set_title("(i) 90 % intervals")
 
 
 def _efficiency(axes: Axes, case: CalibrationCase) -> None:
@@ -183,7 +189,6 @@ def _efficiency(axes: Axes, case: CalibrationCase) -> None:
     axes.set_ylim(0.0, 1.5 * axes.get_ylim()[1])
     axes.set_xlabel("importance efficiency")
     axes.set_ylabel("recordings")
-    axes.set_title("(j) weights")
 
 
 def _local(axes: Axes, case: CalibrationCase) -> None:
@@ -199,7 +204,6 @@ def _local(axes: Axes, case: CalibrationCase) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     _subject_axis(axes, subjects)
     axes.set_ylabel("p-value")
-    axes.set_title("(k) local calibration")
 
 
 def _two_samples(axes: Axes, case: CalibrationCase) -> None:
@@ -213,7 +217,17 @@ def _two_samples(axes: Axes, case: CalibrationCase) -> None:
     axes.axhline(case.settings.max_c2st, color=PRIOR, lw=0.8, ls="--", zorder=0)
     _subject_axis(axes, subjects)
     axes.set_ylabel("accuracy")
-    axes.set_title("(l) C2ST with MCMC")
+
+
+PANELS: Final[Mapping[str, Callable[[Axes, CalibrationCase], None]]] = {
+    "intervals, weighted": _coverage,
+    "joint regions (TARP)": _joint,
+    "90 % intervals": _reported_coverage,
+    "weights": _efficiency,
+    "local calibration": _local,
+    "C2ST with MCMC": _two_samples,
+}
+"""Titles and drawings of the panels behind those of the ranks."""
 
 
 def _line(axes: Axes, level: FloatArray, **look: object) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from string import ascii_lowercase
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -37,12 +38,14 @@ def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
     """
     with style():
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
-        grid = figure.add_gridspec(2, 6)
-        evidence, misfit = figure.add_subplot(grid[0, :3]), figure.add_subplot(grid[0, 3:])
-        covered = [figure.add_subplot(grid[1, 2 * column : 2 * column + 2]) for column in range(3)]
+        shown = len(THETA_NAMES)
+        grid = figure.add_gridspec(2, 2 * shown)
+        evidence, misfit = figure.add_subplot(grid[0, :shown]), figure.add_subplot(grid[0, shown:])
+        covered = [figure.add_subplot(grid[1, 2 * column : 2 * column + 2]) for column in range(shown)]
         _evidence(evidence, table)
         _misfit(misfit, table)
-        for panel, axes, name, label in zip("cde", covered, THETA_NAMES, THETA_SYMBOLS, strict=True):
+        panels = ascii_lowercase[2 : 2 + shown]
+        for panel, axes, name, label in zip(panels, covered, THETA_NAMES, THETA_SYMBOLS, strict=True):
             _coverage(axes, table, f"coverage_{name}", interval)
             axes.set_title(f"({panel}) {label}")
         for axes in (evidence, misfit, *covered):
@@ -130,8 +133,11 @@ def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
             axes[0, column].set_title(symbol)
             _points(axes[1, column], rows, names, "width_ratio")
             _ratios(axes[1, column], rows["width_ratio"].to_numpy())
-        axes[0, 1].set_xlabel("shift of the median, in widths of the base's interval (grey: within a half)")
-        axes[1, 1].set_xlabel("width of the interval over the base's")
+        middle = (len(THETA_NAMES) - 1) // 2
+        axes[0, middle].set_xlabel(
+            "shift of the median, in widths of the base's interval (grey: within a half)"
+        )
+        axes[1, middle].set_xlabel("width of the interval over the base's")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         title = f"subject ({cohort_title})"
         figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), title=title)

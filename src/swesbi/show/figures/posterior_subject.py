@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from swesbi.parameters import PHI, THETA
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.show.figures.density import (
     EXCLUDED_COLOR,
@@ -42,8 +43,8 @@ FloatArray = NDArray[np.float64]
 
 SIDE_IN = 5.2
 EXACT_SIDE_IN = 6.2
-PARAMETERS = 4
-ACTIVE = 3  # fit and truth have no passive scale that would be the same quantity
+PARAMETERS = len(PHI)
+ACTIVE = len(THETA)  # fit and truth have no passive scale that would be the same quantity
 
 
 def draw_subject_posterior(
@@ -60,18 +61,18 @@ def draw_subject_posterior(
     draws = panel.theta if panel.support.supported else _finite(panel.unfiltered)
     color = POSTERIOR if panel.support.supported else EXCLUDED_COLOR
     fit = tuple(map(float, panel.fit_theta))
-    limits = [shown_range(draws[:, j], [fit[j]]) for j in range(3)]
+    limits = [shown_range(draws[:, j], [fit[j]]) for j in range(ACTIVE)]
     with style():
         figure = new_figure(SIDE_IN, SIDE_IN)
-        grid = figure.subplots(3, 3)
-        for j in range(3):
+        grid = figure.subplots(ACTIVE, ACTIVE)
+        for j in range(ACTIVE):
             draw_marginal(grid[j, j], draws[:, j], prior.parameters[j], color, interval)
             for i in range(j):
                 draw_pair(grid[j, i], draws[:, i], draws[:, j], color, interval)
                 grid[j, i].set_ylim(limits[j])
                 write_correlation(grid[i, j], draws[:, i], draws[:, j], (i, j))
         for (j, i), axes in np.ndenumerate(grid):
-            finish(axes, j, i, limits[i], last_row=2)
+            finish(axes, j, i, limits[i], last_row=ACTIVE - 1)
             if i <= j:
                 draw_bounds(axes, prior.parameters[i], limits[i])
                 draw_point(axes, (fit[i], fit[j] if i < j else 0.0), CMAES)

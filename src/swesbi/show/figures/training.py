@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +17,7 @@ from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.show.csv import checked
 from swesbi.show.figures.style import (
     CMAES,
+    NETWORK,
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
@@ -36,7 +38,9 @@ MARKER_SIZE: Final = 2.8
 EPOCH_COLUMNS: Final = (
     "epoch", "best", "quantity", "subject", "parameter", "value", "ci_low", "ci_high", "n",
 )  # fmt: skip
-PARAMETER_LOOKS: Final = tuple(zip(THETA_SYMBOLS, (POSTERIOR, CMAES, TRUTH), "os^", strict=True))
+PARAMETER_LOOKS: Final = tuple(
+    zip(THETA_SYMBOLS, cycle((POSTERIOR, CMAES, TRUTH, NETWORK)), cycle("os^D"), strict=False)
+)
 SUBJECT_MARKERS: Final = "osD^vPX*"
 NAMED_SUBJECTS: Final = len(SUBJECT_MARKERS)
 

@@ -16,6 +16,7 @@ from matplotlib.patches import FancyArrowPatch
 from matplotlib.path import Path as MplPath
 
 from swesbi.context import Context
+from swesbi.parameters import THETA
 from swesbi.show.figures.style import TEXT_WIDTH_IN, mark_excluded, new_figure, style
 from swesbi.show.figures.workflow_panels import (
     SMALL_PT,
@@ -173,11 +174,10 @@ def _axes(figure: Figure, box: Box) -> Axes:
 
 
 def _stack(figure: Figure, box: Box) -> list[Axes]:
-    """Return three low axes one above the other within a box, for three densities."""
-    step = box.height / 3.0
-    return [
-        _axes(figure, Box(box.left, box.bottom + (2 - j) * step, box.width, 0.55 * step)) for j in range(3)
-    ]
+    """Return low axes one above the other within a box, one for the density of each parameter."""
+    step = box.height / len(THETA)
+    levels = reversed(range(len(THETA)))
+    return [_axes(figure, Box(box.left, box.bottom + j * step, box.width, 0.55 * step)) for j in levels]
 
 
 def _fractions(box: Box) -> tuple[float, float, float, float]:

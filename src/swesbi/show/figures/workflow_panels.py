@@ -46,7 +46,7 @@ class WorkflowPicture:
         pool_z: (n, C) rows of the pool that are of this subject.
         sample_z: (N_aug, C) the noisy copies of one simulation among them.
         z_obs: (C,) observed conditioning vector.
-        theta: (m, 3) posterior draws; unfiltered candidates where the subject is excluded.
+        theta: (m, parameters) posterior draws; unfiltered candidates where the subject is excluded.
         support: Support diagnostics.
         history: Losses by epoch.
         estimator: What the density estimator is called ("MAF").

@@ -7,50 +7,43 @@ from typing import Any, Final
 
 import pandas as pd
 
+from swesbi.context import CONTEXT, Context
 from swesbi.recording.observation import Observation
 from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, component, feature_unit, quantity, rejection
 from swesbi.show.numbers import MISSING, count, estimate, fixed, mean_sd, percent, significant, span
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Column, Row, Table, body, words
 
-CONTEXT_COLUMNS: Final = (
-    Column("Subject", numeric=False),
-    Column("Sex", numeric=False),
-    Column("Age", "years"),
-    Column("Body surface area", "m²"),
-    Column("Heart rate", "1/min"),
-    Column("LVEDV", "mL"),
-    Column("LVESV", "mL"),
-    Column("Ejection fraction", "%"),
-    Column("Septal thickness", "cm"),
-)
+MEASURED: Final = CONTEXT[1:]  # but for sex, which is shown as it is entered
+EJECTED_AT: Final = 3 + [variable.name for variable in MEASURED].index("lvesv_ml")
+"""Where the ejection fraction stands: behind the volumes."""
 DERIVED_UNITS: Final = {"1": "", "1/s": PARAMETER_UNITS["k_sr_per_s"]}
 
 
 def context_table(observations: Sequence[Observation], cohort_title: str) -> Table:
     """Return the context c_d of each subject; the ejection fraction is that of the measured volumes."""
-    rows = []
-    for context in (observation.context for observation in observations):
-        ejected = 1.0 - context.lvesv_ml / context.lvedv_ml
-        rows.append(
-            (
-                context.subject,
-                context.sex,
-                fixed(context.age_years, 0),
-                fixed(context.bsa_m2, 2),
-                fixed(context.hr_bpm, 0),
-                fixed(context.lvedv_ml, 0),
-                fixed(context.lvesv_ml, 0),
-                percent(ejected, 0),
-                fixed(context.ivsd_cm, 2),
-            )
-        )
+    columns = [
+        *words("Subject", "Sex"),
+        *(
+            Column(variable.words[0].upper() + variable.words[1:], variable.shown_unit)
+            for variable in MEASURED
+        ),
+    ]
+    columns.insert(EJECTED_AT, Column("Ejection fraction", "%"))
+    rows = [_context(observation.context) for observation in observations]
     note = (
         "LVEDV, LVESV: left ventricular end-diastolic and end-systolic volume; septal thickness at "
         "end diastole. Heart rate, LVEDV and septal thickness set the simulator; "
         "all seven condition the posterior."
     )
-    return Table(f"Context of each subject ({cohort_title}).", CONTEXT_COLUMNS, body(rows), note)
+    return Table(f"Context of each subject ({cohort_title}).", tuple(columns), body(rows), note)
+
+
+def _context(context: Context) -> tuple[str, ...]:
+    measured = [fixed(getattr(context, variable.name), variable.digits) for variable in MEASURED]
+    cells = [context.subject, context.sex, *measured]
+    cells.insert(EJECTED_AT, percent(1.0 - context.lvesv_ml / context.lvedv_ml, 0))
+    return tuple(cells)
 
 
 def recording_table(observations: Sequence[Observation], cohort_title: str) -> Table:
