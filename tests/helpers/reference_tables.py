@@ -275,20 +275,20 @@ def stored(folder: Path) -> pd.DataFrame:
     return pd.concat([content.assign(experiment=name) for name, content in sorted(tables.items())])
 
 
-def store(results: Path, folder: Path) -> None:
-    """Write the tables of a finished small study, one an experiment."""
+def store(numbers: pd.DataFrame, folder: Path) -> None:
+    """Write the numbers of a finished small study, one table an experiment."""
     folder.mkdir(parents=True, exist_ok=True)
-    for experiment, rows in small_study(results).groupby("experiment"):
+    for experiment, rows in numbers.groupby("experiment"):
         rows[["subject", "quantity", "value"]].to_csv(folder / f"{experiment}.csv", index=False)
 
 
-def differences(results: Path, folder: Path) -> pd.DataFrame:
-    """Return the rows of a finished small study that do not agree with the stored tables; none if all do.
+def differences(numbers: pd.DataFrame, folder: Path) -> pd.DataFrame:
+    """Return the numbers of a finished small study that do not agree with the stored tables; none if all do.
 
     A row that one side lacks does not agree. Beside the keys, the columns are ``stored`` and ``found``, and
     ``excess``: the difference over what is allowed, infinite for words and where a side is missing or NaN.
     """
-    both = small_study(results).merge(stored(folder), "outer", KEYS, suffixes=("", "_stored"))
+    both = numbers.merge(stored(folder), "outer", KEYS, suffixes=("", "_stored"))
     both["excess"] = [
         _excess(*row) for row in zip(both["value"], both["value_stored"], both["tolerance"], strict=True)
     ]
@@ -316,7 +316,7 @@ def main() -> None:
     parser.add_argument("results", type=Path)
     parser.add_argument("folder", type=Path)
     arguments = parser.parse_args()
-    store(arguments.results, arguments.folder)
+    store(small_study(arguments.results), arguments.folder)
 
 
 if __name__ == "__main__":

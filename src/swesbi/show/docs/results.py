@@ -115,7 +115,10 @@ def finished() -> Iterator[None]:
     """
     try:
         yield
-    except FileNotFoundError as error:
+    except (FileNotFoundError, ArtefactError) as error:
+        cause = error.__cause__ if isinstance(error, ArtefactError) else error
+        if not isinstance(cause, FileNotFoundError):
+            raise
         raise ArtefactError(
-            f"{error.filename} does not exist: finish the study first (make study)"
+            f"{cause.filename} does not exist: finish the study first (make study)"
         ) from error
