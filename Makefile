@@ -50,10 +50,10 @@ sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a ta
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
 	$(BIN)/python -m swesbi.show.docs
 
-test: smoke ## a smoke study, unless it is there already, and the fast tests on it
+test: $(INSTALLED) ## the fast tests
 	$(PYTEST) -m "$(TESTS)"
 
-test-slow: smoke ## the slow tests
+test-slow: smoke ## the slow tests: what reads or reruns a smoke study, faults, statistics in larger sizes
 	$(PYTEST) -m slow
 
 test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on clusters and without network, mutations of the code

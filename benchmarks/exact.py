@@ -24,8 +24,7 @@ import numpy as np
 from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
-from swesbi.measurement.likelihood import SpeedModel
-from swesbi.measurement.subjects import read_speed_model
+from swesbi.measurement.likelihood import SpeedModel, read_speed_model
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.net import TrainedSpline
 from swesbi.posterior.exact import weight_failures

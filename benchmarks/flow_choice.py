@@ -23,8 +23,7 @@ import pandas as pd
 from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.measurement.likelihood import SpeedModel
-from swesbi.measurement.subjects import read_speed_models
+from swesbi.measurement.likelihood import SpeedModel, read_speed_models
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.net import TrainedSpline, log_q
 from swesbi.networks.spline.pool import SubjectSimulations, at_phases

@@ -37,8 +37,7 @@ from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
-from swesbi.measurement.likelihood import SpeedModel, speed_model
-from swesbi.measurement.subjects import read_speed_model
+from swesbi.measurement.likelihood import SpeedModel, read_speed_model, speed_model
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.net import TrainedSpline
 from swesbi.population.synthetic import own_recordings
@@ -47,7 +46,7 @@ from swesbi.posterior.importance import flow_proposal, weigh
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.settings import RefinementSettings
 from swesbi.study.new_subject import finished_study
-from swesbi.study.stages.two_samples import CalibrationLocalStageSettings
+from swesbi.study.stages.calibration import CalibrationLocalStageSettings
 from swesbi.verdict.context import nearest_known
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
 from swesbi.verdict.recordings import ACQUIRED, NULL, OWN, SubjectChecks, read_subject_checks

@@ -31,7 +31,7 @@ from torch import Tensor
 from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
-from swesbi.measurement.subjects import read_measured_subjects
+from swesbi.measurement.likelihood import read_measured_subjects
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.paper.pool import read_pool
 from swesbi.networks.paper.sbi_trainer import torch_prior

@@ -26,7 +26,7 @@ from swesbi.checks.recovery import recover, score_recovery
 from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects
+from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects
 from swesbi.networks.paper.estimator import ESTIMATOR as KIND
 from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator, save_estimator
 from swesbi.networks.paper.maf import draw_candidates, losses

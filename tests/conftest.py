@@ -10,9 +10,21 @@ from filelock import FileLock
 from study_copy import StudyCopy, adopt_results, copy_study, duplicate
 
 
+@pytest.hookimpl(tryfirst=True)  # before tests are deselected by their markers
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with what takes longest, so that no worker is left with it when the others have finished."""
+    """Mark what needs a finished study as slow, and begin with what takes longest.
+
+    A worker is then not left with a long test when the others have finished.
+    """
+    for item in items:
+        if needs_study(item) and not any(map(item.get_closest_marker, ("slow", "exhaustive"))):
+            item.add_marker(pytest.mark.slow(minutes=0.1))
     items.sort(key=minutes, reverse=True)
+
+
+def needs_study(item: pytest.Item) -> bool:
+    """Return whether a test takes a finished small study, or a copy of one."""
+    return "finished" in getattr(item, "fixturenames", ())
 
 
 def minutes(item: pytest.Item) -> float:

@@ -17,26 +17,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar, Final, TypeAlias
 
-from swesbi.syntax import (
-    DEFINITIONS,
-    DYNAMIC,
-    REFUSED_METHODS,
-    Chain,
-    Names,
-    alters,
-    bound_by,
-    constants_of,
-    imports_of,
-    is_main,
-    is_text,
-    is_typing,
-    lines_of,
-    nested,
-    parameter_names,
-    stored_names,
-)
+from swesbi import syntax
 
-Scope: TypeAlias = Mapping[str, "Chain | None"]
+Scope: TypeAlias = Mapping[str, "syntax.Chain | None"]
 
 EFFECTS: Final = ""
 """Stands for the name of all that a module does when it is imported, beside binding names."""
@@ -61,7 +44,7 @@ class Definition:
     """
 
     digest: bytes
-    chains: tuple[Chain, ...]
+    chains: tuple[syntax.Chain, ...]
     strings: tuple[str, ...] = ()
     lines: tuple[tuple[int, int], ...] = ()
 
@@ -77,7 +60,7 @@ class Source:
     """
 
     definitions: Mapping[str, Definition]
-    imports: Mapping[str, Chain]
+    imports: Mapping[str, syntax.Chain]
     dynamic: bool
 
 
@@ -106,13 +89,13 @@ def _collector_waiting() -> Iterator[None]:
             gc.enable()
 
 
-class _Reader(Names):
+class _Reader(syntax.Names):
     """Sorts the statements of one module."""
 
     def __init__(self, name: str, path: Path, package: str) -> None:
         super().__init__(name, path, package)
         self._effects: list[ast.stmt] = []
-        self._at_runtime: dict[str, Chain] = {}
+        self._at_runtime: dict[str, syntax.Chain] = {}
 
     def read(self, statements: Iterable[ast.stmt], at_runtime: bool = True) -> None:
         """Sort top-level statements: imports, what binds a name, what has an effect."""
@@ -123,18 +106,18 @@ class _Reader(Names):
                     if self.imports.setdefault(name, chain) != chain:
                         raise self._ambiguous(name)
                 self._at_runtime |= self.brought_in(statement) if at_runtime else {}
-            elif isinstance(statement, ast.If) and is_typing(statement.test):
+            elif isinstance(statement, ast.If) and syntax.is_typing(statement.test):
                 self.read(statement.body, at_runtime=False)
                 self.read(statement.orelse)
-            elif not (is_text(statement) or is_main(statement)):
+            elif not (syntax.is_text(statement) or syntax.is_main(statement)):
                 self._bind(statement)
 
     def _bind(self, statement: ast.stmt) -> None:
-        names = list(bound_by([statement]))
+        names = list(syntax.bound_by([statement]))
         for name in names:
             self.bound.setdefault(name, []).append(statement)
-        plain = isinstance(statement, (*DEFINITIONS, ast.Assign, ast.AnnAssign, ast.AugAssign))
-        if not plain or alters(statement):
+        plain = isinstance(statement, (*syntax.DEFINITIONS, ast.Assign, ast.AnnAssign, ast.AugAssign))
+        if not plain or syntax.alters(statement):
             self._effects.append(statement)
 
     def written(self) -> dict[str, Definition]:
@@ -146,7 +129,7 @@ class _Reader(Names):
         chains = [*effects.chains, *self._registered(), *self._imported_for_effect(mentioned)]
         if chains or self._effects:
             written[EFFECTS] = replace(effects, chains=tuple(chains))
-        everything: list[Chain] = [(self.name, name) for name in sorted(self.bound)]
+        everything: list[syntax.Chain] = [(self.name, name) for name in sorted(self.bound)]
         everything += [self.imports[name] for name in sorted(self.imports) if self.is_own(self.imports[name])]
         written[WHOLE] = Definition(b"", tuple(everything))
         return written
@@ -154,11 +137,11 @@ class _Reader(Names):
     def _ambiguous(self, name: str) -> ValueError:
         return ValueError(f"{self.path}: {name} stands for two things; give one of them another name")
 
-    def _registered(self) -> Iterator[Chain]:
+    def _registered(self) -> Iterator[syntax.Chain]:
         """Yield the definitions with a decorator of the package, which may note them somewhere."""
         for name, statements in self.bound.items():
             for statement in statements:
-                if isinstance(statement, DEFINITIONS) and any(
+                if isinstance(statement, syntax.DEFINITIONS) and any(
                     map(self._is_own_name, statement.decorator_list)
                 ):
                     yield self.name, name
@@ -169,15 +152,15 @@ class _Reader(Names):
         chain = self.chain_of(node.id) if isinstance(node, ast.Name) else None
         return chain is not None and self.is_own(chain)
 
-    def _imported_for_effect(self, mentioned: set[Chain]) -> Iterator[Chain]:
+    def _imported_for_effect(self, mentioned: set[syntax.Chain]) -> Iterator[syntax.Chain]:
         """Yield the modules whose import is all that is wanted: nothing here names what it binds."""
-        exported = constants_of(self.bound.get("__all__", []))
+        exported = syntax.constants_of(self.bound.get("__all__", []))
         for name, chain in self._at_runtime.items():
             used = any(_begins(other, chain) for other in mentioned)
             if not (used or name in exported or self._is_reexport(chain)):
                 yield from (chain, chain[:1])
 
-    def _is_reexport(self, chain: Chain) -> bool:
+    def _is_reexport(self, chain: syntax.Chain) -> bool:
         """Tell whether an import of ``__init__`` hands on a definition; one of a module may be for effect."""
         folder = self.path.parent
         if self.path.name != "__init__.py" or len(chain) == 1:
@@ -193,7 +176,9 @@ class _Reader(Names):
             if path.is_file():
                 digest.update(path.name.encode() + b"\n" + path.read_bytes())
         modules = tuple(sorted(filter(self._is_dotted, writer.strings)))
-        return Definition(digest.digest(), tuple(writer.chains), modules, tuple(map(lines_of, statements)))
+        return Definition(
+            digest.digest(), tuple(writer.chains), modules, tuple(map(syntax.lines_of, statements))
+        )
 
     def _is_dotted(self, text: str) -> bool:
         return text.startswith(f"{self.package}.") and all(map(str.isidentifier, text.split(".")))
@@ -202,10 +187,10 @@ class _Reader(Names):
 class _Writer:
     """Writes the meaning of statements, and gathers what they name."""
 
-    def __init__(self, source: Names) -> None:
+    def __init__(self, source: syntax.Names) -> None:
         self.source = source
         self.text: list[str] = []
-        self.chains: dict[Chain, int] = {}
+        self.chains: dict[syntax.Chain, int] = {}
         self.strings: set[str] = set()
 
     def write(self, node: object, scope: Scope) -> None:
@@ -216,7 +201,7 @@ class _Writer:
         if isinstance(node, list):
             self.text.append("[")
             for part in node:
-                if not is_text(part):
+                if not syntax.is_text(part):
                     self.write(part, scope)
             self.text.append("]")
         elif not isinstance(node, ast.AST):
@@ -264,7 +249,7 @@ class _Writer:
         base: ast.expr = node
         while isinstance(base, ast.Attribute):
             attributes.insert(0, base.attr)
-            if base.attr in REFUSED_METHODS:
+            if base.attr in syntax.REFUSED_METHODS:
                 self.source.note(base.attr, base.lineno)
             base = base.value
         if not isinstance(base, ast.Name):
@@ -279,30 +264,30 @@ class _Writer:
         else:  # the name that a constant binds
             self.text.append(base.id)
 
-    def _mention(self, chain: Chain) -> None:
+    def _mention(self, chain: syntax.Chain) -> None:
         if self.source.is_own(chain):
             self.text.append(f"#{self.chains.setdefault(chain, len(self.chains))}")
         else:
             self.text.append(".".join(chain))
-            self.source.dynamic |= chain[0] in DYNAMIC or ".".join(chain[:2]) in DYNAMIC
+            self.source.dynamic |= chain[0] in syntax.DYNAMIC or ".".join(chain[:2]) in syntax.DYNAMIC
 
     def _function(self, node: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda, scope: Scope) -> None:
         """Write decorators, defaults and annotations in the scope around, the body in the function's own."""
         self._fields(node, scope, without="body")
         name = getattr(node, "name", "")
-        if name in REFUSED_METHODS:
+        if name in syntax.REFUSED_METHODS:
             self.source.note(name, node.lineno)
         body: list[ast.stmt] = [] if isinstance(node, ast.Lambda) else node.body
-        bound = {*bound_by(body), *parameter_names(node.args)}
-        imported: dict[str, Chain] = {}
-        for statement in imports_of(body):
+        bound = {*syntax.bound_by(body), *syntax.parameter_names(node.args)}
+        imported: dict[str, syntax.Chain] = {}
+        for statement in syntax.imports_of(body):
             for bound_name, chain in self.source.targets(statement).items():
                 if imported.setdefault(bound_name, chain) != chain:  # under another condition
                     self._mention(chain)
-        shared = {name for part in nested(body) if isinstance(part, ast.Global) for name in part.names}
+        shared = {name for part in syntax.nested(body) if isinstance(part, ast.Global) for name in part.names}
         inner = {**scope, **dict.fromkeys(bound), **imported}
         self.write(node.body, {name: chain for name, chain in inner.items() if name not in shared})
-        for statement in imports_of(body):
+        for statement in syntax.imports_of(body):
             for chain in self.source.brought_in(statement).values():
                 if not any(_begins(other, chain) for other in self.chains):
                     self._mention(chain)
@@ -312,7 +297,7 @@ class _Writer:
     ) -> None:
         """Write the first sequence in the scope around, all else with the comprehension's variables."""
         self.write(node.generators[0].iter, scope)
-        targets = [name for part in node.generators for name in stored_names(part.target)]
+        targets = [name for part in node.generators for name in syntax.stored_names(part.target)]
         self._fields(node, {**scope, **dict.fromkeys(targets)})
 
     def _global(self, node: ast.Global, scope: Scope) -> None:
@@ -337,5 +322,5 @@ class _Writer:
     }
 
 
-def _begins(chain: Chain, with_chain: Chain) -> bool:
+def _begins(chain: syntax.Chain, with_chain: syntax.Chain) -> bool:
     return ".".join((*chain, "")).startswith(".".join((*with_chain, "")))

@@ -10,12 +10,13 @@ from figure_text import assert_text_apart
 from scipy.special import logsumexp
 from speed_case import PHI, ROOT, model, settings, shipped
 
-from swesbi.checks.discrepancy.bank import PriorProposal, fill_bank
 from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, GeneratedSubject, draw_volunteer, generate_cohort
 from swesbi.checks.discrepancy.evidence import (
     PairScore,
+    PriorProposal,
     best_pair,
     discrepancy_table,
+    fill_bank,
     score_pairs,
     score_subject,
 )

@@ -19,9 +19,9 @@ from swesbi.artefacts import save, to_dataset, to_groups, write_json
 from swesbi.checks.settings import CmaesSettings, PredictiveSettings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate
+from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
-from swesbi.measurement.subjects import MeasuredSubject
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.posterior.truncated import posterior_to_groups, summarise_posterior

@@ -14,9 +14,9 @@ from swesbi.artefacts import to_dataset as passive_to_dataset
 from swesbi.checks.settings import RecoverySettings
 from swesbi.context import Context
 from swesbi.heart.simulate import simulate
+from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import calibrate_passive, passive_shape
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
-from swesbi.measurement.subjects import MeasuredSubject
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import log_centre

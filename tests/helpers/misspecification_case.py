@@ -13,10 +13,9 @@ from swesbi.measurement.settings import summary_names
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.networks.spline.conditioning import ConditioningSettings
 from swesbi.prior import quantile
-from swesbi.verdict.distances import prior_strip_mass
 from swesbi.verdict.recordings import ACQUIRED, NULL, OWN, VOLUNTEER, SubjectChecks
 from swesbi.verdict.settings import MisspecificationSettings
-from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, stack_checks
+from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, prior_strip_mass, stack_checks
 
 FloatArray = NDArray[np.float64]
 STRIP = 0.1

@@ -12,8 +12,8 @@ from exact_case import SETTINGS, fitted
 from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import Provenance, load, save, to_groups
+from swesbi.measurement.likelihood import read_speed_model
 from swesbi.measurement.speeds import active_at_phases
-from swesbi.measurement.subjects import read_speed_model
 from swesbi.networks.spline.conditioning import ConditioningSettings
 from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.networks.spline.pool import SubjectSimulations

@@ -21,8 +21,7 @@ from swesbi.show.figures.posterior_subject import draw_subject_posterior
 from swesbi.show.figures.predictive import draw_cohort_checks, draw_subject_check
 from swesbi.show.figures.style import EXCLUDED_BACKGROUND, save_figure
 from swesbi.show.figures.training import draw_training, read_history
-from swesbi.show.names import feature_label
-from swesbi.show.numbers import digits
+from swesbi.show.numbers import digits, feature_label
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
 

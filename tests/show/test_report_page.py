@@ -12,8 +12,18 @@ from report_case import make_experiment
 from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES
 from swesbi.show.figures.style import save_figure
-from swesbi.show.names import component, protocol_entry, rejection, with_symbols
-from swesbi.show.numbers import estimate, fixed, mean_sd, percent, significant, span
+from swesbi.show.numbers import (
+    component,
+    estimate,
+    fixed,
+    mean_sd,
+    percent,
+    protocol_entry,
+    rejection,
+    significant,
+    span,
+    with_symbols,
+)
 from swesbi.show.page.files import figure, file_groups
 from swesbi.show.page.sections import caution, headline
 from swesbi.show.table import Column, Link, Row, Strong, Table, markdown, words

@@ -27,9 +27,9 @@ from inference_study import (
 
 from swesbi.artefacts import ArtefactError, read_provenance
 from swesbi.checks.recovery import fresh_simulations
+from swesbi.measurement.likelihood import read_measured_subjects
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.settings import summary_names
-from swesbi.measurement.subjects import read_measured_subjects
 from swesbi.networks.paper.estimator import load_estimator
 from swesbi.networks.paper.maf import draw_candidates
 from swesbi.networks.paper.pool import read_pool

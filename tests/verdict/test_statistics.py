@@ -15,15 +15,17 @@ from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import draw_speeds
 from swesbi.prior import quantile
 from swesbi.verdict.context import context_tests, leave_one_out
-from swesbi.verdict.distances import (
+from swesbi.verdict.settings import ContextCheckSettings, VolumeSettings
+from swesbi.verdict.statistics import (
     boundary_statistic,
+    chi2_p_value,
     fit_feature_space,
     prior_strip_mass,
     strip_edges,
     strip_mass,
+    tail_probabilities,
+    tail_scores,
 )
-from swesbi.verdict.settings import ContextCheckSettings, VolumeSettings
-from swesbi.verdict.statistics import chi2_p_value, tail_probabilities, tail_scores
 from swesbi.verdict.verdict import volume_tests, volume_z
 
 FloatArray = NDArray[np.float64]

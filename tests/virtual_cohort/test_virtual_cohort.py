@@ -20,8 +20,7 @@ from swesbi.recording.samples import FAILED_STATUSES, Samples
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.acquisition import acquire, read_true_theta, record
 from swesbi.virtual_cohort.files import write_cohort
-from swesbi.virtual_cohort.settings import ACQUISITION, ACQUISITION_SEED, AcquisitionSettings, EctopicBeat
-from swesbi.virtual_cohort.tables import (
+from swesbi.virtual_cohort.readme import (
     CLOSURE_SPEED_M_S,
     LATE_DIASTOLIC_SPEED_M_S,
     PEAK_SPEED_M_S,
@@ -29,6 +28,7 @@ from swesbi.virtual_cohort.tables import (
     haemodynamics,
     summarise_speeds,
 )
+from swesbi.virtual_cohort.settings import ACQUISITION, ACQUISITION_SEED, AcquisitionSettings, EctopicBeat
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, TruthCurve, Volunteer, simulate_truth
 
 SHIPPED = ROOT / "data" / "virtual_volunteers"

@@ -1,32 +1,40 @@
-"""The likelihood of the measured speeds, and the model of one recording: phi in, log posterior out."""
+"""The likelihood of measured speeds, and reading a subject's recording with it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from swesbi.arrays import FloatArray
+from swesbi.artefacts import ArtefactError, load
 from swesbi.base import Settings
+from swesbi.context import Context
 from swesbi.heart.model import activation_duration_s
 from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import ActiveBeats, Beats, simulate, simulate_active
-from swesbi.measurement.settings import DiscrepancySettings, MeasurementSettings, PassiveSettings
-from swesbi.measurement.speeds import (
-    PassiveShape,
-    PredictedSpeeds,
-    SpeedRecording,
-    active_at_phases,
-    predict_speeds,
-    reference_shape,
+from swesbi.measurement import speeds
+from swesbi.measurement.operator import KIND as PASSIVE
+from swesbi.measurement.operator import PassiveBaseline, read_passive, total_at_phases, total_curves
+from swesbi.measurement.settings import (
+    DiscrepancySettings,
+    MeasurementSettings,
+    PassiveSettings,
+    SummarySettings,
 )
+from swesbi.measurement.summary import summarise
 from swesbi.parameters import OF_THETA, SCALE
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
+from swesbi.recording.noise import read_noise
+from swesbi.recording.observation import Observation, read_observation
+from swesbi.recording.speed import NoiseComponents
 
 
 def log_speed_sd(
-    predicted: PredictedSpeeds, relative_se: FloatArray, discrepancy: DiscrepancySettings
+    predicted: speeds.PredictedSpeeds, relative_se: FloatArray, discrepancy: DiscrepancySettings
 ) -> FloatArray:
     """Return the standard deviation of the measured log speeds about the predicted ones; shape (n, p).
 
@@ -43,7 +51,7 @@ def log_speed_sd(
 
 
 def residuals(
-    predicted: PredictedSpeeds, recording: SpeedRecording, discrepancy: DiscrepancySettings
+    predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
 ) -> FloatArray:
     """Return the standardised residuals (log c_obs - log c) / sd at the measured phases; shape (n, p)."""
     sd = log_speed_sd(predicted, recording.relative_se, discrepancy)
@@ -51,7 +59,7 @@ def residuals(
 
 
 def log_likelihood(
-    predicted: PredictedSpeeds, recording: SpeedRecording, discrepancy: DiscrepancySettings
+    predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
 ) -> FloatArray:
     """Return log p(log c_obs | phi) of n simulations at the measured phases; shape (n,).
 
@@ -69,7 +77,7 @@ def normal_log_density(z: FloatArray, log_sd: FloatArray) -> FloatArray:
 
 
 def draw_speeds(
-    predicted: PredictedSpeeds,
+    predicted: speeds.PredictedSpeeds,
     relative_se: FloatArray,
     discrepancy: DiscrepancySettings,
     rng: np.random.Generator,
@@ -95,8 +103,8 @@ class SpeedModelSettings(Settings):
 class SpeedModel:
     """One recording with its passive shape under the settings of an experiment."""
 
-    recording: SpeedRecording
-    shape: PassiveShape
+    recording: speeds.SpeedRecording
+    shape: speeds.PassiveShape
     settings: SpeedModelSettings
 
     @property
@@ -108,21 +116,21 @@ class SpeedModel:
         """Simulate phi of shape (n, 4) in the subject's context; failed rows hold NaN."""
         return simulate(phi[:, OF_THETA], self.recording.context, self.settings.forward_model)
 
-    def predict(self, phi: FloatArray) -> PredictedSpeeds:
+    def predict(self, phi: FloatArray) -> speeds.PredictedSpeeds:
         """Return the noiseless log speeds of phi (n, 4) at the measured phases; NaN where it failed."""
         settings = self.settings.forward_model
         return self.predict_from(
             phi[:, SCALE], simulate_active(phi[:, OF_THETA], self.recording.context, settings)
         )
 
-    def predict_from(self, scale_kpa: FloatArray, beats: Beats | ActiveBeats) -> PredictedSpeeds:
+    def predict_from(self, scale_kpa: FloatArray, beats: Beats | ActiveBeats) -> speeds.PredictedSpeeds:
         """Return the noiseless log speeds of simulated beats with passive scales (n,)."""
         stiffness = np.where((beats.status == Status.PERIODIC)[:, None], beats.active_stiffness_kpa, np.nan)
         phase = self.recording.phase
-        active = active_at_phases(
+        active = speeds.active_at_phases(
             beats.cycle_phase, stiffness, phase, self.settings.measurement.active_stiffness_map
         )
-        return predict_speeds(scale_kpa, active, self.shape, phase, self.settings.density_kg_m3)
+        return speeds.predict_speeds(scale_kpa, active, self.shape, phase, self.settings.density_kg_m3)
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
@@ -137,14 +145,16 @@ class SpeedModel:
         return log_prior
 
 
-def speed_model(recording: SpeedRecording, settings: SpeedModelSettings) -> SpeedModel:
+def speed_model(recording: speeds.SpeedRecording, settings: SpeedModelSettings) -> SpeedModel:
     """Build the model of a recording; the reference beat runs at the reference prior's log-centre.
 
     Raises:
         ValueError: The reference beat does not become periodic.
     """
     centre = log_centre(settings.passive_reference_prior)
-    shape = reference_shape(recording.context, centre, settings.forward_model, settings.passive.exponent_b)
+    shape = speeds.reference_shape(
+        recording.context, centre, settings.forward_model, settings.passive.exponent_b
+    )
     return SpeedModel(recording, shape, settings)
 
 
@@ -153,7 +163,7 @@ class CachedModel:
     """The model of a recording, which keeps the prediction for the array of draws that it saw last."""
 
     model: SpeedModel
-    _last: tuple[FloatArray, PredictedSpeeds] | None = field(default=None, init=False)
+    _last: tuple[FloatArray, speeds.PredictedSpeeds] | None = field(default=None, init=False)
 
     @property
     def settings(self) -> SpeedModelSettings:
@@ -166,8 +176,95 @@ class CachedModel:
         self._last = (phi, predicted)
         return log_likelihood(predicted, self.model.recording, self.model.settings.discrepancy)
 
-    def predict(self, phi: FloatArray) -> PredictedSpeeds:
+    def predict(self, phi: FloatArray) -> speeds.PredictedSpeeds:
         """Return the noiseless log speeds of phi (n, 4), cached if it is the very array seen last."""
         if self._last is not None and self._last[0] is phi:
             return self._last[1]
         return self.model.predict(phi)
+
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MeasuredSubject:
+    """One subject's recording, passive baseline and measurement operator.
+
+    Its methods take simulated cycles: their M phases (M,), and n active stiffnesses in kPa (n, M).
+    """
+
+    observation: Observation
+    passive: PassiveBaseline
+    measurement: MeasurementSettings
+
+    def on_grid(self, cycle_phase: FloatArray, active_stiffness_kpa: FloatArray) -> FloatArray:
+        """Return total curves (n, grid) in kPa, measured at the subject's measured phases (paper, Eq. 3)."""
+        active = (cycle_phase, active_stiffness_kpa)
+        return total_curves(active, self.passive, self.observation, self.measurement)
+
+    def at_phases(self, cycle_phase: FloatArray, active_stiffness_kpa: FloatArray) -> FloatArray:
+        """Return total stiffness (n, phases) in kPa at every phase of the recording."""
+        active = (cycle_phase, active_stiffness_kpa)
+        return total_at_phases(active, self.passive, self.observation, self.measurement)
+
+    def observed_features(self, summary: SummarySettings) -> FloatArray:
+        """Return x_obs = S(E_obs) of shape (F,) (paper, Eq. 4)."""
+        features: FloatArray = summarise(self.observation.curve_kpa[None], summary)[0]
+        return features
+
+    def simulated_features(
+        self, cycle_phase: FloatArray, active_stiffness_kpa: FloatArray, summary: SummarySettings
+    ) -> FloatArray:
+        """Return x = S(E_sim) of shape (n, F) (paper, Eq. 4)."""
+        return summarise(self.on_grid(cycle_phase, active_stiffness_kpa), summary)
+
+
+def read_measured_subjects(
+    observations: Sequence[Path], passives: Sequence[Path], measurement: MeasurementSettings
+) -> tuple[MeasuredSubject, ...]:
+    """Read the subjects in the order of ``observations``; each file names its subject.
+
+    Raises:
+        ArtefactError: Observations and passive baselines are not of the same subjects, each once.
+    """
+    baselines = {load(path, PASSIVE)[1].subject: read_passive(path) for path in passives}
+    recordings = [read_observation(path) for path in observations]
+    names = [recording.subject for recording in recordings]
+    if sorted(names) != sorted(baselines) or len(passives) != len(baselines):
+        raise ArtefactError(
+            f"observations of {names} and passive baselines of {sorted(baselines)}: "
+            "each subject needs one of each"
+        )
+    return tuple(
+        MeasuredSubject(recording, baselines[recording.subject], measurement) for recording in recordings
+    )
+
+
+def reference_beat(context: Context, prior: PriorSettings, forward_model: ForwardModelSettings) -> Beats:
+    """Return the beat at the prior's log-centre along which a passive baseline is calibrated."""
+    return simulate(log_centre(prior)[None, :], context, forward_model)
+
+
+def read_speed_model(observation: Path, noise: Path, settings: SpeedModelSettings) -> SpeedModel:
+    """Read one recording and the cohort's noise, and build its model.
+
+    Raises:
+        ArtefactError: A file is no such artefact.
+        ValueError: The reference beat does not become periodic.
+    """
+    return build_speed_model(observation, read_noise(noise).components, settings)
+
+
+def build_speed_model(
+    observation: Path, components: NoiseComponents, settings: SpeedModelSettings
+) -> SpeedModel:
+    """Read one recording, and build its model with this noise; errors as of ``read_speed_model``."""
+    return speed_model(speeds.measured_speeds(read_observation(observation), components), settings)
+
+
+def read_speed_models(
+    observations: Sequence[Path], noise: Path, settings: SpeedModelSettings
+) -> tuple[SpeedModel, ...]:
+    """Read the models of several recordings, in the order given."""
+    components = read_noise(noise).components
+    return tuple(build_speed_model(path, components, settings) for path in observations)

@@ -11,17 +11,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from swesbi import artefacts
 from swesbi.arrays import FloatArray, IntArray
-from swesbi.artefacts import (
-    Labels,
-    Variable,
-    build_dataset,
-    from_dataset,
-    load,
-    register,
-    schema_of,
-    values_of,
-)
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.speeds import active_at_phases, reference_shape
@@ -42,20 +33,22 @@ class PopulationSimulations:
     """m contexts with d draws of theta each, at the P nominal phases."""
 
     contexts: tuple[Context, ...]
-    theta: Annotated[FloatArray, Variable("context draw parameter", THETA_COLUMNS, "prior draws")]
+    theta: Annotated[FloatArray, artefacts.Variable("context draw parameter", THETA_COLUMNS, "prior draws")]
     active_stiffness_kpa: Annotated[
-        FloatArray, Variable("context draw phase", "kPa", "active stiffness at the nominal phases")
+        FloatArray, artefacts.Variable("context draw phase", "kPa", "active stiffness at the nominal phases")
     ]
     active_slope_kpa: Annotated[
-        FloatArray, Variable("context draw phase", "kPa", "its slope, per (unitless) cycle")
+        FloatArray, artefacts.Variable("context draw phase", "kPa", "its slope, per (unitless) cycle")
     ]
     passive_shape: Annotated[
-        FloatArray, Variable("context phase", "1", "g along the reference beat of the context")
+        FloatArray, artefacts.Variable("context phase", "1", "g along the reference beat of the context")
     ]
-    passive_slope: Annotated[FloatArray, Variable("context phase", "1", "its slope, per (unitless) cycle")]
+    passive_slope: Annotated[
+        FloatArray, artefacts.Variable("context phase", "1", "its slope, per (unitless) cycle")
+    ]
     failures: Annotated[
         IntArray,
-        Variable("context status", "1", "failed simulations by status, drawn again"),
+        artefacts.Variable("context status", "1", "failed simulations by status, drawn again"),
     ]
 
 
@@ -107,14 +100,18 @@ def _simulate(
     return (made.theta, active.stiffness_kpa, active.slope_kpa, *passive, made.failures.sum(axis=0))
 
 
-SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationSimulations)["/"]
-KIND: Final = register("population_simulations", {"/": SCHEMA}, (*LABELS, Labels(ALONG, "subject")))
+SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(PopulationSimulations)["/"]
+KIND: Final = artefacts.register(
+    "population_simulations", {"/": SCHEMA}, (*LABELS, artefacts.Labels(ALONG, "subject"))
+)
 
 
 def to_dataset(made: PopulationSimulations) -> xr.Dataset:
     """Return the simulations as a dataset with dimensions context, draw and phase."""
     subjects = {"subject": (ALONG, [context.subject for context in made.contexts])}
-    return build_dataset(SCHEMA, values_of(made)["/"] | context_values(made.contexts), LABELS | subjects)
+    return artefacts.build_dataset(
+        SCHEMA, artefacts.values_of(made)["/"] | context_values(made.contexts), LABELS | subjects
+    )
 
 
 def read_population(shards: Sequence[Path]) -> PopulationSimulations:
@@ -123,9 +120,9 @@ def read_population(shards: Sequence[Path]) -> PopulationSimulations:
     Raises:
         ArtefactError: A file is no such shard.
     """
-    merged = xr.concat([load(path, KIND)[0] for path in shards], dim="context").sortby("subject")
-    rebuilt = from_dataset(PopulationSimulations, merged, contexts=contexts_of(merged, ALONG))
+    merged = xr.concat([artefacts.load(path, KIND)[0] for path in shards], dim="context").sortby("subject")
+    rebuilt = artefacts.from_dataset(PopulationSimulations, merged, contexts=contexts_of(merged, ALONG))
     arrays: dict[str, Any] = {
-        name: np.ascontiguousarray(value) for name, value in values_of(rebuilt)["/"].items()
+        name: np.ascontiguousarray(value) for name, value in artefacts.values_of(rebuilt)["/"].items()
     }
     return replace(rebuilt, **arrays)

@@ -10,7 +10,7 @@ import numpy as np
 from swesbi.arrays import FloatArray
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
-from swesbi.measurement.likelihood import SpeedModel, draw_speeds
+from swesbi.measurement.likelihood import MeasuredSubject, SpeedModel, draw_speeds
 from swesbi.measurement.operator import PassiveBaseline, active_stiffness_map, calibrate_passive, total_cycle
 from swesbi.measurement.settings import (
     DiscrepancySettings,
@@ -19,7 +19,6 @@ from swesbi.measurement.settings import (
     SummarySettings,
 )
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
-from swesbi.measurement.subjects import MeasuredSubject
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import SCALE
 from swesbi.prior import sample

@@ -10,13 +10,7 @@ from swesbi.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModelSettings, draw_speeds
 from swesbi.measurement.speeds import ActivePhases, combine
 from swesbi.networks.settings import SplineSettings
-from swesbi.networks.spline.conditioning import (
-    PhaseConditioner,
-    PhaseSettings,
-    context_inputs,
-    fit_phase_conditioner,
-    phase_inputs,
-)
+from swesbi.networks.spline import conditioning
 from swesbi.networks.spline.training import Rows, SplineParts, SplineTraining, fit_spline
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.population.recordings import draw_conditions
@@ -45,7 +39,7 @@ class RowMaker:
     conditions: ConditionSettings
     protocol: AcquisitionSettings
     recording: RecordingSettings
-    phases: PhaseSettings
+    phases: conditioning.PhaseSettings
     seed: int
 
     def raw(self, made: PopulationSimulations, *name: str | int) -> tuple[FloatArray, FloatArray]:
@@ -59,14 +53,16 @@ class RowMaker:
         predicted = combine(scale, active, g, g_slope, self.model.density_kg_m3)
         drawn = draw_conditions(len(theta), self.conditions, self.protocol, self.recording, rng)
         speeds = draw_speeds(predicted, drawn.relative_se, self.model.discrepancy, rng)
-        context = _each(np.stack([context_inputs(context) for context in made.contexts]), draws)
-        inputs = phase_inputs(context, np.log(speeds), drawn.measured, drawn.relative_se, self.phases)
+        context = _each(np.stack([conditioning.context_inputs(context) for context in made.contexts]), draws)
+        inputs = conditioning.phase_inputs(
+            context, np.log(speeds), drawn.measured, drawn.relative_se, self.phases
+        )
         return to_logit(np.column_stack([theta, scale]), self.model.prior), inputs
 
     def rows(
         self,
         made: PopulationSimulations,
-        conditioner: PhaseConditioner,
+        conditioner: conditioning.PhaseConditioner,
         eta: Standardisation,
         *name: str | int,
     ) -> Rows:
@@ -119,7 +115,7 @@ def train_population(
     """
     training, held_out = split_by_context(made, settings.validation_fraction)
     raw_eta, inputs = maker.raw(training, "statistics")
-    eta, conditioner = fit_standardisation(raw_eta), fit_phase_conditioner(inputs, maker.phases)
+    eta, conditioner = fit_standardisation(raw_eta), conditioning.fit_phase_conditioner(inputs, maker.phases)
     del raw_eta, inputs
 
     def rows_of(part: PopulationSimulations, name: str, number: int) -> Rows:

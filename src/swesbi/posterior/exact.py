@@ -17,18 +17,10 @@ from numpy.typing import NDArray
 from swesbi.artefacts import Part, Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
 from swesbi.draws import interval_levels
 from swesbi.parameters import OF_THETA, PHI_NAMES, SCALE
+from swesbi.posterior import truncated
 from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, k_hat_limit, resample, weigh
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.settings import ExactSettings, McmcSettings, PosteriorSettings
-from swesbi.posterior.truncated import (
-    POSTERIOR,
-    Posterior,
-    columns_along,
-    columns_of,
-    posterior_to_groups,
-    rows_of,
-    summarise_posterior,
-)
 from swesbi.prior import JointPriorSettings
 from swesbi.seeds import generator, integer_seed
 
@@ -189,9 +181,9 @@ SCHEMA: Final = {
             "passive_scale_interval_kpa": Variable("bound", "kPa", "credible interval of the scale a"),
         }
     ),
-    "posterior": columns_along("chain draw", SCALE_NAME),
-    "npe": columns_along("draw", PHI_NAMES, ", of the network"),
-    "weighted": columns_along("draw", PHI_NAMES) | OWN["weighted"],
+    "posterior": truncated.columns_along("chain draw", SCALE_NAME),
+    "npe": truncated.columns_along("draw", PHI_NAMES, ", of the network"),
+    "weighted": truncated.columns_along("draw", PHI_NAMES) | OWN["weighted"],
 }
 """What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior."""
 
@@ -212,12 +204,12 @@ def exact_to_groups(
         prior: The joint prior.
         settings: Gives the interval's mass.
     """
-    groups = posterior_to_groups(_summary(exact, z_obs, component_names, prior, settings))
+    groups = truncated.posterior_to_groups(_summary(exact, z_obs, component_names, prior, settings))
     groups["/"] = xr.merge([groups["/"], _root(exact, settings.interval)], combine_attrs="no_conflicts")
-    scale = build_dataset(SCHEMA["posterior"], columns_of(exact.phi[None, :, -1:], SCALE_NAME))
+    scale = build_dataset(SCHEMA["posterior"], truncated.columns_of(exact.phi[None, :, -1:], SCALE_NAME))
     groups["posterior"] = groups["posterior"].assign(scale.variables)
-    groups["npe"] = build_dataset(SCHEMA["npe"], columns_of(exact.npe_phi, PHI_NAMES))
-    weighted = columns_of(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
+    groups["npe"] = build_dataset(SCHEMA["npe"], truncated.columns_of(exact.npe_phi, PHI_NAMES))
+    weighted = truncated.columns_of(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
     groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted)
     return groups
 
@@ -229,13 +221,13 @@ def read_exact_posterior(path: Path) -> ExactPosterior:
         ArtefactError: The file is not a posterior.
         KeyError: It is the posterior of an experiment without an exact likelihood.
     """
-    groups = {group: load(path, POSTERIOR, group)[0] for group in SCHEMA}
+    groups = {group: load(path, truncated.POSTERIOR, group)[0] for group in SCHEMA}
     reasons = str(groups["/"]["reasons"].item())
     given = {
-        "phi": rows_of(groups["posterior"].isel(chain=0), PHI_NAMES),
+        "phi": truncated.rows_of(groups["posterior"].isel(chain=0), PHI_NAMES),
         "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
-        "npe_phi": rows_of(groups["npe"], PHI_NAMES),
-        "weighted.phi": rows_of(groups["weighted"], PHI_NAMES),
+        "npe_phi": truncated.rows_of(groups["npe"], PHI_NAMES),
+        "weighted.phi": truncated.rows_of(groups["weighted"], PHI_NAMES),
     }
     return from_groups(ExactPosterior, groups, given)
 
@@ -246,12 +238,12 @@ def _summary(
     component_names: tuple[str, ...],
     prior: JointPriorSettings,
     settings: ExactSettings,
-) -> Posterior:
+) -> truncated.Posterior:
     """Return the posterior of theta; its candidates are the network's draws, none of which can leak."""
     kept = PosteriorSettings(
         draws=settings.draws, unfiltered_draws=settings.draws, interval=settings.interval
     )
-    summary = summarise_posterior(exact.phi[:, OF_THETA], z_obs, component_names, prior.theta, kept)
+    summary = truncated.summarise_posterior(exact.phi[:, OF_THETA], z_obs, component_names, prior.theta, kept)
     npe = exact.npe_phi[:, OF_THETA]
     return replace(summary, unfiltered=npe, unfiltered_in_prior=np.ones(len(npe), dtype=bool))
 

@@ -11,18 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import (
-    Labels,
-    Part,
-    Variable,
-    build_dataset,
-    from_groups,
-    labels_of,
-    load,
-    register,
-    schema_of,
-    values_of,
-)
+from swesbi import artefacts
 from swesbi.draws import interval_levels
 from swesbi.parameters import PHI, THETA_COLUMNS, THETA_NAMES
 from swesbi.posterior.settings import PosteriorSettings
@@ -30,7 +19,7 @@ from swesbi.prior import PriorSettings, in_bounds
 
 FloatArray = NDArray[np.float64]
 COLUMNS: Final = {
-    parameter.name: Variable("", parameter.cf_unit, f"{parameter.meaning} {parameter.text}{{of}}")
+    parameter.name: artefacts.Variable("", parameter.cf_unit, f"{parameter.meaning} {parameter.text}{{of}}")
     for parameter in PHI
 }
 """One dataset a parameter of phi, of theta but for the last."""
@@ -49,16 +38,22 @@ class Posterior:
     unfiltered: FloatArray
     unfiltered_in_prior: Annotated[
         NDArray[np.bool_],
-        Variable("draw", "1", "whether the draw lies within the prior's bounds", "in_prior", "unfiltered"),
+        artefacts.Variable(
+            "draw", "1", "whether the draw lies within the prior's bounds", "in_prior", "unfiltered"
+        ),
     ]
-    median: Annotated[FloatArray, Variable("parameter", THETA_COLUMNS, "posterior median")]
+    median: Annotated[FloatArray, artefacts.Variable("parameter", THETA_COLUMNS, "posterior median")]
     interval: Annotated[
-        FloatArray, Variable("parameter bound", THETA_COLUMNS, "equal-tailed credible interval")
+        FloatArray, artefacts.Variable("parameter bound", THETA_COLUMNS, "equal-tailed credible interval")
     ]
-    interval_mass: Annotated[float, Variable("", "1", "mass of the credible interval")]
-    correlation: Annotated[FloatArray, Variable("parameter other_parameter", "1", "posterior correlation")]
-    component_names: Annotated[tuple[str, ...], Labels("component")]
-    z_obs: Annotated[FloatArray, Variable("component", "1", "standardised observed conditioning vector")]
+    interval_mass: Annotated[float, artefacts.Variable("", "1", "mass of the credible interval")]
+    correlation: Annotated[
+        FloatArray, artefacts.Variable("parameter other_parameter", "1", "posterior correlation")
+    ]
+    component_names: Annotated[tuple[str, ...], artefacts.Labels("component")]
+    z_obs: Annotated[
+        FloatArray, artefacts.Variable("component", "1", "standardised observed conditioning vector")
+    ]
 
 
 def summarise_posterior(
@@ -112,20 +107,20 @@ def _correlation(theta: FloatArray) -> FloatArray:
     return correlation
 
 
-def columns_along(along: str, names: Sequence[str], of: str = "") -> dict[str, Variable]:
+def columns_along(along: str, names: Sequence[str], of: str = "") -> dict[str, artefacts.Variable]:
     """Return the datasets of some parameters along dimensions; ``of`` ends their meanings."""
-    part = Part(along=along, words={"of": of})
+    part = artefacts.Part(along=along, words={"of": of})
     return {name: part.place(replace(COLUMNS[name], name=name)) for name in names}
 
 
 CHAINS: Final = columns_along("chain draw", THETA_NAMES)
-SUMMARY: Final = schema_of(Posterior)
+SUMMARY: Final = artefacts.schema_of(Posterior)
 SCHEMA: Final = {
     "/": SUMMARY["/"],
     "posterior": CHAINS,
     "unfiltered": columns_along("draw", THETA_NAMES, ", not filtered") | SUMMARY["unfiltered"],
 }
-POSTERIOR: Final = register("posterior", SCHEMA, ("parameter", *labels_of(Posterior)))
+POSTERIOR: Final = artefacts.register("posterior", SCHEMA, ("parameter", *artefacts.labels_of(Posterior)))
 
 
 def posterior_to_groups(posterior: Posterior) -> dict[str, xr.Dataset]:
@@ -136,15 +131,15 @@ def posterior_to_groups(posterior: Posterior) -> dict[str, xr.Dataset]:
         "bound": ["lower", "upper"],
         "component": list(posterior.component_names),
     }
-    values = values_of(posterior)
+    values = artefacts.values_of(posterior)
     draws = {"chain": [0], "draw": np.arange(len(posterior.theta))}
     chains = columns_of(posterior.theta[None], THETA_NAMES)
     candidates = columns_of(posterior.unfiltered, THETA_NAMES) | values["unfiltered"]
     first = {"draw": np.arange(len(posterior.unfiltered))}
     return {
-        "/": build_dataset(SCHEMA["/"], values["/"], labels),
-        "posterior": build_dataset(SCHEMA["posterior"], chains, draws),
-        "unfiltered": build_dataset(SCHEMA["unfiltered"], candidates, first),
+        "/": artefacts.build_dataset(SCHEMA["/"], values["/"], labels),
+        "posterior": artefacts.build_dataset(SCHEMA["posterior"], chains, draws),
+        "unfiltered": artefacts.build_dataset(SCHEMA["unfiltered"], candidates, first),
     }
 
 
@@ -154,12 +149,12 @@ def read_posterior(path: Path) -> Posterior:
     Raises:
         ArtefactError: The file is not a posterior.
     """
-    groups = {group: load(path, POSTERIOR, group)[0] for group in SCHEMA}
+    groups = {group: artefacts.load(path, POSTERIOR, group)[0] for group in SCHEMA}
     draws = {
         "theta": rows_of(groups["posterior"].isel(chain=0), THETA_NAMES),
         "unfiltered": rows_of(groups["unfiltered"], THETA_NAMES),
     }
-    return from_groups(Posterior, groups, draws)
+    return artefacts.from_groups(Posterior, groups, draws)
 
 
 def columns_of(draws: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:

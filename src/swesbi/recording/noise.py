@@ -11,18 +11,8 @@ import numpy as np
 import xarray as xr
 from scipy.stats import chi2
 
+from swesbi import artefacts
 from swesbi.arrays import FloatArray, IntArray
-from swesbi.artefacts import (
-    Part,
-    Variable,
-    build_dataset,
-    from_dataset,
-    from_rows,
-    load,
-    register,
-    schema_of,
-    values_of,
-)
 from swesbi.recording.components import (
     ComponentEstimate,
     RepeatLevels,
@@ -33,12 +23,12 @@ from swesbi.recording.components import (
 from swesbi.recording.speed import NoiseComponents
 
 COMPONENTS: Final = ("repeat", "sample")
-VALUES: Final = schema_of(ComponentEstimate)["/"]
-POOLED: Final = Part(
+VALUES: Final = artefacts.schema_of(ComponentEstimate)["/"]
+POOLED: Final = artefacts.Part(
     along="component",
     words={"whose": "common to the cohort", "none": ", NaN at zero", "kind": "profile-likelihood "},
 )
-OWN: Final = Part(
+OWN: Final = artefacts.Part(
     "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
 )
 
@@ -56,8 +46,8 @@ class NoiseEstimate:
 
     repeat: ComponentEstimate
     sample: ComponentEstimate
-    repeats: Annotated[int, Variable("", "1", "repeats with accepted samples")]
-    samples: Annotated[int, Variable("", "1", "accepted samples")]
+    repeats: Annotated[int, artefacts.Variable("", "1", "repeats with accepted samples")]
+    samples: Annotated[int, artefacts.Variable("", "1", "accepted samples")]
 
 
 @dataclass(frozen=True)
@@ -73,8 +63,10 @@ class CohortNoise:
 
     pooled: NoiseEstimate
     by_subject: Mapping[str, NoiseEstimate]
-    interval: Annotated[float, Variable("", "1", "mass of the intervals")]
-    homogeneity_p: Annotated[float, Variable("", "1", "p-value: all recordings share their components")]
+    interval: Annotated[float, artefacts.Variable("", "1", "mass of the intervals")]
+    homogeneity_p: Annotated[
+        float, artefacts.Variable("", "1", "p-value: all recordings share their components")
+    ]
 
     @property
     def components(self) -> NoiseComponents:
@@ -192,17 +184,17 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
     return NoiseComparison(alone, ratio, float(chi2.sf(ratio, 2)))
 
 
-COUNTS: Final = schema_of(NoiseEstimate)["/"]
+COUNTS: Final = artefacts.schema_of(NoiseEstimate)["/"]
 SCHEMA: Final = {
-    "component": Variable("component", "1", "between repeats, between samples of a repeat"),
-    "subject": Variable("subject", "1", "subjects of the cohort"),
+    "component": artefacts.Variable("component", "1", "between repeats, between samples of a repeat"),
+    "subject": artefacts.Variable("subject", "1", "subjects of the cohort"),
     **POOLED.place_all(VALUES),
     **COUNTS,
     **OWN.place_all(VALUES),
-    **Part("subject_{}", "subject").place_all(COUNTS),
-    **schema_of(CohortNoise)["/"],
+    **artefacts.Part("subject_{}", "subject").place_all(COUNTS),
+    **artefacts.schema_of(CohortNoise)["/"],
 }
-KIND: Final = register("noise", {"/": SCHEMA})
+KIND: Final = artefacts.register("noise", {"/": SCHEMA})
 
 
 def to_dataset(noise: CohortNoise) -> xr.Dataset:
@@ -214,7 +206,9 @@ def to_dataset(noise: CohortNoise) -> xr.Dataset:
         f"subject_{name}": np.array([getattr(estimate, name) for estimate in estimates]) for name in COUNTS
     }
     values |= {"component": list(COMPONENTS), "subject": list(noise.by_subject)}
-    return build_dataset(SCHEMA, values | values_of(noise.pooled)["/"] | values_of(noise)["/"])
+    return artefacts.build_dataset(
+        SCHEMA, values | artefacts.values_of(noise.pooled)["/"] | artefacts.values_of(noise)["/"]
+    )
 
 
 def read_noise(path: Path) -> CohortNoise:
@@ -223,14 +217,14 @@ def read_noise(path: Path) -> CohortNoise:
     Raises:
         ArtefactError: The file is no such artefact.
     """
-    data, _ = load(path, KIND)
+    data, _ = artefacts.load(path, KIND)
     names = [name for name in data if str(name).startswith("subject_")]
     subjects = data[names].rename({name: str(name).removeprefix("subject_") for name in names})
     by_subject = {
         str(name): _estimate(subjects.isel(subject=index))
         for index, name in enumerate(subjects["subject"].to_numpy())
     }
-    return from_dataset(CohortNoise, data, pooled=_estimate(data), by_subject=by_subject)
+    return artefacts.from_dataset(CohortNoise, data, pooled=_estimate(data), by_subject=by_subject)
 
 
 def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -240,5 +234,5 @@ def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.
 
 
 def _estimate(data: xr.Dataset) -> NoiseEstimate:
-    repeat, sample = from_rows(ComponentEstimate, data, "component")
-    return from_dataset(NoiseEstimate, data, repeat=repeat, sample=sample)
+    repeat, sample = artefacts.from_rows(ComponentEstimate, data, "component")
+    return artefacts.from_dataset(NoiseEstimate, data, repeat=repeat, sample=sample)

@@ -17,9 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import genpareto
 
-from swesbi.verdict.distances import FeatureSpace, boundary_statistic, fit_feature_space
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.statistics import FEATURE_TESTS, MEMBERS, TEST_NAMES, Checks, tail_scores
+from swesbi.verdict.statistics import (
+    FEATURE_TESTS,
+    MEMBERS,
+    TEST_NAMES,
+    Checks,
+    FeatureSpace,
+    boundary_statistic,
+    fit_feature_space,
+    tail_scores,
+)
 
 FloatArray = NDArray[np.float64]
 SMALLEST_P: Final = 1e-6

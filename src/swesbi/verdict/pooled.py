@@ -17,18 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from swesbi.artefacts import (
-    Labels,
-    Part,
-    Variable,
-    build_dataset,
-    from_dataset,
-    labels_of,
-    load,
-    register,
-    schema_of,
-    values_of,
-)
+from swesbi import artefacts
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import summary_names
@@ -48,11 +37,20 @@ from swesbi.population.synthetic import own_recordings
 from swesbi.progress import Progress
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.distances import BOUNDS, FeatureSpace, fit_feature_space, prior_strip_mass
 from swesbi.verdict.nulls import Reference, Statistics, fit_joint_null, score_scale, space_distances
 from swesbi.verdict.recordings import NULL, SubjectChecks, weighted_posterior
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.statistics import DISTANCES, MEMBERS, Checks, check_recording, stack_checks
+from swesbi.verdict.statistics import (
+    BOUNDS,
+    DISTANCES,
+    MEMBERS,
+    Checks,
+    FeatureSpace,
+    check_recording,
+    fit_feature_space,
+    prior_strip_mass,
+    stack_checks,
+)
 
 FloatArray = NDArray[np.float64]
 STREAM = "population null"
@@ -100,12 +98,15 @@ class PooledNull:
 
     distance_level: Annotated[
         FloatArray,
-        Variable("recording distance", "1", "share of the subject's own prior predictive that lies nearer"),
+        artefacts.Variable(
+            "recording distance", "1", "share of the subject's own prior predictive that lies nearer"
+        ),
     ]
-    checks: Annotated[Checks, Part(words={"features": "features S(.)", "bound": ""})]
-    feature_names: Annotated[tuple[str, ...], Labels("feature")]
+    checks: Annotated[Checks, artefacts.Part(words={"features": "features S(.)", "bound": ""})]
+    feature_names: Annotated[tuple[str, ...], artefacts.Labels("feature")]
     prior_mass: Annotated[
-        FloatArray, Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass")
+        FloatArray,
+        artefacts.Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass"),
     ]
 
 
@@ -166,7 +167,7 @@ class PopulationNull:
     """Well-specified recordings of fresh contexts, n of them, and what the tests look at in each."""
 
     contexts: tuple[Context, ...]
-    pooled: Annotated[PooledNull, Part()]
+    pooled: Annotated[PooledNull, artefacts.Part()]
 
 
 def draw_null(
@@ -232,9 +233,11 @@ def _levels(
     )
 
 
-SCHEMA: Final = schema_of(Context, ALONG)["/"] | schema_of(PopulationNull)["/"]
-KIND: Final = register(
-    "population_null", {"/": SCHEMA}, (*LABELS, *labels_of(PopulationNull), Labels(ALONG, "subject"))
+SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(PopulationNull)["/"]
+KIND: Final = artefacts.register(
+    "population_null",
+    {"/": SCHEMA},
+    (*LABELS, *artefacts.labels_of(PopulationNull), artefacts.Labels(ALONG, "subject")),
 )
 
 
@@ -245,7 +248,9 @@ def to_dataset(null: PopulationNull) -> xr.Dataset:
         "distance": LABELS["distance"],
         "feature": list(null.pooled.feature_names),
     }
-    return build_dataset(SCHEMA, values_of(null)["/"] | context_values(null.contexts), labels | LABELS)
+    return artefacts.build_dataset(
+        SCHEMA, artefacts.values_of(null)["/"] | context_values(null.contexts), labels | LABELS
+    )
 
 
 def read_null(path: Path) -> PopulationNull:
@@ -254,5 +259,5 @@ def read_null(path: Path) -> PopulationNull:
     Raises:
         ArtefactError: The file is no such artefact.
     """
-    dataset, _ = load(path, KIND)
-    return from_dataset(PopulationNull, dataset, contexts=contexts_of(dataset, ALONG))
+    dataset, _ = artefacts.load(path, KIND)
+    return artefacts.from_dataset(PopulationNull, dataset, contexts=contexts_of(dataset, ALONG))

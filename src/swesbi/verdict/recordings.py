@@ -12,18 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import (
-    Labels,
-    Part,
-    Variable,
-    build_dataset,
-    from_dataset,
-    labels_of,
-    load,
-    register,
-    schema_of,
-    values_of,
-)
+from swesbi import artefacts
 from swesbi.context import Context
 from swesbi.measurement.likelihood import CachedModel, SpeedModel
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
@@ -37,10 +26,9 @@ from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.distances import BOUNDS
+from swesbi.verdict import statistics
 from swesbi.verdict.nulls import Reference, fit_reference
 from swesbi.verdict.settings import RuleSettings, SyntheticSettings
-from swesbi.verdict.statistics import FEATURE_UNITS, Checks, PosteriorDraws, check_recording, stack_checks
 from swesbi.virtual_cohort.acquisition import record
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer, simulate_truth
 
@@ -53,9 +41,9 @@ VOLUNTEER: Final = "volunteer"
 KINDS: Final = (NULL, OWN, ACQUIRED, VOLUNTEER)
 """Recordings of a subject: two well-specified sets under the model's own noise, of which the first makes
 the null; one recorded sample by sample; the virtual volunteer recorded anew."""
-LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), "bound": list(BOUNDS)}
-SEEN: Final = Part(words={"features": "features S(.) as the network sees them", "bound": " there"})
-RECORDED: Final = SEEN.place_all(schema_of(Checks)["/"])
+LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), "bound": list(statistics.BOUNDS)}
+SEEN: Final = artefacts.Part(words={"features": "features S(.) as the network sees them", "bound": " there"})
+RECORDED: Final = SEEN.place_all(artefacts.schema_of(statistics.Checks)["/"])
 
 
 class WeighingSettings(Protocol):
@@ -72,7 +60,7 @@ class WeighingSettings(Protocol):
 
 def weighted_posterior(
     model: SpeedModel, flow: TrainedSpline, settings: WeighingSettings, seed: int
-) -> PosteriorDraws:
+) -> statistics.PosteriorDraws:
     """Weight draws of the flow and the prior to the exact posterior of the model's recording."""
     cached = CachedModel(model)
     proposal = flow_proposal(flow, model.recording)
@@ -88,7 +76,7 @@ def check_recordings(
     settings: SyntheticSettings,
     seed: int,
     name: str,
-) -> Checks:
+) -> statistics.Checks:
     """Infer recordings of one subject and return what the tests look at in each; n rows.
 
     Args:
@@ -107,13 +95,15 @@ def check_recordings(
         own = replace(model, recording=recording)
         posterior = weighted_posterior(own, flow, settings, integer_seed(seed, *stream))
         rng = generator(seed, *stream, "replicated")
-        rows.append(check_recording(own, posterior, conditioning, settings.strip_fraction, rng))
+        rows.append(statistics.check_recording(own, posterior, conditioning, settings.strip_fraction, rng))
         progress.step()
-    return stack_checks(rows)
+    return statistics.stack_checks(rows)
 
 
-def _posterior(weighted: WeightedDraws, predicted: PredictedSpeeds) -> PosteriorDraws:
-    return PosteriorDraws(weighted.phi, weighted.weight, predicted, weighted.k_hat, weighted.efficiency)
+def _posterior(weighted: WeightedDraws, predicted: PredictedSpeeds) -> statistics.PosteriorDraws:
+    return statistics.PosteriorDraws(
+        weighted.phi, weighted.weight, predicted, weighted.k_hat, weighted.efficiency
+    )
 
 
 def find_volunteer(context: Context) -> Volunteer | None:
@@ -159,13 +149,15 @@ class SubjectChecks:
 
     subject: str
     reference_features: Annotated[
-        FloatArray, Variable("reference feature", FEATURE_UNITS, "prior predictive features")
+        FloatArray,
+        artefacts.Variable("reference feature", statistics.FEATURE_UNITS, "prior predictive features"),
     ]
-    feature_names: Annotated[tuple[str, ...], Labels("feature")]
+    feature_names: Annotated[tuple[str, ...], artefacts.Labels("feature")]
     prior_mass: Annotated[
-        FloatArray, Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass")
+        FloatArray,
+        artefacts.Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass"),
     ]
-    recordings: Mapping[str, Checks]
+    recordings: Mapping[str, statistics.Checks]
     refused: Mapping[str, int]
 
     def reference(self, settings: RuleSettings) -> Reference:
@@ -174,24 +166,27 @@ class SubjectChecks:
         return fit_reference(null, self.reference_features, self.feature_names, self.prior_mass, settings)
 
 
-ROOT: Final = schema_of(SubjectChecks)["/"] | {
-    "refused": Variable("kind_of_recording", "1", "recordings that ingestion refused")
+ROOT: Final = artefacts.schema_of(SubjectChecks)["/"] | {
+    "refused": artefacts.Variable("kind_of_recording", "1", "recordings that ingestion refused")
 }
-KIND: Final = register(
+KIND: Final = artefacts.register(
     "misspecification",
     {"/": ROOT, **dict.fromkeys(KINDS, RECORDED)},
-    (*LABELS, *labels_of(SubjectChecks), "kind_of_recording"),
+    (*LABELS, *artefacts.labels_of(SubjectChecks), "kind_of_recording"),
 )
 
 
 def to_groups(checks: SubjectChecks) -> dict[str, xr.Dataset]:
     """Return the groups of ``misspecification.h5``."""
-    values = values_of(checks)["/"] | {"refused": np.array([checks.refused[kind] for kind in KINDS])}
+    values = artefacts.values_of(checks)["/"] | {
+        "refused": np.array([checks.refused[kind] for kind in KINDS])
+    }
     labels = {**LABELS, "feature": list(checks.feature_names), "kind_of_recording": list(KINDS)}
     of_kind = {
-        kind: build_dataset(RECORDED, values_of(checks.recordings[kind])["/"], labels) for kind in KINDS
+        kind: artefacts.build_dataset(RECORDED, artefacts.values_of(checks.recordings[kind])["/"], labels)
+        for kind in KINDS
     }
-    return {"/": build_dataset(ROOT, values, labels), **of_kind}
+    return {"/": artefacts.build_dataset(ROOT, values, labels), **of_kind}
 
 
 def read_subject_checks(path: Path, kinds: Sequence[str] = KINDS) -> SubjectChecks:
@@ -200,11 +195,14 @@ def read_subject_checks(path: Path, kinds: Sequence[str] = KINDS) -> SubjectChec
     Raises:
         ArtefactError: The file is no such artefact.
     """
-    root, provenance = load(path, KIND)
-    return from_dataset(
+    root, provenance = artefacts.load(path, KIND)
+    return artefacts.from_dataset(
         SubjectChecks,
         root,
         subject=provenance.subject,
-        recordings={kind: from_dataset(Checks, load(path, KIND, kind)[0]) for kind in kinds},
+        recordings={
+            kind: artefacts.from_dataset(statistics.Checks, artefacts.load(path, KIND, kind)[0])
+            for kind in kinds
+        },
         refused={kind: int(n) for kind, n in zip(KINDS, root["refused"].to_numpy(), strict=True)},
     )

@@ -18,10 +18,9 @@ from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
-from swesbi.verdict.distances import BOUNDS, strip_ratios
 from swesbi.verdict.nulls import Judgement, Reference, Verdict
 from swesbi.verdict.settings import VolumeSettings
-from swesbi.verdict.statistics import FEATURE_TESTS, TESTS, Checks
+from swesbi.verdict.statistics import BOUNDS, FEATURE_TESTS, TESTS, Checks, strip_ratios
 from swesbi.verdict.support import Support, SupportTest
 
 FloatArray = NDArray[np.float64]

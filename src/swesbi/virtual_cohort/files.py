@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 
 from swesbi.recording.samples import Samples
 from swesbi.virtual_cohort.acquisition import record
-from swesbi.virtual_cohort.readme import readme
-from swesbi.virtual_cohort.tables import (
+from swesbi.virtual_cohort.readme import (
     LATE_DIASTOLIC_SPEED_M_S,
     PEAK_SPEED_M_S,
     context_table,
     curve_table,
     phase_medians,
+    readme,
     truth_table,
 )
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, VOLUNTEERS, Volunteer, simulate_truth

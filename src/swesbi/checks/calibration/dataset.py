@@ -8,18 +8,7 @@ from typing import Any, Final
 
 import xarray as xr
 
-from swesbi.artefacts import (
-    Labels,
-    Variable,
-    build_dataset,
-    from_dataset,
-    labels_of,
-    load,
-    register,
-    schema_of,
-    to_dataset,
-    values_of,
-)
+from swesbi import artefacts
 from swesbi.checks.calibration.fresh import FreshInferred
 from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferred, Ranked
 from swesbi.context import Context
@@ -33,38 +22,38 @@ LABELS: Final[dict[str, Any]] = {
     "bound": ["lower", "upper"],
 }
 TWO_SAMPLES: Final = {
-    "accuracy": Variable("subject pair", "1", "accuracy of a classifier between two samplers"),
-    "draws": Variable("subject", "1", "draws of each sampler"),
+    "accuracy": artefacts.Variable("subject pair", "1", "accuracy of a classifier between two samplers"),
+    "draws": artefacts.Variable("subject", "1", "draws of each sampler"),
 }
-INFERRED: Final = schema_of(Inferred)["/"]
+INFERRED: Final = artefacts.schema_of(Inferred)["/"]
 RECORDINGS: Final = {"own": INFERRED, "acquired": INFERRED}
-LOCAL: Final = {"local": schema_of(Ranked)["/"], "two_samples": TWO_SAMPLES}
-REQUIRED: Final[tuple[str | Labels, ...]] = (*LABELS, *labels_of(Inferred))
-RECORDINGS_KIND: Final = register("calibration_recordings", RECORDINGS, REQUIRED)
-LOCAL_KIND: Final = register("calibration_local", LOCAL, REQUIRED)
-KIND: Final = register("calibration", RECORDINGS | LOCAL, REQUIRED)
+LOCAL: Final = {"local": artefacts.schema_of(Ranked)["/"], "two_samples": TWO_SAMPLES}
+REQUIRED: Final[tuple[str | artefacts.Labels, ...]] = (*LABELS, *artefacts.labels_of(Inferred))
+RECORDINGS_KIND: Final = artefacts.register("calibration_recordings", RECORDINGS, REQUIRED)
+LOCAL_KIND: Final = artefacts.register("calibration_local", LOCAL, REQUIRED)
+KIND: Final = artefacts.register("calibration", RECORDINGS | LOCAL, REQUIRED)
 JOINED: Final = {"own": "recording", "acquired": "recording", "local": "recording", "two_samples": "subject"}
 ALONG: Final = "recording"
-OF_FRESH: Final = schema_of(Context, ALONG)["/"] | schema_of(FreshInferred)["/"]
-SCHEMA: Final = schema_of(Inferred)["/"] | OF_FRESH
-FRESH: Final = register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
+OF_FRESH: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(FreshInferred)["/"]
+SCHEMA: Final = artefacts.schema_of(Inferred)["/"] | OF_FRESH
+FRESH: Final = artefacts.register("population_calibration", {OWN: SCHEMA, ACQUIRED: SCHEMA}, REQUIRED)
 REFUSED: Final = "refused"
 
 
 def inferred_dataset(inferred: Inferred) -> xr.Dataset:
     """Return recordings and diagnostics as one group."""
-    return to_dataset(inferred, LABELS)
+    return artefacts.to_dataset(inferred, LABELS)
 
 
 def ranked_dataset(ranked: Ranked) -> xr.Dataset:
     """Return recordings without diagnostics as one group."""
-    return to_dataset(ranked, LABELS)
+    return artefacts.to_dataset(ranked, LABELS)
 
 
 def two_samples_dataset(subject: str, accuracy: dict[str, float], draws: int) -> xr.Dataset:
     """Return the accuracies of one subject, by pair of samplers."""
     values = {"accuracy": [list(accuracy.values())], "draws": [draws]}
-    return build_dataset(TWO_SAMPLES, values, {"subject": [subject], "pair": list(accuracy)})
+    return artefacts.build_dataset(TWO_SAMPLES, values, {"subject": [subject], "pair": list(accuracy)})
 
 
 def join(recordings: Sequence[Path], local_parts: Sequence[Path]) -> dict[str, xr.Dataset]:
@@ -73,24 +62,28 @@ def join(recordings: Sequence[Path], local_parts: Sequence[Path]) -> dict[str, x
     Raises:
         ArtefactError: A file is no such part.
     """
-    parts = {name: [load(path, RECORDINGS_KIND, name)[0] for path in recordings] for name in RECORDINGS}
-    parts |= {name: [load(path, LOCAL_KIND, name)[0] for path in local_parts] for name in LOCAL}
+    parts = {
+        name: [artefacts.load(path, RECORDINGS_KIND, name)[0] for path in recordings] for name in RECORDINGS
+    }
+    parts |= {name: [artefacts.load(path, LOCAL_KIND, name)[0] for path in local_parts] for name in LOCAL}
     return {name: xr.concat(datasets, dim=JOINED[name]) for name, datasets in parts.items()}
 
 
 def ranked_of(dataset: xr.Dataset) -> Ranked:
     """Rebuild recordings and scores from a group."""
-    return from_dataset(Ranked, dataset)
+    return artefacts.from_dataset(Ranked, dataset)
 
 
 def diagnostics_of(dataset: xr.Dataset) -> Diagnostics:
     """Rebuild the diagnostics from a group."""
-    return from_dataset(Diagnostics, dataset)
+    return artefacts.from_dataset(Diagnostics, dataset)
 
 
 def fresh_dataset(fresh: FreshInferred) -> xr.Dataset:
     """Return the recordings of fresh contexts as one group."""
-    added = build_dataset(OF_FRESH, values_of(fresh)["/"] | context_values(fresh.contexts))
+    added = artefacts.build_dataset(
+        OF_FRESH, artefacts.values_of(fresh)["/"] | context_values(fresh.contexts)
+    )
     inferred = inferred_dataset(fresh.inferred)
     return inferred.assign(added.variables).assign_attrs({REFUSED: fresh.refused})
 
@@ -103,7 +96,7 @@ def join_fresh(parts: Sequence[Path]) -> dict[str, xr.Dataset]:
     """
     groups = {}
     for name in (OWN, ACQUIRED):
-        loaded = [load(path, FRESH, name)[0] for path in parts]
+        loaded = [artefacts.load(path, FRESH, name)[0] for path in parts]
         refused = sum(int(dataset.attrs[REFUSED]) for dataset in loaded)
         groups[name] = xr.concat(loaded, dim="recording").assign_attrs({REFUSED: refused})
     return groups
@@ -111,5 +104,5 @@ def join_fresh(parts: Sequence[Path]) -> dict[str, xr.Dataset]:
 
 def fresh_of(dataset: xr.Dataset) -> FreshInferred:
     """Rebuild the recordings of fresh contexts from a group."""
-    given = {"contexts": contexts_of(dataset, ALONG), "inferred": from_dataset(Inferred, dataset)}
-    return from_dataset(FreshInferred, dataset, refused=int(dataset.attrs[REFUSED]), **given)
+    given = {"contexts": contexts_of(dataset, ALONG), "inferred": artefacts.from_dataset(Inferred, dataset)}
+    return artefacts.from_dataset(FreshInferred, dataset, refused=int(dataset.attrs[REFUSED]), **given)

@@ -11,15 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Variable
-from swesbi.checks.calibration.ranks import (
-    QUANTITY_NAMES,
-    SAMPLERS,
-    WEIGHTED,
-    Diagnostics,
-    Inferred,
-    Ranked,
-    RankScores,
-)
+from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.recordings import infer_recordings
 from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
 from swesbi.checks.calibration.table import check_scores
@@ -55,7 +47,7 @@ class FreshInferred:
             "recording", "1", "standard error of the mean speed of a phase without failed samples, over it"
         ),
     ]
-    inferred: Inferred
+    inferred: ranks.Inferred
     refused: int
 
 
@@ -130,7 +122,7 @@ def _between(low: str, high: str) -> str:
     return f"{low} to {high}" if high else f"{low} and more"
 
 
-def _join(parts: Sequence[Inferred]) -> Inferred:
+def _join(parts: Sequence[ranks.Inferred]) -> ranks.Inferred:
     ranked, diagnostics = (
         [inferred.ranked for inferred in parts],
         [inferred.diagnostics for inferred in parts],
@@ -139,12 +131,14 @@ def _join(parts: Sequence[Inferred]) -> Inferred:
     values |= {
         name: _scores([getattr(inferred, name) for inferred in ranked]) for name in ("network", "weighted")
     }
-    stacked: dict[str, Any] = {field.name: _stacked(diagnostics, field.name) for field in fields(Diagnostics)}
-    return Inferred(Ranked(**values), Diagnostics(**stacked))
+    stacked: dict[str, Any] = {
+        field.name: _stacked(diagnostics, field.name) for field in fields(ranks.Diagnostics)
+    }
+    return ranks.Inferred(ranks.Ranked(**values), ranks.Diagnostics(**stacked))
 
 
-def _scores(parts: Sequence[RankScores]) -> RankScores:
-    return RankScores(**{field.name: _stacked(parts, field.name) for field in fields(RankScores)})
+def _scores(parts: Sequence[ranks.RankScores]) -> ranks.RankScores:
+    return ranks.RankScores(**{field.name: _stacked(parts, field.name) for field in fields(ranks.RankScores)})
 
 
 def _stacked(parts: Sequence[object], name: str) -> Any:  # noqa: ANN401
@@ -165,7 +159,7 @@ class Judge:
     judgement: JudgementSettings
     strata: StrataSettings
 
-    def recovery(self, ranked: Ranked, sampler: str = WEIGHTED) -> tuple[RecoveryRow, ...]:
+    def recovery(self, ranked: ranks.Ranked, sampler: str = ranks.WEIGHTED) -> tuple[RecoveryRow, ...]:
         """Return coverage, bias and contraction of each active parameter at each nominal level."""
         columns, scores = slice(0, len(THETA_NAMES)), ranked.of(sampler)
         recovered = Recovered(
@@ -180,17 +174,17 @@ class Judge:
         """Return coverage by sampler and stratum, with the efficiency of the weights in each."""
         parts = {ALL: np.ones(len(fresh.contexts), dtype=bool)}
         parts |= strata(fresh.contexts, fresh.relative_se, self.strata)
-        rows = [row for sampler in SAMPLERS for row in self._rows(fresh, parts, sampler)]
+        rows = [row for sampler in ranks.SAMPLERS for row in self._rows(fresh, parts, sampler)]
         return pd.DataFrame(rows)
 
     def checks(self, fresh: dict[str, FreshInferred]) -> pd.DataFrame:
         """Return one row a check over all fresh contexts, by kind of recording and sampler."""
         rows: list[dict[str, object]] = []
         for kind, part in fresh.items():
-            for sampler in SAMPLERS:
+            for sampler in ranks.SAMPLERS:
                 ranked = part.inferred.ranked
                 checks = check_scores(
-                    ranked.of(sampler), ranked.prior_variance, QUANTITY_NAMES,
+                    ranked.of(sampler), ranked.prior_variance, ranks.QUANTITY_NAMES,
                     self.judgement.alpha, self.judgement.least_contraction,
                 )  # fmt: skip
                 labels = {"recordings": kind, "sampler": sampler}

@@ -19,17 +19,7 @@ import torch
 from numpy.typing import NDArray
 from sbi.utils.metrics import c2st
 
-from swesbi.checks.calibration.ranks import (
-    NETWORK,
-    WEIGHTED,
-    Ranked,
-    RankScore,
-    RankScores,
-    quantities,
-    score,
-    stack_scores,
-    standardised,
-)
+from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.recordings import exact_draws
 from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
@@ -108,7 +98,7 @@ class LocalRun:
 
     def scores(
         self, phi: FloatArray, references: FloatArray, seed: int, sampler: str
-    ) -> tuple[FloatArray, RankScores]:
+    ) -> tuple[FloatArray, ranks.RankScores]:
         """Simulate a second recording from each draw and rank the draw in the posterior given both.
 
         Args:
@@ -124,10 +114,10 @@ class LocalRun:
         rng = generator(seed, "calibration", "local", "speeds", recording.subject)
         predicted = self.model.predict(phi)
         speeds = draw_speeds(predicted, recording.relative_se, settings.discrepancy, rng)
-        points = standardised(references, settings.prior)
+        points = ranks.standardised(references, settings.prior)
         progress = Progress(f"calibration {recording.subject} (local, {sampler})", len(phi), unit="replicate")
         truths: list[FloatArray] = []
-        scores: list[RankScore] = []
+        scores: list[ranks.RankScore] = []
         for index, second in enumerate(speeds):
             both = TwoRecordings(self.model, replace(recording, speed_m_s=second))
             stream = integer_seed(seed, "calibration", "local", "exact", recording.subject, index)
@@ -135,16 +125,16 @@ class LocalRun:
             truths.append(truth)
             scores.append(rank_score)
             progress.step()
-        return np.stack(truths), stack_scores(scores)
+        return np.stack(truths), ranks.stack_scores(scores)
 
     def _one(
         self, both: TwoRecordings, phi: FloatArray, reference: FloatArray, seed: int
-    ) -> tuple[FloatArray, RankScore]:
+    ) -> tuple[FloatArray, ranks.RankScore]:
         duration_s = self.model.activation_duration_s
         drawn = exact_draws(both, self.propose(both.averaged()), self.weighted_draws, self.exact, seed)
-        truth = quantities(phi[None], both.log_likelihood(phi[None]), duration_s)[0]
-        values = quantities(drawn.phi, drawn.log_likelihood, duration_s)
-        return truth, score(truth, values, drawn.weight, reference, self.model.settings.prior)
+        truth = ranks.quantities(phi[None], both.log_likelihood(phi[None]), duration_s)[0]
+        values = ranks.quantities(drawn.phi, drawn.log_likelihood, duration_s)
+        return truth, ranks.score(truth, values, drawn.weight, reference, self.model.settings.prior)
 
 
 def calibrate_locally(
@@ -154,7 +144,7 @@ def calibrate_locally(
     sizes: LocalSettings,
     exact: ExactSettings,
     seed: int,
-) -> Ranked:
+) -> ranks.Ranked:
     """Rank draws of the network's and of the reported posterior of a subject, as many of each.
 
     Args:
@@ -172,14 +162,14 @@ def calibrate_locally(
     count = sizes.replicates
     by_sampler = {
         name: run.scores(phi[:count], phi[count : 2 * count], seed, name)
-        for name, phi in ((NETWORK, posterior.npe_phi), (WEIGHTED, posterior.phi))
+        for name, phi in ((ranks.NETWORK, posterior.npe_phi), (ranks.WEIGHTED, posterior.phi))
     }
-    return Ranked(
+    return ranks.Ranked(
         subject=np.full(count, model.recording.subject),
-        truth=by_sampler[WEIGHTED][0],
+        truth=by_sampler[ranks.WEIGHTED][0],
         prior_variance=np.tile(variance_given_first(model, posterior.phi), (count, 1)),
-        network=by_sampler[NETWORK][1],
-        weighted=by_sampler[WEIGHTED][1],
+        network=by_sampler[ranks.NETWORK][1],
+        weighted=by_sampler[ranks.WEIGHTED][1],
     )
 
 
@@ -188,7 +178,7 @@ def variance_given_first(model: SpeedModel, phi: FloatArray) -> FloatArray:
 
     It takes the place of the prior's variance beside local calibration; the log-likelihood has none (NaN).
     """
-    values = quantities(phi, np.zeros(len(phi)), model.activation_duration_s)
+    values = ranks.quantities(phi, np.zeros(len(phi)), model.activation_duration_s)
     variance: FloatArray = values.var(axis=0)
     variance[-1] = np.nan
     return variance

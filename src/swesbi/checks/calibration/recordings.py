@@ -32,7 +32,7 @@ from swesbi.posterior.refine import refine
 from swesbi.posterior.settings import ExactSettings, RefinementSettings
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.distances import strip_mass
+from swesbi.verdict.statistics import strip_mass
 
 FloatArray = NDArray[np.float64]
 

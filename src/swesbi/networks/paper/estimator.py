@@ -14,14 +14,7 @@ from typing import Any, Final
 from torch import Tensor
 
 from swesbi.artefacts import Provenance
-from swesbi.networks.files import (
-    CheckpointsMetadata,
-    EstimatorMetadata,
-    NetMetadata,
-    check_size,
-    read_plain,
-    write_plain,
-)
+from swesbi.networks import files
 from swesbi.networks.paper.maf import MaskedFlow
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.parameters import THETA_NAMES
@@ -60,7 +53,7 @@ def save_estimator(path: Path, estimator: TrainedEstimator, provenance: Provenan
         "epochs_run": estimator.epochs_run,
         "best_validation_loss": estimator.best_validation_loss,
     }
-    write_plain(path, {"metadata": metadata, "state_dict": dict(estimator.net.state_dict())})
+    files.write_plain(path, {"metadata": metadata, "state_dict": dict(estimator.net.state_dict())})
 
 
 def load_estimator(path: Path) -> tuple[TrainedEstimator, Provenance]:
@@ -69,7 +62,7 @@ def load_estimator(path: Path) -> tuple[TrainedEstimator, Provenance]:
     Raises:
         ArtefactError: The file is not an estimator that this package can read.
     """
-    return read_plain(path, ESTIMATOR, _rebuild)
+    return files.read_plain(path, ESTIMATOR, _rebuild)
 
 
 def describe_net(settings: EstimatorSettings, components: tuple[str, ...]) -> dict[str, Any]:
@@ -81,7 +74,7 @@ def describe_net(settings: EstimatorSettings, components: tuple[str, ...]) -> di
     }
 
 
-def rebuild_net(metadata: NetMetadata, state: Mapping[str, Tensor]) -> MaskedFlow:
+def rebuild_net(metadata: files.NetMetadata, state: Mapping[str, Tensor]) -> MaskedFlow:
     """Build the net that the metadata describes and give it these weights.
 
     Raises:
@@ -89,12 +82,12 @@ def rebuild_net(metadata: NetMetadata, state: Mapping[str, Tensor]) -> MaskedFlo
         RuntimeError: Names or shapes of the weights are not the net's.
     """
     settings = metadata.architecture()
-    check_size(settings, state)
+    files.check_size(settings, state)
     return MaskedFlow(settings, len(metadata.parameters), len(metadata.components), state)
 
 
 def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
-    metadata = EstimatorMetadata.from_plain(content["metadata"])
+    metadata = files.EstimatorMetadata.from_plain(content["metadata"])
     return TrainedEstimator(
         net=rebuild_net(metadata, content["state_dict"]),
         settings=metadata.architecture(),
@@ -156,7 +149,7 @@ def save_checkpoints(
         "validation_losses": [kept.validation_loss for kept in weights],
     }
     states = {str(kept.epoch): dict(kept.state) for kept in weights}
-    write_plain(path, {"metadata": metadata, "state_dicts": states})
+    files.write_plain(path, {"metadata": metadata, "state_dicts": states})
 
 
 def load_checkpoints(path: Path) -> tuple[tuple[Checkpoint, ...], Provenance]:
@@ -165,11 +158,11 @@ def load_checkpoints(path: Path) -> tuple[tuple[Checkpoint, ...], Provenance]:
     Raises:
         ArtefactError: The file does not hold checkpoints that this package can read.
     """
-    return read_plain(path, CHECKPOINTS, _rebuild_checkpoint)
+    return files.read_plain(path, CHECKPOINTS, _rebuild_checkpoint)
 
 
 def _rebuild_checkpoint(content: Mapping[str, Any]) -> tuple[Checkpoint, ...]:
-    metadata, states = CheckpointsMetadata.from_plain(content["metadata"]), content["state_dicts"]
+    metadata, states = files.CheckpointsMetadata.from_plain(content["metadata"]), content["state_dicts"]
     return tuple(
         Checkpoint(
             epoch=epoch,

@@ -11,18 +11,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from swesbi import artefacts
 from swesbi.arrays import FloatArray, IntArray
-from swesbi.artefacts import (
-    Labels,
-    Part,
-    Variable,
-    from_dataset,
-    labels_of,
-    load,
-    register,
-    schema_of,
-    to_dataset,
-)
 from swesbi.context import CONTEXT_NAMES, CONTEXT_UNITS, Context
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.networks.standardisation import MIXED, Standardisation, fit_standardisation
@@ -85,8 +75,8 @@ class SubjectFeatures:
 class Components:
     """Names and units of the C components of the conditioning vector: features, then context."""
 
-    names: Annotated[tuple[str, ...], Labels("component")]
-    units: Annotated[tuple[str, ...], Labels("component", "component_unit")]
+    names: Annotated[tuple[str, ...], artefacts.Labels("component")]
+    units: Annotated[tuple[str, ...], artefacts.Labels("component", "component_unit")]
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -101,31 +91,32 @@ class Pool:
     Parameters and conditioning vectors are in single precision, as training uses them.
     """
 
-    components: Annotated[Components, Part()]
-    subjects: Annotated[tuple[str, ...], Labels("subject")]
+    components: Annotated[Components, artefacts.Part()]
+    subjects: Annotated[tuple[str, ...], artefacts.Labels("subject")]
     theta: Annotated[
-        NDArray[np.float32], Variable("sample parameter", THETA_COLUMNS, "parameters of each row")
+        NDArray[np.float32], artefacts.Variable("sample parameter", THETA_COLUMNS, "parameters of each row")
     ]
     z: Annotated[
         NDArray[np.float32],
-        Variable("sample component", "1", "standardised conditioning vector of each row"),
+        artefacts.Variable("sample component", "1", "standardised conditioning vector of each row"),
     ]
     subject_index: Annotated[
-        NDArray[np.int16], Variable("sample", "1", "position of the row's subject in `subject`")
+        NDArray[np.int16], artefacts.Variable("sample", "1", "position of the row's subject in `subject`")
     ]
     draw_index: Annotated[
-        NDArray[np.int32], Variable("sample", "1", "number of the row's prior draw within its subject")
+        NDArray[np.int32],
+        artefacts.Variable("sample", "1", "number of the row's prior draw within its subject"),
     ]
-    standardisation: Annotated[Standardisation, Part()]
+    standardisation: Annotated[Standardisation, artefacts.Part()]
     observed: Annotated[
-        FloatArray, Variable("subject component", MIXED, "observed features and context, raw")
+        FloatArray, artefacts.Variable("subject component", MIXED, "observed features and context, raw")
     ]
 
     @property
     def z_obs(
         self,
     ) -> Annotated[
-        FloatArray, Variable("subject component", "1", "standardised observed conditioning vector")
+        FloatArray, artefacts.Variable("subject component", "1", "standardised observed conditioning vector")
     ]:
         """The standardised observed conditioning vectors, shape (D, C), without noise (paper, Eq. 6)."""
         return self.standardisation.apply(self.observed)
@@ -203,17 +194,17 @@ def _check_finite(subject: SubjectFeatures, names: tuple[str, ...]) -> None:
             )
 
 
-POOL: Final = register("pool", schema_of(Pool), (*labels_of(Pool), "parameter"))
+POOL: Final = artefacts.register("pool", artefacts.schema_of(Pool), (*artefacts.labels_of(Pool), "parameter"))
 
 
 def pool_to_dataset(pool: Pool) -> xr.Dataset:
     """Return the pool with dimensions sample, parameter, component and subject."""
-    return to_dataset(pool, {"parameter": list(THETA_NAMES)})
+    return artefacts.to_dataset(pool, {"parameter": list(THETA_NAMES)})
 
 
 def pool_from_dataset(dataset: xr.Dataset) -> Pool:
     """Rebuild the pool from its dataset."""
-    return from_dataset(Pool, dataset)
+    return artefacts.from_dataset(Pool, dataset)
 
 
 def read_pool(path: Path) -> Pool:
@@ -222,4 +213,4 @@ def read_pool(path: Path) -> Pool:
     Raises:
         ArtefactError: The file is not a pool.
     """
-    return pool_from_dataset(load(path, POOL)[0])
+    return pool_from_dataset(artefacts.load(path, POOL)[0])

@@ -12,13 +12,7 @@ from swesbi.artefacts import Provenance
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.files import read_plain, write_plain
 from swesbi.networks.settings import SplineSettings
-from swesbi.networks.spline.conditioning import (
-    Conditioner,
-    ConditioningSettings,
-    PhaseConditioner,
-    PhaseSettings,
-    RecordingConditioner,
-)
+from swesbi.networks.spline import conditioning
 from swesbi.networks.spline.net import TrainedSpline, build_net
 from swesbi.networks.standardisation import Standardisation
 from swesbi.parameters import PHI_NAMES
@@ -83,16 +77,16 @@ def _rebuild(content: Mapping[str, Any]) -> TrainedSpline:
     )
 
 
-def _conditioner_metadata(conditioner: RecordingConditioner) -> dict[str, object]:
+def _conditioner_metadata(conditioner: conditioning.RecordingConditioner) -> dict[str, object]:
     """Return kind, settings and statistics of a conditioner.
 
     Raises:
         TypeError: It is of no kind that can be written.
     """
-    if isinstance(conditioner, Conditioner):
+    if isinstance(conditioner, conditioning.Conditioner):
         statistics = {"features": conditioner.features, "context": conditioner.context}
         return _described(FEATURES, conditioner.settings.model_dump_json(), statistics)
-    if isinstance(conditioner, PhaseConditioner):
+    if isinstance(conditioner, conditioning.PhaseConditioner):
         return _described(PHASES, conditioner.settings.model_dump_json(), {"inputs": conditioner.inputs})
     raise TypeError(f"{type(conditioner).__name__} is no conditioner that a file can hold")
 
@@ -101,12 +95,12 @@ def _described(kind: str, settings: str, statistics: Mapping[str, Standardisatio
     return {"conditioner": kind, "conditioning": settings, **_statistics_metadata(**statistics)}
 
 
-def _conditioner(metadata: Mapping[str, Any]) -> RecordingConditioner:
+def _conditioner(metadata: Mapping[str, Any]) -> conditioning.RecordingConditioner:
     if metadata["conditioner"] == PHASES:
-        settings = PhaseSettings.model_validate_json(metadata["conditioning"])
-        return PhaseConditioner(settings, _statistics(metadata, "inputs"))
-    return Conditioner(
-        ConditioningSettings.model_validate_json(metadata["conditioning"]),
+        settings = conditioning.PhaseSettings.model_validate_json(metadata["conditioning"])
+        return conditioning.PhaseConditioner(settings, _statistics(metadata, "inputs"))
+    return conditioning.Conditioner(
+        conditioning.ConditioningSettings.model_validate_json(metadata["conditioning"]),
         _statistics(metadata, "features"),
         _statistics(metadata, "context"),
     )

@@ -10,17 +10,8 @@ from typing import Annotated, Final
 import numpy as np
 import xarray as xr
 
+from swesbi import artefacts
 from swesbi.arrays import BoolArray, FloatArray
-from swesbi.artefacts import (
-    ArtefactError,
-    Variable,
-    build_dataset,
-    from_rows,
-    load,
-    register,
-    schema_of,
-    stacked_values,
-)
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.measurement.speeds import ActivePhases, active_at_phases, predict_speeds
@@ -89,19 +80,21 @@ class PooledSubject:
 class StoredSubject:
     """The same as the pool stores it: n simulations at all P phases, NaN at those that were not measured."""
 
-    phase: Annotated[FloatArray, Variable("phase", "1", "phases of the recording, fraction of the cycle")]
-    measured: Annotated[BoolArray, Variable("phase", "1", "1 measured, 0 missing")]
-    theta: Annotated[FloatArray, Variable("simulation parameter", THETA_COLUMNS, "prior draws")]
+    phase: Annotated[
+        FloatArray, artefacts.Variable("phase", "1", "phases of the recording, fraction of the cycle")
+    ]
+    measured: Annotated[BoolArray, artefacts.Variable("phase", "1", "1 measured, 0 missing")]
+    theta: Annotated[FloatArray, artefacts.Variable("simulation parameter", THETA_COLUMNS, "prior draws")]
     active_stiffness_kpa: Annotated[
-        FloatArray, Variable("simulation phase", "kPa", "active stiffness at the measured phases")
+        FloatArray, artefacts.Variable("simulation phase", "kPa", "active stiffness at the measured phases")
     ]
     active_slope_kpa: Annotated[
-        FloatArray, Variable("simulation phase", "kPa", "its slope, per (unitless) cycle")
+        FloatArray, artefacts.Variable("simulation phase", "kPa", "its slope, per (unitless) cycle")
     ]
 
 
-SCHEMA: Final = schema_of(StoredSubject, along="subject")["/"]
-KIND: Final = register("speed_pool", {"/": SCHEMA}, ("subject", "parameter"))
+SCHEMA: Final = artefacts.schema_of(StoredSubject, along="subject")["/"]
+KIND: Final = artefacts.register("speed_pool", {"/": SCHEMA}, ("subject", "parameter"))
 
 
 def pool_dataset(
@@ -115,9 +108,9 @@ def pool_dataset(
     shapes = {(len(observed.phase), len(simulated.theta)) for observed, simulated in pairs}
     if len(shapes) > 1:
         raise ValueError(f"subjects have different numbers of phases and simulations: {sorted(shapes)}")
-    values = stacked_values([_of_subject(*pair, measurement) for pair in pairs])["/"]
+    values = artefacts.stacked_values([_of_subject(*pair, measurement) for pair in pairs])["/"]
     subjects = [observed.subject for observed, _ in pairs]
-    return build_dataset(SCHEMA, values, {"subject": subjects, "parameter": list(THETA_NAMES)})
+    return artefacts.build_dataset(SCHEMA, values, {"subject": subjects, "parameter": list(THETA_NAMES)})
 
 
 def read_pool(path: Path) -> Mapping[str, PooledSubject]:
@@ -126,9 +119,9 @@ def read_pool(path: Path) -> Mapping[str, PooledSubject]:
     Raises:
         ArtefactError: The file is no such pool.
     """
-    dataset = load(path, KIND)[0]
+    dataset = artefacts.load(path, KIND)[0]
     subjects = [str(name) for name in dataset["subject"].to_numpy()]
-    rows = from_rows(StoredSubject, dataset, "subject")
+    rows = artefacts.from_rows(StoredSubject, dataset, "subject")
     return {name: _at_measured(row) for name, row in zip(subjects, rows, strict=True)}
 
 
@@ -139,7 +132,7 @@ def of_subject(pool: Mapping[str, PooledSubject], subject: str, path: Path) -> P
         ArtefactError: The pool lacks the subject.
     """
     if subject not in pool:
-        raise ArtefactError(f"{path}: holds no subject {subject!r}; it holds {', '.join(pool)}")
+        raise artefacts.ArtefactError(f"{path}: holds no subject {subject!r}; it holds {', '.join(pool)}")
     return pool[subject]
 
 

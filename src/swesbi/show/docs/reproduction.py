@@ -8,25 +8,12 @@ from typing import Final
 import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
+from swesbi.show import training_tables
 from swesbi.show.docs.results import ReproductionResults
 from swesbi.show.numbers import fixed, mean_sd, share
 from swesbi.show.table import markdown, of_records
-from swesbi.show.tables.experiments import (
-    comparison_table,
-    median_table,
-    paper_table,
-    recovery_table,
-    training_table,
-)
+from swesbi.show.tables import experiments
 from swesbi.show.tables.subjects import score_table, verdict_table
-from swesbi.show.training_tables import (
-    COVERAGE_PHASES,
-    FRESH_LOSS,
-    RECOVERY_COVERAGE,
-    RELATIVE_SD,
-    RMSE,
-    VALIDATION_LOSS,
-)
 
 PAPER_RECOVERY: Final = (
     "The paper, own noise: 92.5 % for k_0, 90.5 % for k_ATP, 26.5 % for k_SR, of 400 each."
@@ -35,7 +22,7 @@ PAPER_RECOVERY: Final = (
 
 def run_part(results: ReproductionResults) -> str:
     """Say what was run."""
-    return markdown(training_table(results.experiments))
+    return markdown(experiments.training_table(results.experiments))
 
 
 def support_part(results: ReproductionResults) -> str:
@@ -52,12 +39,15 @@ def scores_part(results: ReproductionResults) -> str:
 
 def recovery_part(results: ReproductionResults) -> str:
     """Show what credible intervals cover, under the own observation model and on recordings."""
-    return f"{markdown(recovery_table(results.experiments))}\n\n{PAPER_RECOVERY}"
+    return f"{markdown(experiments.recovery_table(results.experiments))}\n\n{PAPER_RECOVERY}"
 
 
 def experiments_part(results: ReproductionResults) -> str:
     """Show support, fit, coverage and medians of each experiment beside the others."""
-    tables = (make(results.experiments, results.cohort_title) for make in (comparison_table, median_table))
+    tables = (
+        make(results.experiments, results.cohort_title)
+        for make in (experiments.comparison_table, experiments.median_table)
+    )
     return "\n\n".join([*map(markdown, tables), _shared(results)])
 
 
@@ -106,7 +96,7 @@ def correlation_part(results: ReproductionResults) -> str:
 
 def comparison_part(results: ReproductionResults) -> str:
     """Show every number of the paper beside this study's, folded."""
-    shown = markdown(paper_table(results.comparison, results.cohort_title))
+    shown = markdown(experiments.paper_table(results.comparison, results.cohort_title))
     summary = f"<summary>All {len(results.comparison)} numbers</summary>"
     return f"<details>\n{summary}\n\n{shown}\n\n</details>"
 
@@ -134,16 +124,18 @@ def epochs_part(results: ReproductionResults) -> str:
 
 def _row(results: ReproductionResults, epoch: int) -> dict[str, str]:
     at = results.epochs[results.epochs["epoch"] == epoch]
-    recovery = _of(at, RECOVERY_COVERAGE).set_index("parameter")["value"]
-    widths = _supported(results, at, RELATIVE_SD).groupby("parameter")["value"].median()
+    recovery = _of(at, training_tables.RECOVERY_COVERAGE).set_index("parameter")["value"]
+    widths = _supported(results, at, training_tables.RELATIVE_SD).groupby("parameter")["value"].median()
     best = " (best)" if at["best"].any() else ""
     return {
         "epoch": f"{epoch}{best}",
-        "validation loss": fixed(_of(at, VALIDATION_LOSS)["value"].iloc[0], 2),
-        "loss of parameters never seen": fixed(_of(at, FRESH_LOSS)["value"].iloc[0], 2),
+        "validation loss": fixed(_of(at, training_tables.VALIDATION_LOSS)["value"].iloc[0], 2),
+        "loss of parameters never seen": fixed(_of(at, training_tables.FRESH_LOSS)["value"].iloc[0], 2),
         "recovery of k_0, k_ATP, k_SR": ", ".join(share(recovery[name]) for name in THETA_NAMES),
-        "phases in the predictive interval": _range(_supported(results, at, COVERAGE_PHASES), 100.0, 0, " %"),
-        "RMSE (kPa)": _range(_supported(results, at, RMSE), 1.0, 2),
+        "phases in the predictive interval": _range(
+            _supported(results, at, training_tables.COVERAGE_PHASES), 100.0, 0, " %"
+        ),
+        "RMSE (kPa)": _range(_supported(results, at, training_tables.RMSE), 1.0, 2),
         "sd / prior sd of k_0, k_ATP, k_SR": ", ".join(
             share(widths.get(name, float("nan")), 2) for name in THETA_NAMES
         ),
@@ -169,7 +161,7 @@ def _best_epoch(results: ReproductionResults) -> int:
 
 def _median_width(results: ReproductionResults, epoch: int) -> pd.Series:
     at = results.epochs[results.epochs["epoch"] == epoch]
-    widths = _supported(results, at, RELATIVE_SD).groupby("parameter")["value"].median()
+    widths = _supported(results, at, training_tables.RELATIVE_SD).groupby("parameter")["value"].median()
     return widths.reindex(list(THETA_NAMES))
 
 

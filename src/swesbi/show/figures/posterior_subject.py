@@ -10,19 +10,7 @@ from numpy.typing import NDArray
 
 from swesbi.parameters import PHI, THETA
 from swesbi.prior import JointPriorSettings, PriorSettings
-from swesbi.show.figures.density import (
-    EXCLUDED_COLOR,
-    draw_bounds,
-    draw_contours,
-    draw_density,
-    draw_marginal,
-    draw_pair,
-    draw_point,
-    finish,
-    mark_excluded,
-    shown_range,
-    write_correlation,
-)
+from swesbi.show.figures import density
 from swesbi.show.figures.predictive import ExactPanel, PosteriorPanel
 from swesbi.show.figures.style import (
     CMAES,
@@ -59,25 +47,25 @@ def draw_subject_posterior(
         cohort_title: What the subject is one of ("virtual volunteers").
     """
     draws = panel.theta if panel.support.supported else _finite(panel.unfiltered)
-    color = POSTERIOR if panel.support.supported else EXCLUDED_COLOR
+    color = POSTERIOR if panel.support.supported else density.EXCLUDED_COLOR
     fit = tuple(map(float, panel.fit_theta))
-    limits = [shown_range(draws[:, j], [fit[j]]) for j in range(ACTIVE)]
+    limits = [density.shown_range(draws[:, j], [fit[j]]) for j in range(ACTIVE)]
     with style():
         figure = new_figure(SIDE_IN, SIDE_IN)
         grid = figure.subplots(ACTIVE, ACTIVE)
         for j in range(ACTIVE):
-            draw_marginal(grid[j, j], draws[:, j], prior.parameters[j], color, interval)
+            density.draw_marginal(grid[j, j], draws[:, j], prior.parameters[j], color, interval)
             for i in range(j):
-                draw_pair(grid[j, i], draws[:, i], draws[:, j], color, interval)
+                density.draw_pair(grid[j, i], draws[:, i], draws[:, j], color, interval)
                 grid[j, i].set_ylim(limits[j])
-                write_correlation(grid[i, j], draws[:, i], draws[:, j], (i, j))
+                density.write_correlation(grid[i, j], draws[:, i], draws[:, j], (i, j))
         for (j, i), axes in np.ndenumerate(grid):
-            finish(axes, j, i, limits[i], last_row=ACTIVE - 1)
+            density.finish(axes, j, i, limits[i], last_row=ACTIVE - 1)
             if i <= j:
-                draw_bounds(axes, prior.parameters[i], limits[i])
-                draw_point(axes, (fit[i], fit[j] if i < j else 0.0), CMAES)
+                density.draw_bounds(axes, prior.parameters[i], limits[i])
+                density.draw_point(axes, (fit[i], fit[j] if i < j else 0.0), CMAES)
         if not panel.support.supported:
-            mark_excluded(grid)
+            density.mark_excluded(grid)
         figure.suptitle(_title(panel, cohort_title), fontsize=8.0)
         figure.align_ylabels(list(grid[:, 0]))
         _legend(figure, panel, color, interval)
@@ -117,7 +105,7 @@ def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_titl
         cohort_title: What the subject is one of ("virtual volunteers").
     """
     phi, color = panel.result.phi, STATUS_COLORS[status(panel.support)]
-    limits = [shown_range(phi[:, j], _points(panel, j)) for j in range(PARAMETERS)]
+    limits = [density.shown_range(phi[:, j], _points(panel, j)) for j in range(PARAMETERS)]
     with style():
         figure = new_figure(EXACT_SIDE_IN, EXACT_SIDE_IN)
         grid = figure.subplots(PARAMETERS, PARAMETERS)
@@ -126,12 +114,12 @@ def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_titl
             for i in range(j):
                 grid[j, i].set_ylim(limits[j])
         for (j, i), axes in np.ndenumerate(grid):
-            finish(axes, j, i, limits[i], last_row=PARAMETERS - 1)
+            density.finish(axes, j, i, limits[i], last_row=PARAMETERS - 1)
             if i <= j:
-                draw_bounds(axes, prior.parameters[i], limits[i])
+                density.draw_bounds(axes, prior.parameters[i], limits[i])
                 _draw_references(axes, panel, i, j)
         if not panel.support.supported:
-            mark_excluded(grid)
+            density.mark_excluded(grid)
         figure.suptitle(_exact_title(panel, cohort_title), fontsize=8.0)
         figure.align_ylabels(list(grid[:, 0]))
         _exact_legend(figure, panel, color)
@@ -148,22 +136,22 @@ def _draw_column(
 ) -> None:
     """Draw one parameter's marginal and its pairs with those before it."""
     phi, npe, mass = panel.result.phi, panel.result.npe_phi, panel.result.interval_mass
-    draw_marginal(grid[j, j], phi[:, j], prior.parameters[j], color, mass)
-    draw_density(grid[j, j], npe[:, j], color=NETWORK, lw=0.8, ls="--")
+    density.draw_marginal(grid[j, j], phi[:, j], prior.parameters[j], color, mass)
+    density.draw_density(grid[j, j], npe[:, j], color=NETWORK, lw=0.8, ls="--")
     for i in range(j):
-        draw_pair(grid[j, i], phi[:, i], phi[:, j], color, mass)
+        density.draw_pair(grid[j, i], phi[:, i], phi[:, j], color, mass)
         look = {"colors": NETWORK, "linewidths": 0.8, "linestyles": "dashed"}
-        draw_contours(grid[j, i], npe[:, i], npe[:, j], (1.0 - mass,), **look)
-        write_correlation(grid[i, j], phi[:, i], phi[:, j], (i, j))
+        density.draw_contours(grid[j, i], npe[:, i], npe[:, j], (1.0 - mass,), **look)
+        density.write_correlation(grid[i, j], phi[:, i], phi[:, j], (i, j))
 
 
 def _draw_references(axes: Axes, panel: ExactPanel, i: int, j: int) -> None:
     """Draw the reference fit and the truth: points in pairs, on the axis in marginals."""
     if max(i, j) >= ACTIVE:
         return
-    draw_point(axes, (panel.fit_theta[i], panel.fit_theta[j] if i < j else 0.0), CMAES)
+    density.draw_point(axes, (panel.fit_theta[i], panel.fit_theta[j] if i < j else 0.0), CMAES)
     if panel.truth is not None:
-        draw_point(axes, (panel.truth[i], panel.truth[j] if i < j else 0.0), TRUTH, "*")
+        density.draw_point(axes, (panel.truth[i], panel.truth[j] if i < j else 0.0), TRUTH, "*")
 
 
 def _exact_title(panel: ExactPanel, cohort_title: str) -> str:

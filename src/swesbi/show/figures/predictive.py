@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from swesbi.checks.cmaes import CmaesFit
+from swesbi.checks.draws import Band, reduction_percent
 from swesbi.checks.predictive import PredictiveCheck
-from swesbi.checks.scores import Band, reduction_percent
 from swesbi.posterior.result import ExactResult
 from swesbi.show.figures.style import (
     CMAES,
@@ -32,8 +32,7 @@ from swesbi.show.figures.style import (
     style,
     titled,
 )
-from swesbi.show.names import feature_label
-from swesbi.show.numbers import as_percent, digits
+from swesbi.show.numbers import as_percent, digits, feature_label
 from swesbi.verdict.answers import is_exact, sampler_in_words, status, verdict_numbers, weights_in_words
 from swesbi.verdict.support import Support
 

@@ -17,19 +17,8 @@ from matplotlib.path import Path as MplPath
 
 from swesbi.context import Context
 from swesbi.parameters import THETA
+from swesbi.show.figures import workflow_panels
 from swesbi.show.figures.style import TEXT_WIDTH_IN, mark_excluded, new_figure, style
-from swesbi.show.figures.workflow_panels import (
-    SMALL_PT,
-    WorkflowPicture,
-    draw_check,
-    draw_curves,
-    draw_features,
-    draw_observed_features,
-    draw_posterior,
-    draw_prior,
-    draw_recording,
-    draw_training,
-)
 
 HEIGHT_IN: Final = 3.52
 TITLE_PT: Final = 6.2
@@ -74,7 +63,7 @@ POSTERIOR_BOX: Final = Box(3.02, ROW_B, 0.60)
 CHECK_BOX: Final = Box(3.88, ROW_B, 0.84)
 
 
-def draw_workflow(picture: WorkflowPicture, cohort_title: str) -> Figure:
+def draw_workflow(picture: workflow_panels.WorkflowPicture, cohort_title: str) -> Figure:
     """Draw the workflow.
 
     Args:
@@ -84,16 +73,16 @@ def draw_workflow(picture: WorkflowPicture, cohort_title: str) -> Figure:
     with style():
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
         figure.set_layout_engine("none")
-        draw_prior(_stack(figure, PRIOR_BOX), picture)
-        draw_curves(_axes(figure, CURVES_BOX), picture)
-        draw_features(_axes(figure, FEATURES_BOX), picture)
-        draw_training(_axes(figure, TRAINING_BOX), picture)
-        draw_recording(_axes(figure, RECORDING_BOX), picture)
-        draw_observed_features(_axes(figure, OBSERVED_BOX), picture)
+        workflow_panels.draw_prior(_stack(figure, PRIOR_BOX), picture)
+        workflow_panels.draw_curves(_axes(figure, CURVES_BOX), picture)
+        workflow_panels.draw_features(_axes(figure, FEATURES_BOX), picture)
+        workflow_panels.draw_training(_axes(figure, TRAINING_BOX), picture)
+        workflow_panels.draw_recording(_axes(figure, RECORDING_BOX), picture)
+        workflow_panels.draw_observed_features(_axes(figure, OBSERVED_BOX), picture)
         posterior = _stack(figure, POSTERIOR_BOX)
-        draw_posterior(posterior, picture)
+        workflow_panels.draw_posterior(posterior, picture)
         check = _axes(figure, CHECK_BOX)
-        draw_check(check, picture)
+        workflow_panels.draw_check(check, picture)
         if not picture.support.supported:
             for axes in (*posterior, check):
                 mark_excluded(axes)
@@ -102,7 +91,7 @@ def draw_workflow(picture: WorkflowPicture, cohort_title: str) -> Figure:
     return figure
 
 
-def _write(figure: Figure, picture: WorkflowPicture, cohort_title: str) -> None:
+def _write(figure: Figure, picture: workflow_panels.WorkflowPicture, cohort_title: str) -> None:
     """Write the heads of both rows, the title of each panel, and the context."""
     copies = len(picture.sample_z)
     state = "" if picture.support.supported else " (excluded)"
@@ -127,7 +116,7 @@ def _write(figure: Figure, picture: WorkflowPicture, cohort_title: str) -> None:
     for box, title in titles.items():
         _text(figure, box.middle, box.bottom + box.height + TITLE_ABOVE_IN, title, fontsize=TITLE_PT)
     context = f"context $c_d$: {context_line(picture.context)}"
-    _text(figure, 0.06, ROW_A - 0.30, context, fontsize=SMALL_PT, ha="left")
+    _text(figure, 0.06, ROW_A - 0.30, context, fontsize=workflow_panels.SMALL_PT, ha="left")
 
 
 def _short(name: str) -> str:
@@ -135,7 +124,7 @@ def _short(name: str) -> str:
     return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
 
 
-def _connect(figure: Figure, picture: WorkflowPicture) -> None:
+def _connect(figure: Figure, picture: workflow_panels.WorkflowPicture) -> None:
     """Draw the arrows between neighbouring panels, and from the trained network to the posterior."""
     rows: Sequence[Sequence[tuple[Box, Box]]] = (
         ((PRIOR_BOX, CURVES_BOX), (CURVES_BOX, FEATURES_BOX), (FEATURES_BOX, TRAINING_BOX)),
@@ -148,7 +137,7 @@ def _connect(figure: Figure, picture: WorkflowPicture) -> None:
             start, end = left.left + left.width, right.left
             y = left.bottom + left.height + ARROW_ABOVE_IN
             _arrow(figure, [(start, y), (end, y)])
-            _text(figure, (start + end) / 2.0, y + 0.065, name, fontsize=SMALL_PT)
+            _text(figure, (start + end) / 2.0, y + 0.065, name, fontsize=workflow_panels.SMALL_PT)
     _connect_network(figure)
 
 
@@ -163,13 +152,17 @@ def _connect_network(figure: Figure) -> None:
     ]
     _arrow(figure, corners)
     _text(
-        figure, (TRAINING_BOX.middle + POSTERIOR_BOX.middle) / 2.0, turn + 0.065, "trained", fontsize=SMALL_PT
+        figure,
+        (TRAINING_BOX.middle + POSTERIOR_BOX.middle) / 2.0,
+        turn + 0.065,
+        "trained",
+        fontsize=workflow_panels.SMALL_PT,
     )
 
 
 def _axes(figure: Figure, box: Box) -> Axes:
     axes = figure.add_axes(_fractions(box))
-    axes.tick_params(labelsize=SMALL_PT, pad=1.2, length=1.8)
+    axes.tick_params(labelsize=workflow_panels.SMALL_PT, pad=1.2, length=1.8)
     return axes
 
 

@@ -11,12 +11,13 @@ import yaml
 from jinja2 import DictLoader, Environment, StrictUndefined
 
 from swesbi.artefacts import ArtefactError
-from swesbi.show.names import with_symbols
+from swesbi.show.numbers import with_symbols
 from swesbi.show.page.figures import PagePart, figures_of, further_figures
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.page.sections import Fact, PopulationSection, Section, caution, headline
 from swesbi.show.results import Experiment, Results
 from swesbi.show.table import Table
+from swesbi.show.tables import subjects
 from swesbi.show.tables.experiments import (
     comparison_table,
     differences_table,
@@ -25,15 +26,6 @@ from swesbi.show.tables.experiments import (
     paper_table,
     recovery_table,
     training_table,
-)
-from swesbi.show.tables.subjects import (
-    context_table,
-    derived_table,
-    feature_table,
-    posterior_table,
-    recording_table,
-    score_table,
-    verdict_table,
 )
 
 TEMPLATES: Final = ("templates/page.html", "templates/macros.html", "templates/page.css")
@@ -190,13 +182,13 @@ def _tables(results: Results, title: str) -> dict[str, Table]:
     main, experiments = results.main, results.experiments
     others = [experiment for experiment in experiments if experiment is not main]
     return {
-        "context": context_table(results.observations, title),
-        "recordings": recording_table(results.observations, title),
-        "verdicts": verdict_table(main, title),
-        "scores": score_table(main, title),
-        "features": feature_table(main, title),
-        "posterior": posterior_table(main, title),
-        "derived": derived_table(main, title),
+        "context": subjects.context_table(results.observations, title),
+        "recordings": subjects.recording_table(results.observations, title),
+        "verdicts": subjects.verdict_table(main, title),
+        "scores": subjects.score_table(main, title),
+        "features": subjects.feature_table(main, title),
+        "posterior": subjects.posterior_table(main, title),
+        "derived": subjects.derived_table(main, title),
         "differences": differences_table(others, main),
         "experiments": comparison_table(experiments, title),
         "medians": median_table(experiments, title),

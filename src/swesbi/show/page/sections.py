@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from swesbi.show.names import PARAMETERS
-from swesbi.show.numbers import count, fixed, mean_sd, percent, share
+from swesbi.show.numbers import PARAMETERS, count, fixed, mean_sd, percent, share
 from swesbi.show.page.figures import PagePart, figures_of
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.results import Experiment, records

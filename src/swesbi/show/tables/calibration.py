@@ -7,8 +7,7 @@ from typing import Any, Final
 
 import pandas as pd
 
-from swesbi.show.names import PARAMETERS, quantity
-from swesbi.show.numbers import MISSING, count, fixed, percent, significant, span
+from swesbi.show.numbers import MISSING, PARAMETERS, count, fixed, percent, quantity, significant, span
 from swesbi.show.results import records
 from swesbi.show.table import Column, Row, Strong, Table, words
 from swesbi.show.tables.exact import Exact

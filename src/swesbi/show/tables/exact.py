@@ -14,8 +14,19 @@ from swesbi.draws import interval_levels
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactResult
 from swesbi.recording.noise import CohortNoise
-from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, quantity
-from swesbi.show.numbers import MISSING, as_percent, count, estimate, fixed, percent, significant, span
+from swesbi.show.numbers import (
+    MISSING,
+    PARAMETER_UNITS,
+    PARAMETERS,
+    as_percent,
+    count,
+    estimate,
+    fixed,
+    percent,
+    quantity,
+    significant,
+    span,
+)
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Cell, Column, Row, Strong, Table, words
 from swesbi.verdict.answers import label_of_test, sampler_in_words, status

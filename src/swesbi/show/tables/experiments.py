@@ -13,9 +13,8 @@ from typing import Any, Final
 import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
+from swesbi.show import numbers
 from swesbi.show.csv import checked
-from swesbi.show.names import PARAMETER_UNITS, PARAMETERS
-from swesbi.show.numbers import MINUS, MISSING, count, estimate, fixed, mean_sd, percent, span
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Cell, Column, Row, Table, body, words
 
@@ -95,22 +94,22 @@ def _rows(experiment: Experiment, nominal: float) -> list[Row]:
         Row(
             (
                 experiment.name,
-                f"{PARAMETERS[name]}, {PARAMETER_UNITS[name]}",
-                percent(nominal, 0),
+                f"{numbers.PARAMETERS[name]}, {numbers.PARAMETER_UNITS[name]}",
+                numbers.percent(nominal, 0),
                 *_recovery_cells(own[name]),
                 *_recovery_cells(acquisition[name]),
-                fixed(own[name]["bias"], 2),
-                fixed(acquisition[name]["bias"], 2),
-                fixed(own[name]["contraction"], 3),
+                numbers.fixed(own[name]["bias"], 2),
+                numbers.fixed(acquisition[name]["bias"], 2),
+                numbers.fixed(own[name]["contraction"], 3),
             )
         )
-        for name in PARAMETERS
+        for name in numbers.PARAMETERS
     ]
 
 
 def _recovery_cells(row: Mapping[Hashable, Any]) -> tuple[Cell, ...]:
-    interval = span(percent(row["ci_low"]), percent(row["ci_high"]))
-    return f"{percent(row['coverage'])} ({interval})", count(row["n"])
+    interval = numbers.span(numbers.percent(row["ci_low"]), numbers.percent(row["ci_high"]))
+    return f"{numbers.percent(row['coverage'])} ({interval})", numbers.count(row["n"])
 
 
 def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Table:
@@ -160,9 +159,14 @@ def median_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
     )
     cells = [_medians(experiment) for experiment in experiments]
     rows = [
-        (subject, label, PARAMETER_UNITS[name], *(medians.get((subject, name), MISSING) for medians in cells))
+        (
+            subject,
+            label,
+            numbers.PARAMETER_UNITS[name],
+            *(medians.get((subject, name), numbers.MISSING) for medians in cells),
+        )
         for subject in experiments[0].supports
-        for name, label in PARAMETERS.items()
+        for name, label in numbers.PARAMETERS.items()
     ]
     note = "Median and credible interval; a dash where the experiment's prior does not support the subject."
     return Table(f"Posterior medians by experiment ({cohort_title}).", columns, body(rows), note)
@@ -180,24 +184,27 @@ def _measures() -> Iterator[tuple[str, Callable[[Experiment], str]]]:
     for label, column, scale, decimals in SCORES:
         yield label, partial(_score, column=column, scale=scale, decimals=decimals)
     for one, other in PAIRS:
-        label = f"Correlation of {PARAMETERS[one]} and {PARAMETERS[other]}"
+        label = f"Correlation of {numbers.PARAMETERS[one]} and {numbers.PARAMETERS[other]}"
         yield label, partial(_correlation, one=one, other=other)
-    for name, symbol in PARAMETERS.items():
+    for name, symbol in numbers.PARAMETERS.items():
         yield f"Recovery coverage of {symbol} (%)", partial(_coverage, parameter=name)
-    yield "Epochs trained", lambda experiment: count(len(experiment.training))
-    yield "Lowest validation loss", lambda experiment: fixed(experiment.training["validation_loss"].min(), 2)
+    yield "Epochs trained", lambda experiment: numbers.count(len(experiment.training))
+    yield (
+        "Lowest validation loss",
+        lambda experiment: numbers.fixed(experiment.training["validation_loss"].min(), 2),
+    )
 
 
 def _score(experiment: Experiment, *, column: str, scale: float, decimals: int) -> str:
-    return mean_sd(scale * experiment.supported[column].to_numpy(), decimals)
+    return numbers.mean_sd(scale * experiment.supported[column].to_numpy(), decimals)
 
 
 def _correlation(experiment: Experiment, *, one: str, other: str) -> str:
-    return mean_sd(correlations(experiment, one, other), 2)
+    return numbers.mean_sd(correlations(experiment, one, other), 2)
 
 
 def _coverage(experiment: Experiment, *, parameter: str) -> str:
-    return percent(level(experiment.recovery.own, experiment).get(parameter, math.nan))
+    return numbers.percent(level(experiment.recovery.own, experiment).get(parameter, math.nan))
 
 
 def _supported(experiment: Experiment) -> str:
@@ -207,10 +214,10 @@ def _supported(experiment: Experiment) -> str:
 
 def _medians(experiment: Experiment) -> dict[tuple[str, str], str]:
     table = experiment.posterior
-    rows = records(table[table["parameter"].isin(PARAMETERS) & table["supported"]])
+    rows = records(table[table["parameter"].isin(numbers.PARAMETERS) & table["supported"]])
     return {
         (str(row["subject"]), str(row["parameter"])): "{} ({})".format(
-            *estimate(row["median"], row["ci_low"], row["ci_high"])
+            *numbers.estimate(row["median"], row["ci_low"], row["ci_high"])
         )
         for row in rows
     }
@@ -227,7 +234,7 @@ def _leaves(plain: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, o
 
 def _value(value: object) -> str:
     if value is None:
-        return MISSING
+        return numbers.MISSING
     return f"{value:g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False).strip('"')
 
 
@@ -251,11 +258,11 @@ def _row(experiment: Experiment) -> Row:
     return Row(
         (
             experiment.name,
-            count(len(history)),
-            count(best["epoch"]),
-            fixed(best["validation_loss"], 2),
-            fixed(best["training_loss"], 2),
-            fixed(history["validation_loss"].iloc[-1], 2),
+            numbers.count(len(history)),
+            numbers.count(best["epoch"]),
+            numbers.fixed(best["validation_loss"], 2),
+            numbers.fixed(best["training_loss"], 2),
+            numbers.fixed(history["validation_loss"].iloc[-1], 2),
         )
     )
 
@@ -281,4 +288,6 @@ def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
 
 def _number(text: object) -> str:
     """Return a number with a true minus; text passes."""
-    return f"{MINUS}{str(text)[1:]}" if str(text)[:1] == "-" and str(text)[1:2].isdigit() else str(text)
+    return (
+        f"{numbers.MINUS}{str(text)[1:]}" if str(text)[:1] == "-" and str(text)[1:2].isdigit() else str(text)
+    )

@@ -15,8 +15,7 @@ from swesbi.checks.calibration.ranks import SAMPLERS
 from swesbi.population.settings import DECLARED_NAMES, MOST_SHOWN
 from swesbi.show.figures.cohort import counted_reasons
 from swesbi.show.figures.population import stratum_label
-from swesbi.show.names import CONTEXT, PARAMETERS
-from swesbi.show.numbers import MISSING, count, estimate, fixed, percent, span
+from swesbi.show.numbers import CONTEXT, MISSING, PARAMETERS, count, estimate, fixed, percent, span
 from swesbi.show.results import records
 from swesbi.show.table import Column, Row, Table, words
 from swesbi.show.tables.exact import SYMBOLS, UNITS

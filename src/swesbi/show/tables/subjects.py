@@ -9,15 +9,14 @@ import pandas as pd
 
 from swesbi.context import CONTEXT, Context
 from swesbi.recording.observation import Observation
-from swesbi.show.names import PARAMETER_UNITS, PARAMETERS, component, feature_unit, quantity, rejection
-from swesbi.show.numbers import MISSING, count, estimate, fixed, mean_sd, percent, significant, span
+from swesbi.show import numbers
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Column, Row, Table, body, words
 
 MEASURED: Final = CONTEXT[1:]  # but for sex, which is shown as it is entered
 EJECTED_AT: Final = 3 + [variable.name for variable in MEASURED].index("lvesv_ml")
 """Where the ejection fraction stands: behind the volumes."""
-DERIVED_UNITS: Final = {"1": "", "1/s": PARAMETER_UNITS["k_sr_per_s"]}
+DERIVED_UNITS: Final = {"1": "", "1/s": numbers.PARAMETER_UNITS["k_sr_per_s"]}
 
 
 def context_table(observations: Sequence[Observation], cohort_title: str) -> Table:
@@ -40,9 +39,9 @@ def context_table(observations: Sequence[Observation], cohort_title: str) -> Tab
 
 
 def _context(context: Context) -> tuple[str, ...]:
-    measured = [fixed(getattr(context, variable.name), variable.digits) for variable in MEASURED]
+    measured = [numbers.fixed(getattr(context, variable.name), variable.digits) for variable in MEASURED]
     cells = [context.subject, context.sex, *measured]
-    cells.insert(EJECTED_AT, percent(1.0 - context.lvesv_ml / context.lvedv_ml, 0))
+    cells.insert(EJECTED_AT, numbers.percent(1.0 - context.lvesv_ml / context.lvedv_ml, 0))
     return tuple(cells)
 
 
@@ -57,7 +56,7 @@ def recording_table(observations: Sequence[Observation], cohort_title: str) -> T
         Column("Subject", numeric=False),
         Column("Phases measured", "of recorded"),
         Column("Samples accepted", "of recorded"),
-        *(Column(rejection(reason), "rejected") for reason in reasons),
+        *(Column(numbers.rejection(reason), "rejected") for reason in reasons),
         Column("Between repeats", "sd, % of speed"),
         Column("Within repeats", "sd, % of speed"),
         Column("Stiffness", "kPa, lowest to highest"),
@@ -77,11 +76,11 @@ def _recording(observation: Observation, reasons: Sequence[str]) -> tuple[str, .
     return (
         observation.subject,
         f"{int(observation.measured.sum())} of {len(observation.phase)}",
-        f"{count(accepted)} of {count(recorded)}",
-        *(count(observation.rejected[reason]) for reason in reasons),
-        percent(observation.noise.repeat_fraction),
-        percent(observation.noise.sample_fraction),
-        f"{fixed(float(stiffness.min()), 1)} to {fixed(float(stiffness.max()), 1)}",
+        f"{numbers.count(accepted)} of {numbers.count(recorded)}",
+        *(numbers.count(observation.rejected[reason]) for reason in reasons),
+        numbers.percent(observation.noise.repeat_fraction),
+        numbers.percent(observation.noise.sample_fraction),
+        f"{numbers.fixed(float(stiffness.min()), 1)} to {numbers.fixed(float(stiffness.max()), 1)}",
     )
 
 
@@ -93,25 +92,29 @@ def verdict_table(experiment: Experiment, cohort_title: str) -> Table:
         *words("Attained by"),
         Column("Draws in bounds"),
         Column("Share in bounds", "%"),
-        *(Column(f"Unfiltered {label}", PARAMETER_UNITS[name]) for name, label in PARAMETERS.items()),
+        *(
+            Column(f"Unfiltered {label}", numbers.PARAMETER_UNITS[name])
+            for name, label in numbers.PARAMETERS.items()
+        ),
     )
     rows = []
     for subject, support in experiment.supports.items():
         cells = (
             subject,
             "supported" if support.supported else "not supported",
-            fixed(support.max_abs_z, 2),
-            component(support.worst_component),
-            count(support.in_prior_draws),
-            percent(support.acceptance),
-            *(significant(support.unfiltered_median[name]) for name in PARAMETERS),
+            numbers.fixed(support.max_abs_z, 2),
+            numbers.component(support.worst_component),
+            numbers.count(support.in_prior_draws),
+            numbers.percent(support.acceptance),
+            *(numbers.significant(support.unfiltered_median[name]) for name in numbers.PARAMETERS),
         )
         rows.append(Row(cells, muted=not support.supported))
     required = experiment.settings["support"]
+    least, of = (numbers.count(required[name]) for name in ("min_in_prior_draws", "candidate_draws"))
     note = (
         f"Required: |z| ≤ {required['max_abs_z']:g} in every component of the standardised feature-context "
-        f"vector, and {count(required['min_in_prior_draws'])} of {count(required['candidate_draws'])} "
-        "candidate draws within the prior's bounds. Unfiltered: median of all candidates."
+        f"vector, and {least} of {of} candidate draws within the prior's bounds. Unfiltered: median of all "
+        "candidates."
     )
     return Table(f"Does the prior support the subject? ({cohort_title})", columns, tuple(rows), note)
 
@@ -147,15 +150,15 @@ def score_table(experiment: Experiment, cohort_title: str) -> Table:
 def _scores(row: Mapping[Hashable, Any]) -> Row:
     cells = (
         str(row["subject"]),
-        fixed(row["rmse_prior_kpa"], 2),
-        fixed(row["rmse_kpa"], 2),
-        fixed(row["rmse_reduction_percent"], 1),
-        fixed(row["nrmse"], 3),
-        fixed(row["r2"], 3),
-        fixed(row["post_peak_rmse_kpa"], 2),
-        percent(row["coverage_grid"], 0),
-        percent(row["coverage_phases"], 0),
-        fixed(row["rmse_cmaes_kpa"], 2),
+        numbers.fixed(row["rmse_prior_kpa"], 2),
+        numbers.fixed(row["rmse_kpa"], 2),
+        numbers.fixed(row["rmse_reduction_percent"], 1),
+        numbers.fixed(row["nrmse"], 3),
+        numbers.fixed(row["r2"], 3),
+        numbers.fixed(row["post_peak_rmse_kpa"], 2),
+        numbers.percent(row["coverage_grid"], 0),
+        numbers.percent(row["coverage_phases"], 0),
+        numbers.fixed(row["rmse_cmaes_kpa"], 2),
     )
     return Row(cells, muted=not row["supported"])
 
@@ -163,15 +166,15 @@ def _scores(row: Mapping[Hashable, Any]) -> Row:
 def _mean_scores(scores: pd.DataFrame) -> Row:
     cells = (
         "supported, mean ± sd",
-        mean_sd(scores["rmse_prior_kpa"].to_numpy(), 2),
-        mean_sd(scores["rmse_kpa"].to_numpy(), 2),
-        mean_sd(scores["rmse_reduction_percent"].to_numpy(), 1),
-        mean_sd(scores["nrmse"].to_numpy(), 3),
-        mean_sd(scores["r2"].to_numpy(), 3),
-        mean_sd(scores["post_peak_rmse_kpa"].to_numpy(), 2),
-        mean_sd(100.0 * scores["coverage_grid"].to_numpy(), 0),
-        mean_sd(100.0 * scores["coverage_phases"].to_numpy(), 0),
-        mean_sd(scores["rmse_cmaes_kpa"].to_numpy(), 2),
+        numbers.mean_sd(scores["rmse_prior_kpa"].to_numpy(), 2),
+        numbers.mean_sd(scores["rmse_kpa"].to_numpy(), 2),
+        numbers.mean_sd(scores["rmse_reduction_percent"].to_numpy(), 1),
+        numbers.mean_sd(scores["nrmse"].to_numpy(), 3),
+        numbers.mean_sd(scores["r2"].to_numpy(), 3),
+        numbers.mean_sd(scores["post_peak_rmse_kpa"].to_numpy(), 2),
+        numbers.mean_sd(100.0 * scores["coverage_grid"].to_numpy(), 0),
+        numbers.mean_sd(100.0 * scores["coverage_phases"].to_numpy(), 0),
+        numbers.mean_sd(scores["rmse_cmaes_kpa"].to_numpy(), 2),
     )
     return Row(cells, summary=True)
 
@@ -188,15 +191,19 @@ def feature_table(experiment: Experiment, cohort_title: str) -> Table:
     )
     rows = []
     for row in records(experiment.features):
-        inside = {True: "yes", False: "no"}.get(row["inside"], MISSING) if row["supported"] else MISSING
+        inside = (
+            {True: "yes", False: "no"}.get(row["inside"], numbers.MISSING)
+            if row["supported"]
+            else numbers.MISSING
+        )
         cells = (
             str(row["subject"]),
-            component(str(row["feature"])),
-            feature_unit(str(row["feature"])),
-            significant(row["observed"]),
-            significant(row["prior_median"]),
-            significant(row["median"]),
-            span(significant(row["pi_low"]), significant(row["pi_high"])),
+            numbers.component(str(row["feature"])),
+            numbers.feature_unit(str(row["feature"])),
+            numbers.significant(row["observed"]),
+            numbers.significant(row["prior_median"]),
+            numbers.significant(row["median"]),
+            numbers.span(numbers.significant(row["pi_low"]), numbers.significant(row["pi_high"])),
             inside,
         )
         rows.append(Row(cells, muted=not row["supported"]))
@@ -210,25 +217,26 @@ def posterior_table(experiment: Experiment, cohort_title: str) -> Table:
         *words("Subject", "Parameter", "Unit"),
         Column("Median"),
         Column("Credible interval", f"{experiment.credible_percent:g} %"),
-        *(Column(f"Correlation with {label}") for label in PARAMETERS.values()),
+        *(Column(f"Correlation with {label}") for label in numbers.PARAMETERS.values()),
         Column("Unfiltered median"),
         Column("CMA-ES"),
     )
     table = experiment.posterior
     rows = []
-    for row in records(table[table["parameter"].isin(PARAMETERS)]):
+    for row in records(table[table["parameter"].isin(numbers.PARAMETERS)]):
         name = str(row["parameter"])
         correlations = [
-            MISSING if other == name else fixed(row[f"correlation_{other}"], 2) for other in PARAMETERS
+            numbers.MISSING if other == name else numbers.fixed(row[f"correlation_{other}"], 2)
+            for other in numbers.PARAMETERS
         ]
         cells = (
             str(row["subject"]),
-            PARAMETERS[name],
-            PARAMETER_UNITS[name],
-            *estimate(row["median"], row["ci_low"], row["ci_high"]),
+            numbers.PARAMETERS[name],
+            numbers.PARAMETER_UNITS[name],
+            *numbers.estimate(row["median"], row["ci_low"], row["ci_high"]),
             *correlations,
-            significant(row["unfiltered_median"]),
-            significant(row["cmaes"]),
+            numbers.significant(row["unfiltered_median"]),
+            numbers.significant(row["cmaes"]),
         )
         rows.append(Row(cells, muted=not row["supported"]))
     note = "The unfiltered median is of all candidate draws, whether or not the prior allows them."
@@ -245,13 +253,13 @@ def derived_table(experiment: Experiment, cohort_title: str) -> Table:
     )
     table = experiment.posterior
     rows = []
-    for row in records(table[~table["parameter"].isin(PARAMETERS) & table["supported"]]):
+    for row in records(table[~table["parameter"].isin(numbers.PARAMETERS) & table["supported"]]):
         cells = (
             str(row["subject"]),
-            quantity(str(row["parameter"])),
+            numbers.quantity(str(row["parameter"])),
             DERIVED_UNITS.get(str(row["unit"]), str(row["unit"])),
-            *estimate(row["median"], row["ci_low"], row["ci_high"]),
-            significant(row["measured"]),
+            *numbers.estimate(row["median"], row["ci_low"], row["ci_high"]),
+            numbers.significant(row["measured"]),
         )
         rows.append(Row(cells))
     note = (

@@ -14,14 +14,7 @@ import xarray as xr
 import yaml
 from numpy.typing import NDArray
 
-from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, read_provenance
-from swesbi.artefacts.files import (
-    UNREADABLE,
-    check_self_contained,
-    check_whole,
-    has_checksum,
-    hdf5_provenance,
-)
+from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, files, read_provenance
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 
 ORIGIN: Final = "made by"
@@ -160,17 +153,17 @@ def read(path: Path) -> Content:
 
 
 def _read_hdf5(path: Path) -> Content:
-    checked = _integrity(path, hdf5_provenance)
+    checked = _integrity(path, files.hdf5_provenance)
     try:
-        check_self_contained(path)
-        provenance = hdf5_provenance(path)
+        files.check_self_contained(path)
+        provenance = files.hdf5_provenance(path)
         with xr.open_datatree(path, engine="h5netcdf") as tree:
             arrays = tuple(
                 _array(f"{node.path}/{name}".strip("/"), variable)
                 for node in tree.subtree
                 for name, variable in node.to_dataset(inherit=False).variables.items()
             )
-    except UNREADABLE as error:
+    except files.UNREADABLE as error:
         raise DamagedArtefactError(path, f"cannot be read as a swesbi artefact ({error})") from error
     return _artefact(path, checked, provenance, arrays, {})
 
@@ -219,14 +212,14 @@ def _plain(value: Any) -> Any:  # noqa: ANN401
 
 def _integrity(path: Path, provenance: Callable[[Path], Provenance]) -> str:
     """Return what the checksum of an artefact says; one cut off or changed is refused."""
-    if not has_checksum(path):
+    if not files.has_checksum(path):
         try:
             version = provenance(path).schema_version
-        except UNREADABLE:
+        except files.UNREADABLE:
             version = SCHEMA_VERSION
         if version < SCHEMA_VERSION:
             return f"no checksum (schema version {version}, before checksums); this swesbi does not use it"
-    check_whole(path, provenance)
+    files.check_whole(path, provenance)
     return "checksum right"
 
 

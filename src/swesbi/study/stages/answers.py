@@ -12,9 +12,8 @@ from swesbi.base import Settings
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.predictive_speeds import Recorder
 from swesbi.context import Context
-from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.likelihood import SpeedModel, build_speed_model
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.measurement.subjects import build_speed_model
 from swesbi.networks.spline.files import load_spline
 from swesbi.posterior.importance import FlowProposal, flow_proposal
 from swesbi.posterior.refine import refined_posterior

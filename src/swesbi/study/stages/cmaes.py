@@ -14,9 +14,9 @@ from swesbi.checks.cmaes import FAILED_LOSS, KIND, best_run, curve_loss, gather,
 from swesbi.checks.draws import simulated_curves
 from swesbi.checks.settings import CmaesSettings
 from swesbi.heart.settings import ForwardModelSettings
+from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.settings import MeasurementSettings
-from swesbi.measurement.subjects import MeasuredSubject
 from swesbi.prior import PriorSettings, bounds
 from swesbi.recording.observation import read_observation
 from swesbi.study.stages.origin import Origin

@@ -11,10 +11,10 @@ from swesbi.artefacts import ArtefactError, save, to_dataset, to_groups
 from swesbi.base import Settings
 from swesbi.code_hash import stage_hash
 from swesbi.heart.settings import ForwardModelSettings
+from swesbi.measurement.likelihood import reference_beat
 from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
-from swesbi.measurement.subjects import reference_beat
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 from swesbi.recording.components import RepeatLevels, repeat_levels

@@ -15,7 +15,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.checks.draws import score_theta
 from swesbi.checks.recovery import NothingRecoveredError, recover, score_recovery
 from swesbi.checks.settings import PredictiveSettings
-from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects
+from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects
 from swesbi.networks.paper.estimator import Checkpoint, load_checkpoints
 from swesbi.networks.paper.maf import draw_candidates, draw_until, losses
 from swesbi.networks.paper.pool import read_pool
@@ -23,25 +23,9 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds, prior_variance
 from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
+from swesbi.show import training_tables
 from swesbi.show.csv import write_csv
-from swesbi.show.training_tables import (
-    COVERAGE_GRID,
-    COVERAGE_PHASES,
-    FRESH_LOSS,
-    IN_PRIOR,
-    RECOVERY_COVERAGE,
-    RELATIVE_SD,
-    RMSE,
-    VALIDATION_LOSS,
-    EpochRow,
-    epochs_table,
-)
-from swesbi.study.stages.inference import (
-    RecoveryStageSettings,
-    check_components,
-    posterior_seed,
-    synthetic_recordings,
-)
+from swesbi.study.stages import inference
 from swesbi.study.stages.origin import Origin, by_key
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import read_support
@@ -50,7 +34,7 @@ LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
 
 
-class EpochsStageSettings(RecoveryStageSettings):
+class EpochsStageSettings(inference.RecoveryStageSettings):
     """What the study over epochs depends on; recovery is that of the experiment."""
 
     support: SupportSettings
@@ -83,13 +67,13 @@ def epochs(
     supported = {key.subject: read_support(path).supported for key, path in by_key(supports).items()}
     if missing := [s.observation.subject for s in subjects if s.observation.subject not in supported]:
         raise ArtefactError(f"no support verdict of subject {missing[0]} is given")
-    truth, raw = synthetic_recordings(subjects, settings, origin.seed)
+    truth, raw = inference.synthetic_recordings(subjects, settings, origin.seed)
     z = data.standardisation.apply(raw)
-    rows: list[EpochRow] = []
+    rows: list[training_tables.EpochRow] = []
     progress = Progress("epochs", len(nets), unit="checkpoint")
     for net in nets:
-        check_components(data, net, checkpoints)
-        rows.append(_row(net, VALIDATION_LOSS, value=net.validation_loss))
+        inference.check_components(data, net, checkpoints)
+        rows.append(_row(net, training_tables.VALIDATION_LOSS, value=net.validation_loss))
         rows.append(_fresh_loss(net, truth, z, settings.recovery.confidence))
         rows.extend(_recovery_rows(net, truth, z, settings, origin.seed))
         for subject in subjects:
@@ -97,14 +81,16 @@ def epochs(
             z_obs, seed = data.observed_z(name), integer_seed(origin.seed, "posterior", name)
             rows.extend(_subject_rows(net, subject, supported[name], z_obs, seed, settings))
         progress.step(note=f"epoch {net.epoch}")
-    write_csv(epochs, epochs_table(rows))
+    write_csv(epochs, training_tables.epochs_table(rows))
 
 
-def _row(net: Checkpoint, quantity: str, **values: object) -> EpochRow:
-    return EpochRow(epoch=net.epoch, best=net.best, quantity=quantity, **values)  # type: ignore[arg-type]
+def _row(net: Checkpoint, quantity: str, **values: object) -> training_tables.EpochRow:
+    return training_tables.EpochRow(epoch=net.epoch, best=net.best, quantity=quantity, **values)  # type: ignore[arg-type]
 
 
-def _fresh_loss(net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: float) -> EpochRow:
+def _fresh_loss(
+    net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: float
+) -> training_tables.EpochRow:
     """Return the mean loss of synthetic recordings, whose theta no training has seen, with a t interval.
 
     Augmentations of one simulation stand on both sides of the split into training and validation; here
@@ -114,26 +100,28 @@ def _fresh_loss(net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: f
     standard_error = each.std(ddof=1) / np.sqrt(len(each))
     half = standard_error * stats.t.ppf(0.5 + 0.5 * confidence, len(each) - 1)
     mean = float(each.mean())
-    return _row(net, FRESH_LOSS, value=mean, ci_low=mean - half, ci_high=mean + half, n=len(each))
+    return _row(
+        net, training_tables.FRESH_LOSS, value=mean, ci_low=mean - half, ci_high=mean + half, n=len(each)
+    )
 
 
 def _recovery_rows(
     net: Checkpoint, truth: FloatArray, z: FloatArray, settings: EpochsStageSettings, seed: int
-) -> Iterator[EpochRow]:
+) -> Iterator[training_tables.EpochRow]:
     """Yield the coverage of synthetic recordings at the level of the predictive interval, by parameter."""
     level = settings.predictive.interval
     at_level = settings.recovery.model_copy(update={"nominal_levels": (level,)})
-    candidates = draw_candidates(net, z, settings.recovery.candidate_draws, posterior_seed(seed))
+    candidates = draw_candidates(net, z, settings.recovery.candidate_draws, inference.posterior_seed(seed))
     try:
         recovered = recover(truth, candidates, settings.prior, at_level)
     except NothingRecoveredError:
         LOGGER.info("epoch %d: no synthetic recording has enough draws in the prior's bounds", net.epoch)
-        yield from (_row(net, RECOVERY_COVERAGE, parameter=name) for name in THETA_NAMES)
+        yield from (_row(net, training_tables.RECOVERY_COVERAGE, parameter=name) for name in THETA_NAMES)
         return
     for row in score_recovery(recovered, settings.prior, at_level):
         yield _row(
             net,
-            RECOVERY_COVERAGE,
+            training_tables.RECOVERY_COVERAGE,
             parameter=row.parameter,
             value=row.coverage,
             ci_low=row.ci_low,
@@ -149,22 +137,26 @@ def _subject_rows(
     z_obs: FloatArray,
     seed: int,
     settings: EpochsStageSettings,
-) -> Iterator[EpochRow]:
+) -> Iterator[training_tables.EpochRow]:
     """Yield width and predictive scores of one subject's posterior under one checkpoint."""
     name, required = subject.observation.subject, settings.support.min_in_prior_draws
     wanted = settings.predictive.draws
     enough = max(required, wanted)
     candidates = draw_until(net, z_obs, enough, settings.candidate_draws, settings.prior, seed)
     inside = candidates[in_bounds(candidates, settings.prior)]
-    yield _row(net, IN_PRIOR, subject=name, value=len(inside) / len(candidates), n=len(candidates))
+    yield _row(
+        net, training_tables.IN_PRIOR, subject=name, value=len(inside) / len(candidates), n=len(candidates)
+    )
     theta = inside if len(inside) >= required else inside[:0]
     for parameter, value in zip(THETA_NAMES, _relative_sd(theta, settings), strict=True):
-        yield _row(net, RELATIVE_SD, subject=name, parameter=parameter, value=value, n=len(theta))
+        yield _row(
+            net, training_tables.RELATIVE_SD, subject=name, parameter=parameter, value=value, n=len(theta)
+        )
     shown = theta[:wanted] if supported else theta[:0]
     scores = score_theta(shown, subject, settings.forward_model, settings.predictive.interval)
-    yield _row(net, COVERAGE_PHASES, subject=name, value=scores.phases.coverage, n=len(shown))
-    yield _row(net, COVERAGE_GRID, subject=name, value=scores.grid.coverage, n=len(shown))
-    yield _row(net, RMSE, subject=name, value=scores.grid.rmse_kpa, n=len(shown))
+    yield _row(net, training_tables.COVERAGE_PHASES, subject=name, value=scores.phases.coverage, n=len(shown))
+    yield _row(net, training_tables.COVERAGE_GRID, subject=name, value=scores.grid.coverage, n=len(shown))
+    yield _row(net, training_tables.RMSE, subject=name, value=scores.grid.rmse_kpa, n=len(shown))
 
 
 def _relative_sd(theta: FloatArray, settings: EpochsStageSettings) -> FloatArray:

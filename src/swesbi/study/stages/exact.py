@@ -17,11 +17,10 @@ from swesbi.checks.calibration.ranks import Inferred
 from swesbi.checks.calibration.recordings import infer_recordings
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.checks.sensitivity import KIND, VariantPosterior, to_dataset
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement import likelihood
 from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.measurement.subjects import read_speed_model, read_speed_models
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.net import TrainedSpline
 from swesbi.networks.spline.pool import SubjectSimulations, at_phases
@@ -54,7 +53,7 @@ STREAM = "calibration"
 class ExactPosteriorStageSettings(Settings):
     """What the exact posterior depends on."""
 
-    model: SpeedModelSettings
+    model: likelihood.SpeedModelSettings
     exact: ExactSettings
 
 
@@ -75,7 +74,7 @@ def exact_posterior(
         ArtefactError: An input is no such artefact.
         NoLikelihoodError: Every simulation fails.
     """
-    model, (flow, _) = read_speed_model(observation, noise, settings.model), load_spline(estimator)
+    model, (flow, _) = likelihood.read_speed_model(observation, noise, settings.model), load_spline(estimator)
     proposal = flow_proposal(flow, model.recording)
     exact = infer_exactly(
         model, proposal, settings.exact, integer_seed(origin.seed, "exact", model.recording.subject)
@@ -131,7 +130,7 @@ def sensitivity_run(
     Raises:
         ArtefactError: An input cannot be read.
     """
-    models = read_speed_models(observations, noise, settings.train.model)
+    models = likelihood.read_speed_models(observations, noise, settings.train.model)
     simulated = [_simulations(model, settings) for model in models]
     seed = integer_seed(settings.seed, "flow training")
     label = f"variant {posteriors.stem}"
@@ -144,7 +143,7 @@ def sensitivity_run(
         LOGGER.info("%s, subject %s: %s, efficiency %.2f", label, subject, posterior.sampler, efficiency)
 
 
-def _simulations(model: SpeedModel, settings: SensitivityRunStageSettings) -> SubjectSimulations:
+def _simulations(model: likelihood.SpeedModel, settings: SensitivityRunStageSettings) -> SubjectSimulations:
     prior, context = model.settings.prior.theta, model.recording.context
     draws = range(settings.simulations_per_subject)
     return at_phases(
@@ -153,7 +152,10 @@ def _simulations(model: SpeedModel, settings: SensitivityRunStageSettings) -> Su
 
 
 def _infer(
-    model: SpeedModel, flow: TrainedSpline, scales: dict[str, float], settings: SensitivityRunStageSettings
+    model: likelihood.SpeedModel,
+    flow: TrainedSpline,
+    scales: dict[str, float],
+    settings: SensitivityRunStageSettings,
 ) -> VariantPosterior:
     subject = model.recording.subject
     if settings.fix_passive_scale:
@@ -165,7 +167,7 @@ def _infer(
 
 
 def _with_fixed_scale(
-    model: SpeedModel, flow: TrainedSpline, scale_kpa: float, settings: SensitivityRunStageSettings
+    model: likelihood.SpeedModel, flow: TrainedSpline, scale_kpa: float, settings: SensitivityRunStageSettings
 ) -> VariantPosterior:
     """Sample the posterior with the passive scale held, by MCMC: the flow has no such proposal."""
     low, high = (scale_kpa * factor for factor in FIXED_BOUNDS)
@@ -185,7 +187,7 @@ def _with_fixed_scale(
 class CalibrationRecordingsStageSettings(Settings):
     """What the recordings and their posteriors depend on."""
 
-    model: SpeedModelSettings
+    model: likelihood.SpeedModelSettings
     exact: ExactSettings
     acquisition: AcquisitionSettings
     recording: RecordingSettings
@@ -214,7 +216,7 @@ def calibration_recordings(
         ValueError: Ingestion refused every recording.
     """
     observed, components = read_observation(observation), read_noise(noise).components
-    model = speed_model(measured_speeds(observed, components), settings.model)
+    model = likelihood.speed_model(measured_speeds(observed, components), settings.model)
     flow, _ = load_spline(estimator)
     sizes, subject = settings.recordings, observed.subject
     own = own_recordings(model, sizes.own, origin.seed, STREAM)

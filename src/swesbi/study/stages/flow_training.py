@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.base import Settings
-from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.settings import SummarySettings
-from swesbi.measurement.subjects import read_speed_models
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.conditioning import ConditioningSettings, PhaseSettings, conditioning_of
 from swesbi.networks.spline.files import KIND, save_spline

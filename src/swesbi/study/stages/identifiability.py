@@ -10,20 +10,12 @@ import numpy as np
 
 from swesbi.artefacts import ArtefactError, load, save
 from swesbi.base import Settings
+from swesbi.checks.identifiability import tables
 from swesbi.checks.identifiability.designs import single_repeat_variance
 from swesbi.checks.identifiability.information import QUANTITY_NAMES
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.identifiability.subject import CohortIdentifiability, RecordedSubject, identify_cohort
-from swesbi.checks.identifiability.tables import (
-    KIND,
-    SCHEMA,
-    design_table,
-    information_table,
-    summary_table,
-    to_groups,
-)
-from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.measurement.subjects import read_speed_model
+from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_model
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
@@ -65,12 +57,12 @@ def identifiability(
         read_recorded(posterior, observation, noise, settings.model) for posterior, observation in pairs
     ]
     cohort = identify_cohort(recorded, settings.identifiability, origin.seed)
-    groups = to_groups(cohort, settings.identifiability)
-    save(identifiability, groups, origin.provenance(KIND, settings))
-    write_csv(summary, summary_table(groups["/"], groups["profile"]))
-    write_csv(information, information_table(groups["phases"]))
+    groups = tables.to_groups(cohort, settings.identifiability)
+    save(identifiability, groups, origin.provenance(tables.KIND, settings))
+    write_csv(summary, tables.summary_table(groups["/"], groups["profile"]))
+    write_csv(information, tables.information_table(groups["phases"]))
     mass = settings.identifiability.interval
-    write_csv(design, design_table(groups["design"], groups["placement"], mass))
+    write_csv(design, tables.design_table(groups["design"], groups["placement"], mass))
     _log(cohort)
 
 
@@ -130,6 +122,6 @@ def identifiability_figures(
     Raises:
         ArtefactError: The file is not such an artefact.
     """
-    groups = {name: load(identifiability, KIND, name)[0] for name in SCHEMA}
+    groups = {name: load(identifiability, tables.KIND, name)[0] for name in tables.SCHEMA}
     save_figure(draw_identifiability(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
     save_figure(draw_design(groups, settings.cohort_title), design_pdf, design_png)

@@ -16,9 +16,9 @@ from swesbi.base import Settings
 from swesbi.checks.recovery import fresh_simulations, recover, score_recovery, shares
 from swesbi.checks.settings import RecoverySettings
 from swesbi.heart.settings import ForwardModelSettings
+from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects, reference_beat
 from swesbi.measurement.operator import PassiveCalibrationError
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings, summary_names
-from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects, reference_beat
 from swesbi.networks.paper.estimator import load_estimator
 from swesbi.networks.paper.maf import Sampler, draw_candidates
 from swesbi.networks.paper.pool import Pool, augment, noise_sd, read_pool, with_context

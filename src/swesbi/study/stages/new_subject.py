@@ -16,8 +16,8 @@ from threadpoolctl import threadpool_limits
 
 from swesbi.base import Settings
 from swesbi.context import Context
+from swesbi.measurement.likelihood import read_speed_model
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.measurement.subjects import read_speed_model
 from swesbi.networks.spline.files import load_spline, load_spline_provenance
 from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.importance import FlowProposal, flow_proposal
@@ -30,17 +30,13 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.simulations import read_simulations
 from swesbi.study.inspect.read import flatten
+from swesbi.study.stages import subject_figures
 from swesbi.study.stages.answers import Answer, AnswerSettings, Knowledge
 from swesbi.study.stages.cmaes import CmaesStageSettings, cmaes
 from swesbi.study.stages.cohort import IngestStageSettings, PassiveStageSettings, ingest, passive
 from swesbi.study.stages.flow_training import TrainFlowStageSettings, TrainPopulationStageSettings
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.simulation import SimulateSettings, simulate
-from swesbi.study.stages.subject_figures import (
-    ExactSubjectFiguresSettings,
-    save_exact_posterior,
-    save_predictive_check,
-)
 from swesbi.verdict.context import check_context, check_declared, nearest_known
 from swesbi.verdict.pooled import PooledNull, pool_subjects, read_null
 from swesbi.verdict.recordings import NULL, read_subject_checks
@@ -58,7 +54,7 @@ class OneAnswerSettings(AnswerSettings):
     passive: PassiveStageSettings
     cmaes: CmaesStageSettings
     simulate: SimulateSettings
-    exact_subject_figures: ExactSubjectFiguresSettings
+    exact_subject_figures: subject_figures.ExactSubjectFiguresSettings
     reference_recordings: int = Field(ge=100, description="prior predictive recordings of the subject")
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the pool's")
 
@@ -121,7 +117,9 @@ def _answer(
         simulations = read_simulations([files.shard])
         answer.check(files.observation, files.posterior, files.support, files.predictive, simulations)
         title = settings.exact_subject_figures.cohort_title
-        save_predictive_check(files.predictive, files.support, files.reference_fit, files.ppc_png, title)
+        subject_figures.save_predictive_check(
+            files.predictive, files.support, files.reference_fit, files.ppc_png, title
+        )
         drawn.result()
 
 
@@ -155,7 +153,7 @@ def _fit(files: AnswerFiles, settings: OneAnswerSettings, origin: Origin) -> Non
 
 
 def _draw_posterior(files: AnswerFiles, settings: OneAnswerSettings) -> None:
-    save_exact_posterior(
+    subject_figures.save_exact_posterior(
         files.posterior, files.support, files.reference_fit, (), files.posterior_png,
         settings.exact_subject_figures,
     )  # fmt: skip

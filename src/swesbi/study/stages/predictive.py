@@ -20,10 +20,9 @@ from swesbi.checks.predictive_speeds import (
 )
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.measurement.likelihood import MeasuredSubject, SpeedModelSettings, read_speed_model
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names
-from swesbi.measurement.subjects import MeasuredSubject, read_speed_model
 from swesbi.networks.paper.pool import noise_sd
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.posterior.result import read_exact_result

@@ -18,7 +18,7 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.show.figures.population import read_strata
 from swesbi.show.figures.training import read_history
-from swesbi.show.names import protocol_entry
+from swesbi.show.numbers import protocol_entry
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.show.page.page import Cohort, PageProvenance, as_yaml, make_page, render, study_figures

@@ -1,25 +1,49 @@
-"""What follows from choices: tables and figures of the discrepancy and of variants of an experiment."""
+"""What follows from choices: discrepancy, variants of an experiment, acquisition seeds of the volunteers."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.artefacts import ArtefactError
 from swesbi.base import Settings
 from swesbi.checks.discrepancy.cohort import generate_cohort
 from swesbi.checks.discrepancy.evidence import best_pair, discrepancy_table, score_subject
+from swesbi.checks.draws import CurveScores, reduction_percent, score_cycles, score_theta
 from swesbi.checks.sensitivity import read_posteriors, sensitivity_table
-from swesbi.checks.settings import DiscrepancyStudySettings
-from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.checks.settings import DiscrepancyStudySettings, PredictiveSettings, Seeds
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import Beats
+from swesbi.measurement import likelihood
+from swesbi.measurement.operator import PassiveCalibrationError, calibrate_passive
+from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator
+from swesbi.networks.paper.maf import draw_until
+from swesbi.networks.paper.pool import Pool, read_pool, with_context
+from swesbi.population.synthetic import features_under
+from swesbi.prior import PriorSettings, in_bounds
 from swesbi.progress import Progress
+from swesbi.recording.ingest import ingest
+from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
-from swesbi.seeds import generator
+from swesbi.seeds import generator, integer_seed
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.choices import draw_discrepancy, draw_sensitivity
 from swesbi.show.figures.style import save_figure
+from swesbi.show.training_tables import SeedRow, medians_table, seeds_table
+from swesbi.simulations import PriorSimulations, group_by_subject, read_simulations
+from swesbi.study.stages.inference import check_components
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.verdict.settings import SupportSettings
+from swesbi.verdict.support import Support, diagnose
+from swesbi.virtual_cohort.acquisition import record
+from swesbi.virtual_cohort.settings import ACQUISITION_SEED, AcquisitionSettings
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, simulate_truth
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -30,7 +54,7 @@ class DiscrepancyStageSettings(Settings):
     The grid takes the place of the model's own discrepancy, which is not used.
     """
 
-    model: SpeedModelSettings
+    model: likelihood.SpeedModelSettings
     acquisition: AcquisitionSettings
     recording: RecordingSettings
     study: DiscrepancyStudySettings
@@ -94,3 +118,158 @@ def sensitivity(
     frame = sensitivity_table(posteriors, settings.labels, settings.interval)
     write_csv(table, frame)
     save_figure(draw_sensitivity(frame, settings.cohort_title), figure_pdf, figure_png)
+
+
+FloatArray = NDArray[np.float64]
+
+
+class AcquisitionSeedsStageSettings(Settings):
+    """What the study over acquisition seeds depends on."""
+
+    seeds: Seeds
+    prior: PriorSettings
+    passive_reference_prior: PriorSettings
+    forward_model: ForwardModelSettings
+    recording: RecordingSettings
+    measurement: MeasurementSettings
+    passive: PassiveSettings
+    summary: SummarySettings
+    support: SupportSettings
+    predictive: PredictiveSettings
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """The trained network with what it takes to judge a recording of one subject."""
+
+    subject: likelihood.MeasuredSubject
+    truth: Truth
+    reference: Beats
+    simulations: PriorSimulations
+    pool: Pool
+    estimator: TrainedEstimator
+    settings: AcquisitionSeedsStageSettings
+    seed: int
+
+
+def acquisition_seeds(
+    *,
+    pool: Path,
+    estimator: Path,
+    observations: Sequence[Path],
+    passives: Sequence[Path],
+    shards: Sequence[Path],
+    recordings: Path,
+    medians: Path,
+    settings: AcquisitionSeedsStageSettings,
+    origin: Origin,
+) -> None:
+    """Record every volunteer under every seed, ingest, calibrate, infer and score; write a row for each.
+
+    The network is that of the study and is not trained again. Under the shipped seed the outcome is the
+    study's own.
+
+    Raises:
+        ArtefactError: A subject is no virtual volunteer, or an input does not fit the others.
+    """
+    data, (trained, _) = read_pool(pool), load_estimator(estimator)
+    check_components(data, trained, estimator)
+    subjects = likelihood.read_measured_subjects(observations, passives, settings.measurement)
+    by_subject = group_by_subject(shards)
+    progress = Progress("acquisition seeds", len(subjects) * len(settings.seeds), unit="recording")
+    rows = []
+    for subject in subjects:
+        name = subject.observation.subject
+        judge = _Judge(
+            subject=subject,
+            truth=_truth_of(subject),
+            reference=likelihood.reference_beat(
+                subject.observation.context, settings.passive_reference_prior, settings.forward_model
+            ),
+            simulations=read_simulations(by_subject[name]),
+            pool=data,
+            estimator=trained,
+            settings=settings,
+            seed=integer_seed(origin.seed, "posterior", name),
+        )
+        for seed in settings.seeds:
+            rows.append(_judge(judge, seed))
+            progress.step(note=f"{name}, seed {seed}")
+    table = seeds_table(rows)
+    write_csv(recordings, table)
+    write_csv(medians, medians_table(table), float_format="%.4g")
+
+
+def _truth_of(subject: likelihood.MeasuredSubject) -> Truth:
+    context = subject.observation.context
+    for volunteer in VOLUNTEERS:
+        if volunteer.context == context:
+            return simulate_truth(volunteer)
+    raise ArtefactError(
+        f"subject {context.subject}: its context is that of no virtual volunteer; only virtual volunteers "
+        "can be recorded anew"
+    )
+
+
+def _judge(judge: _Judge, seed: int) -> SeedRow:
+    """Record a subject under one seed and return what the study would say of the recording."""
+    settings, context = judge.settings, judge.subject.observation.context
+    try:
+        recorded = ingest(
+            record(judge.truth, seed), context, settings.recording, settings.measurement.grid_points
+        )
+        passive = calibrate_passive(recorded, judge.reference, settings.passive, settings.measurement)
+    except (RecordingError, PassiveCalibrationError) as error:
+        return _refused(context.subject, seed, str(error))
+    features = features_under(
+        judge.subject.passive, recorded, passive, settings.measurement, settings.summary
+    )
+    z_obs = judge.pool.standardisation.apply(with_context(features[None], context))[0]
+    candidates = _candidates(judge, z_obs)
+    names = judge.pool.components.names
+    support = diagnose(z_obs, names, candidates, settings.prior, settings.support)
+    measured = likelihood.MeasuredSubject(recorded, passive, settings.measurement)
+    theta = candidates[in_bounds(candidates, settings.prior)] if support.supported else candidates[:0]
+    draws, interval = settings.predictive.draws, settings.predictive.interval
+    active = judge.simulations.active_stiffness_kpa[:draws]
+    prior = score_cycles(judge.simulations.cycle_phase, active, measured, interval)
+    posterior = score_theta(theta[:draws], measured, settings.forward_model, interval)
+    return _row(judge, seed, support, prior, posterior)
+
+
+def _candidates(judge: _Judge, z_obs: FloatArray) -> FloatArray:
+    support, wanted = judge.settings.support, judge.settings.predictive.draws
+    enough = max(support.min_in_prior_draws, wanted)
+    return draw_until(
+        judge.estimator, z_obs, enough, support.candidate_draws, judge.settings.prior, judge.seed
+    )
+
+
+def _row(judge: _Judge, seed: int, support: Support, prior: CurveScores, posterior: CurveScores) -> SeedRow:
+    criteria = judge.settings.support
+    return SeedRow(
+        subject=judge.subject.observation.subject,
+        acquisition_seed=seed,
+        shipped=seed == ACQUISITION_SEED,
+        accepted=True,
+        within_z=support.max_abs_z <= criteria.max_abs_z,
+        enough_draws=support.in_prior_draws >= criteria.min_in_prior_draws,
+        supported=support.supported,
+        max_abs_z=support.max_abs_z,
+        worst_component=support.worst_component,
+        in_prior_draws=support.in_prior_draws,
+        candidate_draws=support.candidate_draws,
+        rmse_prior_kpa=prior.grid.rmse_kpa,
+        rmse_kpa=posterior.grid.rmse_kpa,
+        rmse_reduction_percent=reduction_percent(prior.grid.rmse_kpa, posterior.grid.rmse_kpa),
+        r2=posterior.grid.r2,
+        coverage_grid=posterior.grid.coverage,
+        coverage_phases=posterior.phases.coverage,
+        reason="; ".join(support.reasons),
+    )
+
+
+def _refused(subject: str, seed: int, reason: str) -> SeedRow:
+    LOGGER.info("subject %s, seed %d: recording refused: %s", subject, seed, reason)
+    shipped = seed == ACQUISITION_SEED
+    return SeedRow(subject=subject, acquisition_seed=seed, shipped=shipped, accepted=False, reason=reason)

@@ -12,9 +12,8 @@ from pydantic import Field
 from swesbi.artefacts import ArtefactError, save
 from swesbi.base import Settings
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.measurement.likelihood import MeasuredSubject, SpeedModelSettings, read_measured_subjects
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names, summary_units
-from swesbi.measurement.subjects import MeasuredSubject, read_measured_subjects
 from swesbi.networks.paper.pool import POOL, SubjectFeatures, build_pool, components_of, pool_to_dataset
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.networks.spline.pool import KIND as SPEED_POOL

@@ -22,20 +22,12 @@ from swesbi.posterior.truncated import read_posterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import read_observation
 from swesbi.recording.settings import RecordingSettings
+from swesbi.show import study_tables
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.training import read_history
 from swesbi.show.latex import comparison_latex, posterior_latex, ppc_latex
-from swesbi.show.paper.comparison import comparison_table
+from swesbi.show.paper.comparison import comparison_table, read_paper
 from swesbi.show.paper.measured import StudyResults, pool_size
-from swesbi.show.paper.values import read_paper
-from swesbi.show.study_tables import (
-    Case,
-    JudgedPosterior,
-    features_table,
-    posterior_table,
-    ppc_table,
-    truth_table,
-)
 from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
 from swesbi.verdict.answers import verdict_numbers
 from swesbi.verdict.settings import SupportSettings
@@ -66,11 +58,11 @@ def tables(
 ) -> None:
     """Write the tables of every experiment; who has a predictive check among the given has rows."""
     cases = read_cases(predictives, posteriors, supports, cmaes)
-    scores = ppc_table(cases)
+    scores = study_tables.ppc_table(cases)
     reasons = {(case.experiment, case.subject): ", ".join(verdict_numbers(case.support)) for case in cases}
     write_csv(ppc_csv, scores)
-    write_csv(features_csv, features_table(cases))
-    posteriors_in_numbers = posterior_table(cases)
+    write_csv(features_csv, study_tables.features_table(cases))
+    posteriors_in_numbers = study_tables.posterior_table(cases)
     write_csv(posterior_csv, posteriors_in_numbers)
     _write_text(ppc_tex, ppc_latex(scores, reasons, settings.cohort_title))
     _write_text(posterior_tex, posterior_latex(posteriors_in_numbers, reasons, settings.cohort_title))
@@ -81,7 +73,7 @@ def read_cases(
     posteriors: Sequence[Path],
     supports: Sequence[Path],
     cmaes: Sequence[Path],
-) -> list[Case]:
+) -> list[study_tables.Case]:
     """Read what the tables need, in the order of ``predictives``.
 
     Raises:
@@ -89,7 +81,7 @@ def read_cases(
     """
     posterior_of, support_of, fit_of = by_key(posteriors), by_key(supports), by_subject(cmaes)
     return [
-        Case(
+        study_tables.Case(
             key.experiment,
             key.subject,
             read_predictive(path)[0],
@@ -126,7 +118,7 @@ def truth(
     """
     support_of = by_key(supports)
     answers = [
-        JudgedPosterior(
+        study_tables.JudgedPosterior(
             key.experiment,
             key.subject,
             read_posterior(path),
@@ -134,7 +126,7 @@ def truth(
         )
         for key, path in by_key(posteriors).items()
     ]
-    table = truth_table(answers, read_truth([truth]))
+    table = study_tables.truth_table(answers, read_truth([truth]))
     write_csv(truth_csv, table)
     for experiment, part in table.dropna(subset="inside").groupby("experiment", sort=False):
         inside = part["inside"].astype(bool)
