@@ -8,7 +8,7 @@ from evaluation_cases import GRID, LOSS, curves
 from scipy.stats import norm
 
 from swesbi.checks.cmaes import FAILED_LOSS, curve_loss
-from swesbi.checks.draws import NO_SCORES, Band, band, check_features, coverage, reduction_percent, score
+from swesbi.checks.scores import NO_SCORES, Band, band, check_features, coverage, reduction_percent, score
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 
 OBSERVED = curves(np.array([[60.0, 6.0, 30.0]]))[0]

@@ -17,15 +17,12 @@ from swesbi.show.paper.comparison import (
     COLUMNS,
     MEASURES,
     READINGS,
-    PaperNumber,
-    PaperRow,
     ReadingError,
     comparison_table,
-    numbers,
     read_difference,
-    read_paper,
 )
 from swesbi.show.paper.measured import Asked, Measured, StudyResults, differ, shown, spread
+from swesbi.show.paper.values import PaperNumber, PaperRow, numbers, read_paper
 
 NOT_CONFIGURED = {"spread", "case", "among", "beyond_prior", "all_inside", "binomial"}
 DECIMALS = [

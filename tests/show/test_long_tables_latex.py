@@ -14,7 +14,8 @@ from evaluation_cases import TITLE
 from study_copy import StudyCopy
 
 from swesbi.show.latex import comparison_latex, posterior_latex, ppc_latex, text
-from swesbi.show.paper.comparison import comparison_table, read_paper
+from swesbi.show.paper.comparison import comparison_table
+from swesbi.show.paper.values import read_paper
 from swesbi.show.study_tables import posterior_table, ppc_table
 from swesbi.verdict.support import support_numbers
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Provenance, Variable, from_dataset, labels_of, load, register, schema_of
 from swesbi.artefacts import to_dataset as stored
-from swesbi.checks.draws import rmse
+from swesbi.checks.scores import rmse
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
 from swesbi.progress import Progress

@@ -22,7 +22,7 @@ from swesbi.artefacts import (
     schema_of,
     to_groups,
 )
-from swesbi.checks.draws import NO_SCORES, Band, FeatureCheck, Scores, band, check_features, coverage, score
+from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, Scores, band, check_features, coverage, score
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 
 FloatArray = NDArray[np.float64]

@@ -7,19 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.checks.draws import (
-    NO_SCORES,
-    Band,
-    CheckedFeatures,
-    Curves,
-    FeatureCheck,
-    band,
-    coverage,
-    make_draws,
-    make_target,
-    score,
-)
+from swesbi.checks.draws import CheckedFeatures, Curves, make_draws, make_target
 from swesbi.checks.predictive import Draws, Prediction, Target
+from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, band, coverage, score
 from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import DiscrepancySettings

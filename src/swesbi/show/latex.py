@@ -8,7 +8,7 @@ from typing import Any, Final
 import pandas as pd
 
 from swesbi.parameters import THETA_LABELS, THETA_NAMES
-from swesbi.show.paper.comparison import PaperNumber
+from swesbi.show.paper.values import PaperNumber
 from swesbi.show.study_tables import CORRELATIONS
 
 ESCAPES = {

@@ -11,8 +11,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.checks.cmaes import CmaesFit
-from swesbi.checks.draws import band, reduction_percent
 from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.scores import band, reduction_percent
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.posterior.truncated import Posterior
 from swesbi.verdict.answers import status

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from swesbi.checks.cmaes import CmaesFit
-from swesbi.checks.draws import Band, reduction_percent
 from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.scores import Band, reduction_percent
 from swesbi.posterior.result import ExactResult
 from swesbi.show.figures.style import (
     CMAES,

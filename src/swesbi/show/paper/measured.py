@@ -12,7 +12,7 @@ import pandas as pd
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.networks.paper.pool import Pool
 from swesbi.recording.observation import Observation
-from swesbi.show.paper.comparison import Option
+from swesbi.show.paper.values import Option
 from swesbi.verdict.support import Support
 
 NAN = float("nan")

@@ -14,7 +14,8 @@ from swesbi.artefacts import ArtefactError
 from swesbi.base import Settings
 from swesbi.checks.discrepancy.cohort import generate_cohort
 from swesbi.checks.discrepancy.evidence import best_pair, discrepancy_table, score_subject
-from swesbi.checks.draws import CurveScores, reduction_percent, score_cycles, score_theta
+from swesbi.checks.draws import CurveScores, score_cycles, score_theta
+from swesbi.checks.scores import reduction_percent
 from swesbi.checks.sensitivity import read_posteriors, sensitivity_table
 from swesbi.checks.settings import DiscrepancyStudySettings, PredictiveSettings, Seeds
 from swesbi.heart.settings import ForwardModelSettings

@@ -1,0 +1,135 @@
+"""How well predictive curves describe an observed one: by scores of the curve, and by features."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.artefacts import Part, Variable
+from swesbi.draws import median_and_interval
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Band:
+    """The pointwise median and central interval of predictive curves, each of shape (points,)."""
+
+    median: Annotated[FloatArray, Variable("", "", "predictive median{noise}")]
+    low: Annotated[FloatArray, Variable("", "", "lower end of the predictive interval")]
+    high: Annotated[FloatArray, Variable("", "", "upper end of the predictive interval")]
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Scores of one predictive distribution against one observed curve (paper, Sec. 2.5).
+
+    All NaN where there is no prediction.
+    """
+
+    rmse_kpa: Annotated[float, Variable("", "kPa", "RMSE of the median {at}")]
+    nrmse: Annotated[float, Variable("", "1", "RMSE over the observed range, {at}")]
+    r2: Annotated[float, Variable("", "1", "coefficient of determination {at}")]
+    post_peak_rmse_kpa: Annotated[float, Variable("", "kPa", "RMSE from the observed peak on, {after}")]
+    coverage: Annotated[float, Variable("", "1", "fraction of the {points} inside the interval")]
+
+
+NO_SCORES = Scores(*[float("nan")] * 5)
+
+
+def band(values: FloatArray, interval: float) -> Band:
+    """Summarise draws of shape (n, points) by their median and central interval; NaN where n is 0."""
+    if len(values) == 0:
+        empty = np.full(values.shape[1], np.nan)
+        return Band(empty, empty, empty)
+    low, median, high = median_and_interval(values, interval)
+    return Band(median, low, high)
+
+
+def score(phase: FloatArray, observed: FloatArray, predicted: Band) -> Scores:
+    """Score a predictive band against an observed curve at the same phases, all of shape (points,).
+
+    Post-peak means from the observed peak to the end of the cycle.
+
+    Raises:
+        ValueError: The observed values are not all finite, or are constant.
+    """
+    if not np.all(np.isfinite(observed)) or np.ptp(observed) == 0.0:
+        raise ValueError(f"the observed curve must be finite and vary, found {observed.tolist()}")
+    if np.isnan(predicted.median).any():
+        return NO_SCORES
+    after = phase >= phase[np.argmax(observed)]
+    error = rmse(observed, predicted.median)
+    return Scores(
+        rmse_kpa=error,
+        nrmse=error / float(np.ptp(observed)),
+        r2=r2(observed, predicted.median),
+        post_peak_rmse_kpa=rmse(observed[after], predicted.median[after]),
+        coverage=coverage(observed, predicted),
+    )
+
+
+def rmse(observed: FloatArray, predicted: FloatArray) -> float:
+    """Return the root mean squared error, in the unit of the values."""
+    return float(np.sqrt(np.mean((observed - predicted) ** 2)))
+
+
+def r2(observed: FloatArray, predicted: FloatArray) -> float:
+    """Return the coefficient of determination, 1 - residual over total sum of squares."""
+    residual = np.sum((observed - predicted) ** 2)
+    return float(1.0 - residual / np.sum((observed - observed.mean()) ** 2))
+
+
+def coverage(observed: FloatArray, predicted: Band) -> float:
+    """Return the fraction of observed values inside the interval, its ends included."""
+    return float(np.mean((observed >= predicted.low) & (observed <= predicted.high)))
+
+
+def reduction_percent(rmse_before: float, rmse_after: float) -> float:
+    """Return by how many percent the error fell: 100 (1 - after / before)."""
+    return 100.0 * (1.0 - rmse_after / rmse_before)
+
+
+@dataclass(frozen=True)
+class FeatureCheck:
+    """Observed features beside their predictive medians and intervals, each of shape (features,).
+
+    The interval is that of a new observation: simulated feature plus the observation noise of its
+    component. NaN where there is no prediction.
+    """
+
+    observed: FloatArray
+    predicted: Annotated[Band, Part("feature_{}", "feature", words={"noise": ", noise included"})]
+
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        """Which observed features lie inside their interval; False where there is no prediction."""
+        inside: NDArray[np.bool_] = (self.observed >= self.predicted.low) & (
+            self.observed <= self.predicted.high
+        )
+        return inside
+
+
+def check_features(
+    observed: FloatArray,
+    simulated: FloatArray,
+    noise_sd: FloatArray,
+    interval: float,
+    rng: np.random.Generator,
+) -> FeatureCheck:
+    """Compare observed features with the predictive distribution of a new observation.
+
+    The noise is the additive Gaussian of the observation model (paper, Eq. 5).
+
+    Args:
+        observed: (features,) features of the observed curve.
+        simulated: (n, features) features of the predictive curves, same units.
+        noise_sd: (features,) standard deviation of the observation noise, same units.
+        interval: Probability mass of the central interval.
+        rng: Draws the noise.
+    """
+    noise = rng.standard_normal(simulated.shape) * noise_sd
+    return FeatureCheck(observed, band(simulated + noise, interval))
