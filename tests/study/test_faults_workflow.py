@@ -197,14 +197,15 @@ def workflow(is_main: bool, executed: list[object]) -> SimpleNamespace:
     return SimpleNamespace(
         is_main_process=is_main,
         dag_settings=SimpleNamespace(force_incomplete=False),
+        scheduling_settings=SimpleNamespace(max_jobs_per_timespan="100/1s"),
         config_settings=SimpleNamespace(config_args=["seed=5", "cohort_title=a b"]),
         overwrite_configfiles=[Path("tests/smoke.yaml").absolute()],
         execute=lambda executor_plugin, updated_files: executed.append(updated_files),
     )
 
 
-def plugin(dry: bool) -> SimpleNamespace:
-    return SimpleNamespace(common_settings=SimpleNamespace(dryrun_exec=dry))
+def plugin(dry: bool, on_cluster: bool = False) -> SimpleNamespace:
+    return SimpleNamespace(common_settings=SimpleNamespace(dryrun_exec=dry, non_local_exec=on_cluster))
 
 
 @pytest.mark.parametrize("dry", [False, True])
@@ -222,6 +223,17 @@ def test_an_execution_makes_unfinished_results_again_and_a_dry_one_changes_nothi
     assert executed == [["x"]]
     assert study.dag_settings.force_incomplete
     assert stale.exists() is dry
+
+
+@pytest.mark.parametrize(("on_cluster", "limit"), [(False, None), (True, "100/1s")])
+def test_jobs_on_this_machine_start_without_a_limit_a_second(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, on_cluster: bool, limit: str | None
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    study = workflow(True, [])
+    guard_execution(study, "results")
+    study.execute(executor_plugin=plugin(False, on_cluster), updated_files=[])
+    assert study.scheduling_settings.max_jobs_per_timespan == limit
 
 
 def test_processes_of_single_jobs_are_left_alone() -> None:

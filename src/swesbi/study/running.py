@@ -84,6 +84,7 @@ class Workflow(Protocol):
     is_main_process: bool
     dag_settings: Any
     config_settings: Any
+    scheduling_settings: Any
     overwrite_configfiles: Sequence[str | Path]
     execute: Any
 
@@ -106,6 +107,10 @@ def guard_execution(workflow: Workflow, results: str) -> None:
     def guarded(*arguments: Any, executor_plugin: Any, **options: Any) -> Any:  # noqa: ANN401
         # unfinished results are made again: each is written whole, but perhaps under other settings
         workflow.dag_settings.force_incomplete = True
+        if not executor_plugin.common_settings.non_local_exec:
+            # A limit of jobs a second is meant for clusters. Snakemake sets itself a timer for it after every
+            # job, and none ends: two hundred jobs later it looks two hundred times a second.
+            workflow.scheduling_settings.max_jobs_per_timespan = None
         run = functools.partial(execute, *arguments, executor_plugin=executor_plugin, **options)
         if executor_plugin.common_settings.dryrun_exec:
             return run()
