@@ -43,6 +43,7 @@ class PriorSimulations:
     failures: Annotated[IntArray, Variable("simulation status", "1", "failed attempts by status")]
     cycle_phase: Annotated[FloatArray, Variable("cycle", "1", "fraction of the cycle from the R peak")]
     active_stiffness_kpa: Annotated[FloatArray, Variable("simulation cycle", "kPa", "active stiffness k_c")]
+    stretch: Annotated[FloatArray, Variable("simulation cycle", "1", "wall stretch")]
     end_diastolic_volume_ml: Annotated[FloatArray, Variable("simulation", "mL", "largest cavity volume")]
     end_systolic_volume_ml: Annotated[FloatArray, Variable("simulation", "mL", "smallest cavity volume")]
     beats: Annotated[IntArray, Variable("simulation", "1", "beats until periodic")]
@@ -119,6 +120,7 @@ def _gather(
         failures=failures,
         cycle_phase=rounds[0].beats.cycle_phase,
         active_stiffness_kpa=in_order("active_stiffness_kpa"),
+        stretch=in_order("stretch"),
         end_diastolic_volume_ml=in_order("end_diastolic_volume_ml"),
         end_systolic_volume_ml=in_order("end_systolic_volume_ml"),
         beats=in_order("beats").astype(np.int64),

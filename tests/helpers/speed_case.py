@@ -36,6 +36,7 @@ def settings() -> SpeedModelSettings:
         "forward_model": config.forward_model.to_plain(),
         "measurement": config.measurement.to_plain(),
         "passive": config.passive.to_plain(),
+        "passive_beat": experiment.passive_beat,
         "passive_reference_prior": config.priors["paper"].to_plain(),
         "density_kg_m3": 1000.0,
     }
@@ -49,4 +50,4 @@ def model(phases: int = 20) -> SpeedModel:
     blank = SpeedRecording(CONTEXT, phase, np.ones(phases), np.full(phases, RELATIVE_SE))
     made = speed_model(blank, settings())
     speeds = made.predict(PHI[None]).speed_m_s[0]
-    return SpeedModel(SpeedRecording(CONTEXT, phase, speeds, blank.relative_se), made.shape, settings())
+    return SpeedModel(SpeedRecording(CONTEXT, phase, speeds, blank.relative_se), made.reference, settings())

@@ -10,11 +10,11 @@ import speed_case
 from scipy.integrate import quad
 from scipy.stats import kstest, norm
 
-from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
+from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals, speed_model
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.population.synthetic import own_recordings
-from swesbi.prior import bounds, from_logit, log_density, log_jacobian, quantile, to_logit
+from swesbi.prior import bounds, from_logit, log_centre, log_density, log_jacobian, quantile, to_logit
 
 PRIOR = speed_case.settings().prior
 PHI = speed_case.PHI
@@ -56,13 +56,39 @@ def test_speeds_have_the_stiffness_of_passive_plus_active_part() -> None:
     beats = model.simulate(PHI[None])
     predicted = model.predict(PHI[None])
     active = np.interp(model.recording.phase, beats.cycle_phase, beats.active_stiffness_kpa[0], period=1.0)
-    passive = np.interp(model.recording.phase, model.shape.cycle_phase, model.shape.shape, period=1.0)
+    stretch = np.interp(model.recording.phase, beats.cycle_phase, beats.stretch[0], period=1.0)
+    passive = np.exp(model.settings.passive.exponent_b * (stretch**2 - 1.0))
     expected = np.sqrt(1e3 * (PHI[3] * passive + active) / 3000.0)
     np.testing.assert_allclose(predicted.speed_m_s[0], expected, rtol=5e-3)
 
 
-def test_the_slope_is_the_change_of_log_speed_with_phase() -> None:
-    model, step = speed_case.model(), 1e-4
+def test_the_passive_part_runs_along_each_simulations_own_stretch() -> None:
+    model = speed_case.model()
+    phi = np.vstack([PHI * [1.0, 1.0, 0.5, 1.0], PHI * [1.0, 1.0, 1.6, 1.0]])
+    wall = model.wall_at_phases(model.simulate(phi))
+    without = replace(wall, active_kpa=0.0 * wall.active_kpa, active_slope_kpa=0.0 * wall.active_slope_kpa)
+    log_stiffness = 2.0 * model.predict_at(phi[:, 3], without).log_speed
+    apart = model.settings.passive.exponent_b * np.diff(wall.stretch**2, axis=0)
+    np.testing.assert_allclose(np.diff(log_stiffness, axis=0), apart, atol=1e-12)
+    assert np.abs(apart).max() > 0.05
+
+
+def test_along_a_reference_beat_all_have_one_stretch_and_its_own_theta_loses_nothing() -> None:
+    own = speed_case.model()
+    fixed = speed_model(own.recording, own.settings.model_copy(update={"passive_beat": "reference"}))
+    centre = np.append(log_centre(own.settings.passive_reference_prior), 2.2)
+    np.testing.assert_allclose(
+        fixed.predict(centre[None]).log_speed, own.predict(centre[None]).log_speed, atol=1e-12
+    )
+    slow = centre * [1.0, 1.0, 0.5, 1.0]
+    apart = fixed.predict(slow[None]).log_speed - own.predict(slow[None]).log_speed
+    assert np.abs(apart).max() > 0.03  # what a fixed beat misses is more than a speed's standard error
+
+
+@pytest.mark.parametrize("beat", ["own", "reference"])
+def test_the_slope_is_the_change_of_log_speed_with_phase(beat: str) -> None:
+    case, step = speed_case.model(), 1e-4
+    model = speed_model(case.recording, case.settings.model_copy(update={"passive_beat": beat}))
     moved = [
         replace(model, recording=replace(model.recording, phase=model.recording.phase + shift))
         for shift in (-step, step)

@@ -12,7 +12,7 @@ import speed_case
 import torch
 
 from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.measurement.speeds import active_at_phases
+from swesbi.measurement.speeds import wall_at_phases
 from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
 from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.networks.spline.net import draw_phi, log_q
@@ -42,10 +42,8 @@ def simulations(count: int = 2000) -> SubjectSimulations:
     theta = quantile(np.random.default_rng(1).random((count, 3)), model.settings.prior.theta)
     beats = model.simulate(np.column_stack([theta, np.full(count, 2.2)]))
     good = beats.status == 0
-    active = active_at_phases(
-        beats.cycle_phase, beats.active_stiffness_kpa[good], model.recording.phase, "identity"
-    )
-    return SubjectSimulations(model, theta[good], active)
+    wall = wall_at_phases(beats, model.recording.phase, "identity").rows(good)
+    return SubjectSimulations(model, theta[good], wall)
 
 
 @cache

@@ -23,14 +23,23 @@ def test_shards_hold_what_one_run_would(tmp_path: Path) -> None:
         save(tmp_path / f"{name}.h5", to_dataset(part), PROVENANCE)
     read = read_population([tmp_path / "shard-1.h5", tmp_path / "shard-0.h5"])
     assert read.contexts == whole.contexts
-    for name in ("theta", "active_stiffness_kpa", "active_slope_kpa", "passive_shape", "failures"):
+    for name in ("theta", "active_stiffness_kpa", "active_slope_kpa", "stretch", "stretch_slope", "failures"):
         assert np.array_equal(getattr(read, name), getattr(whole, name)), name
 
 
-def test_hearts_differ_and_so_do_their_passive_shapes() -> None:
+def test_hearts_differ_and_every_simulation_has_its_own_stretch() -> None:
     made = case.made()
     assert len({context.hr_bpm for context in made.contexts}) == 60
-    assert np.ptp(made.passive_shape, axis=0).min() > 0.05
+    assert np.ptp(made.stretch, axis=0).min() > 0.02
+    assert np.ptp(made.stretch, axis=1).max(axis=-1).min() > 0.02
+
+
+def test_a_reference_beat_has_one_stretch_a_context() -> None:
+    model = case.MODEL.model_copy(update={"passive_beat": "reference"})
+    made = simulate_population(range(3), 4, case.EXPERIMENT.population, 20, model, seed=5)
+    own = simulate_population(range(3), 4, case.EXPERIMENT.population, 20, case.MODEL, seed=5)
+    assert np.ptp(made.stretch, axis=1).max() == 0.0
+    assert np.array_equal(made.active_stiffness_kpa, own.active_stiffness_kpa)
 
 
 def test_no_context_is_on_both_sides_of_the_split() -> None:

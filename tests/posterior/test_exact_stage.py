@@ -13,7 +13,6 @@ from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import Provenance, load, save, to_groups
 from swesbi.measurement.likelihood import read_speed_model
-from swesbi.measurement.speeds import active_at_phases
 from swesbi.networks.spline.conditioning import ConditioningSettings
 from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.networks.spline.pool import SubjectSimulations
@@ -48,14 +47,12 @@ def write_network(path: Path) -> None:
     model = speed_case.model()
     theta = quantile(np.random.default_rng(1).random((600, 3)), model.settings.prior.theta)
     beats = model.simulate(np.column_stack([theta, np.full(600, 2.2)]))
-    active = active_at_phases(
-        beats.cycle_phase, beats.active_stiffness_kpa, model.recording.phase, "identity"
-    )
+    wall = model.wall_at_phases(beats)
     conditioning = ConditioningSettings(summary=EXPERIMENT.summary, grid_points=100, density_kg_m3=1000.0)
     settings = EXPERIMENT.estimator.model_copy(
         update={"transforms": 1, "hidden_features": 16, "hidden_layers": 1, "epochs": 8, "batch_size": 64}
     )
-    flow = train_spline([SubjectSimulations(model, theta, active)], conditioning, settings, seed=3).spline
+    flow = train_spline([SubjectSimulations(model, theta, wall)], conditioning, settings, seed=3).spline
     save_spline(path, flow, Provenance(KIND, "", 1, {}, "0" * 16))
 
 

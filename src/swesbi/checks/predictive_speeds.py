@@ -13,7 +13,7 @@ from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, band, coverage, 
 from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import DiscrepancySettings
-from swesbi.measurement.speeds import PredictedSpeeds, active_at_phases, predict_speeds
+from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import OF_THETA, SCALE
 from swesbi.prior import sample
 from swesbi.recording.observation import Observation
@@ -86,11 +86,10 @@ def prior_recordings(
     simulations: PriorSimulations, number: int, recorder: Recorder, rng: np.random.Generator
 ) -> Replicates:
     """Make a new recording of the first ``number`` stored simulations, each with its own passive scale."""
-    model, phase = recorder.model, recorder.model.recording.phase
-    stored = (simulations.cycle_phase, simulations.active_stiffness_kpa[:number])
-    active = active_at_phases(*stored, phase, model.settings.measurement.active_stiffness_map)
-    scale = sample(len(active.stiffness_kpa), model.settings.prior, rng)[:, SCALE]
-    predicted = predict_speeds(scale, active, model.shape, phase, model.settings.density_kg_m3)
+    model = recorder.model
+    wall = model.wall_at_phases(simulations).rows(slice(number))
+    scale = sample(len(wall.active_kpa), model.settings.prior, rng)[:, SCALE]
+    predicted = model.predict_at(scale, wall)
     volumes = (simulations.end_diastolic_volume_ml[:number], simulations.end_systolic_volume_ml[:number])
     return _record(simulations.theta[:number], predicted, volumes, 0, recorder, rng)
 

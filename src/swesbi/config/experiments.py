@@ -10,7 +10,7 @@ from swesbi.base import Settings
 from swesbi.checks.calibration.settings import CalibrationSettings
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.settings import EpochStudySettings, PredictiveSettings, RecoverySettings
-from swesbi.measurement.settings import SpeedObservationSettings, SummarySettings
+from swesbi.measurement.settings import PassiveBeat, SpeedObservationSettings, SummarySettings
 from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings, SplineSettings
 from swesbi.population.settings import (
     ConditionSettings,
@@ -50,6 +50,10 @@ class SpeedExperimentSettings(Settings):
     simulations_per_subject: int = Field(ge=10, description="successful simulations from the prior")
     passive_scale_kpa: ParameterPrior = Field(
         description="prior of the passive scale a, a nuisance parameter"
+    )
+    passive_beat: PassiveBeat = Field(
+        description="along whose stretch the passive stiffness runs: each simulation's own beat, or the "
+        "reference beat at the centre of passive_reference_prior"
     )
     summary: SummarySettings
     observation_model: SpeedObservationSettings

@@ -117,6 +117,7 @@ def _model(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "prior": "joint_prior",
         "discrepancy": "experiment.observation_model.discrepancy",
         "passive": "passive",
+        "passive_beat": "experiment.passive_beat",
         "passive_reference_prior": "reference_prior",
         "density_kg_m3": "recording.density_kg_m3",
         "forward_model": "forward_model",

@@ -75,6 +75,7 @@ class ActiveBeats:
 
     cycle_phase: FloatArray
     active_stiffness_kpa: FloatArray
+    stretch: FloatArray
     status: NDArray[np.int8]
 
 
@@ -106,20 +107,19 @@ def beats_of(records: Records, model: Model) -> Beats:
 
 
 def active_beats_of(records: Records, model: Model) -> ActiveBeats:
-    """Return the active stiffness of beats of which ``ACTIVE_RECORDS`` were kept, with the status of all.
+    """Return stiffness and stretch of beats of which ``ACTIVE_RECORDS`` were kept, with the status of all.
 
-    Stretch and volume grow with the displacement, so their extremes are those of its extremes.
+    The volume grows with the stretch, so the smallest is that of the smallest stretch.
     """
     y, stiffness, pressure = records.values
-    extremes = np.stack([y.min(axis=1), y.max(axis=1)], axis=1)
-    stretch = 1.0 + extremes / model.parameters.radius
-    volume = cavity_volume(stretch, model)
+    stretch = 1.0 + y / model.parameters.radius
+    volume = cavity_volume(stretch.min(axis=1, keepdims=True), model)
     inside = _within(stretch, STRETCH_RANGE) & _within(pressure, PRESSURE_RANGE_PA) & (volume[:, 0] > 0.0)
     outside = (records.status == Status.PERIODIC) & ~inside
     active = 1e-3 * stiffness
-    active[outside] = np.nan
+    active[outside] = stretch[outside] = np.nan
     status = np.where(outside, np.int8(Status.OUT_OF_RANGE), records.status).astype(np.int8)
-    return ActiveBeats(model.cycle_phase, active, status)
+    return ActiveBeats(model.cycle_phase, active, stretch, status)
 
 
 def empty_beats(n: int, model: Model) -> Beats:
@@ -169,7 +169,7 @@ def simulate(theta: FloatArray, context: Context, settings: ForwardModelSettings
 
 
 def simulate_active(theta: FloatArray, context: Context, settings: ForwardModelSettings) -> ActiveBeats:
-    """Simulate beats as :func:`simulate` does and return the active stiffness alone, which is faster.
+    """Simulate beats as :func:`simulate` does and return what a stiffness needs alone, which is faster.
 
     Args:
         theta: (n, 3) in the order of ``THETA_NAMES``.
@@ -182,11 +182,12 @@ def simulate_active(theta: FloatArray, context: Context, settings: ForwardModelS
     theta = _checked_theta(theta)
     check_ranges(context)
     model = _model(context, settings)
-    stiffness, status = np.empty((len(theta), model.samples)), np.empty(len(theta), np.int8)
-    beats = ActiveBeats(model.cycle_phase, stiffness, status)
+    stiffness, stretch = np.empty((2, len(theta), model.samples))
+    beats = ActiveBeats(model.cycle_phase, stiffness, stretch, np.empty(len(theta), np.int8))
     for rows, records in _chunks(theta, context, settings, ACTIVE_RECORDS):
         chunk = active_beats_of(records, model)
-        stiffness[rows], status[rows] = chunk.active_stiffness_kpa, chunk.status
+        stiffness[rows], stretch[rows] = chunk.active_stiffness_kpa, chunk.stretch
+        beats.status[rows] = chunk.status
     return beats
 
 

@@ -15,13 +15,21 @@ from swesbi.context import Context
 from swesbi.heart.model import activation_duration_s
 from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.heart.simulate import ActiveBeats, Beats, simulate, simulate_active
+from swesbi.heart.simulate import Beats, simulate, simulate_active
 from swesbi.measurement import speeds
 from swesbi.measurement.operator import KIND as PASSIVE
-from swesbi.measurement.operator import PassiveBaseline, read_passive, total_at_phases, total_curves
+from swesbi.measurement.operator import (
+    PassiveBaseline,
+    active_stiffness_map,
+    passive_shape,
+    read_passive,
+    total_at_phases,
+    total_curves,
+)
 from swesbi.measurement.settings import (
     DiscrepancySettings,
     MeasurementSettings,
+    PassiveBeat,
     PassiveSettings,
     SummarySettings,
 )
@@ -95,16 +103,32 @@ class SpeedModelSettings(Settings):
     forward_model: ForwardModelSettings
     measurement: MeasurementSettings
     passive: PassiveSettings
+    passive_beat: PassiveBeat
     passive_reference_prior: PriorSettings
     density_kg_m3: float
+
+    def reference_of(self, context: Context) -> speeds.ReferenceBeat | None:
+        """Return the beat along which the passive part runs; None if each simulation has its own.
+
+        Raises:
+            ValueError: It does not become periodic.
+        """
+        if self.passive_beat == "own":
+            return None
+        beats = reference_beat(context, self.passive_reference_prior, self.forward_model)
+        if beats.status[0] != Status.PERIODIC:
+            raise ValueError(
+                f"subject {context.subject}: the reference beat did not become periodic; check the context"
+            )
+        return speeds.ReferenceBeat(beats.cycle_phase, beats.stretch[0])
 
 
 @dataclass(frozen=True)
 class SpeedModel:
-    """One recording with its passive shape under the settings of an experiment."""
+    """One recording under the settings of an experiment; with the reference beat, if they ask for one."""
 
     recording: speeds.SpeedRecording
-    shape: speeds.PassiveShape
+    reference: speeds.ReferenceBeat | None
     settings: SpeedModelSettings
 
     @property
@@ -123,14 +147,28 @@ class SpeedModel:
             phi[:, SCALE], simulate_active(phi[:, OF_THETA], self.recording.context, settings)
         )
 
-    def predict_from(self, scale_kpa: FloatArray, beats: Beats | ActiveBeats) -> speeds.PredictedSpeeds:
-        """Return the noiseless log speeds of simulated beats with passive scales (n,)."""
-        stiffness = np.where((beats.status == Status.PERIODIC)[:, None], beats.active_stiffness_kpa, np.nan)
-        phase = self.recording.phase
-        active = speeds.active_at_phases(
-            beats.cycle_phase, stiffness, phase, self.settings.measurement.active_stiffness_map
-        )
-        return speeds.predict_speeds(scale_kpa, active, self.shape, phase, self.settings.density_kg_m3)
+    def predict_from(self, scale_kpa: FloatArray, cycles: speeds.WallCycles) -> speeds.PredictedSpeeds:
+        """Return the noiseless log speeds of simulated cycles with passive scales (n,); NaN gives NaN."""
+        return self.predict_at(scale_kpa, self.wall_at_phases(cycles))
+
+    def wall_at_phases(self, cycles: speeds.WallCycles) -> speeds.WallPhases:
+        """Take simulated cycles at the measured phases."""
+        map_name = self.settings.measurement.active_stiffness_map
+        return speeds.wall_at_phases(cycles, self.recording.phase, map_name)
+
+    def predict_at(self, scale_kpa: FloatArray, wall: speeds.WallPhases) -> speeds.PredictedSpeeds:
+        """Return the noiseless log speeds of simulations taken at the measured phases, with scales (n,)."""
+        settings = self.settings
+        if self.reference is not None:
+            wall = wall.along(self.reference, self.recording.phase)
+        return speeds.predict_speeds(scale_kpa, wall, settings.passive.exponent_b, settings.density_kg_m3)
+
+    def stiffness_cycle(self, scale_kpa: float, cycles: speeds.WallCycles, index: int) -> FloatArray:
+        """Return the total stiffness of one simulation over its cycle in kPa; shape (M,)."""
+        active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
+        stretch = cycles.stretch[index] if self.reference is None else self.reference.stretch
+        passive = scale_kpa * passive_shape(stretch, self.settings.passive.exponent_b)
+        return np.asarray(passive + active(cycles.active_stiffness_kpa[index]))
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
@@ -146,16 +184,12 @@ class SpeedModel:
 
 
 def speed_model(recording: speeds.SpeedRecording, settings: SpeedModelSettings) -> SpeedModel:
-    """Build the model of a recording; the reference beat runs at the reference prior's log-centre.
+    """Build the model of a recording.
 
     Raises:
-        ValueError: The reference beat does not become periodic.
+        ValueError: A reference beat does not become periodic.
     """
-    centre = log_centre(settings.passive_reference_prior)
-    shape = speeds.reference_shape(
-        recording.context, centre, settings.forward_model, settings.passive.exponent_b
-    )
-    return SpeedModel(recording, shape, settings)
+    return SpeedModel(recording, settings.reference_of(recording.context), settings)
 
 
 @dataclass
@@ -241,7 +275,7 @@ def read_measured_subjects(
 
 
 def reference_beat(context: Context, prior: PriorSettings, forward_model: ForwardModelSettings) -> Beats:
-    """Return the beat at the prior's log-centre along which a passive baseline is calibrated."""
+    """Return the beat at the prior's log-centre, along which a fixed passive stiffness runs."""
     return simulate(log_centre(prior)[None, :], context, forward_model)
 
 

@@ -32,6 +32,10 @@ SUMMARY_NAMES: Final = SCALAR_NAMES + tuple(f"trajectory_{index:02d}_kpa" for in
 SUMMARY_UNITS: Final = SCALAR_UNITS + ("kPa",) * 30
 
 
+PassiveBeat = Literal["own", "reference"]
+"""Along whose stretch the passive stiffness runs: each simulation's own, or one at the prior's centre."""
+
+
 class MeasurementSettings(Settings):
     """How a simulated cycle becomes the curve that elastography would show."""
 

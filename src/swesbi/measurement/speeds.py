@@ -1,18 +1,19 @@
-"""Speeds, measured and predicted: log c = 1/2 log((a g + E_act) / (3 rho)) at a recording's phases."""
+"""Speeds, measured and predicted: log c = 1/2 log((a g(lambda) + E_act) / (3 rho)) at a recording's phases.
+
+The passive part a g(lambda) runs along the stretch of each simulation's own beat, as in any wall, or along
+that of one reference beat, whatever theta is simulated.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import FloatArray
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
-from swesbi.heart.periodic import Status
-from swesbi.heart.settings import ForwardModelSettings
-from swesbi.heart.simulate import simulate
 from swesbi.measurement.operator import active_stiffness_map, passive_shape
 from swesbi.recording.noise import relative_se
 from swesbi.recording.observation import Observation
@@ -62,25 +63,58 @@ def measured_speeds(observation: Observation, noise: NoiseComponents | None = No
     )
 
 
-@dataclass(frozen=True)
-class PassiveShape:
-    """The passive stiffness per unit of its scale, g(lambda_ref(s)), over the cycle; M points.
+class WallCycles(Protocol):
+    """Simulated cycles of n beats: what the stiffness of the wall is made of, over M phases."""
 
-    Attributes:
-        cycle_phase: Phases of the simulated cycle; shape (M,).
-        shape: g along the stretch of the reference beat, dimensionless; shape (M,).
-    """
+    @property
+    def cycle_phase(self) -> FloatArray:
+        """Phases of the cycle; shape (M,)."""
+
+    @property
+    def active_stiffness_kpa(self) -> FloatArray:
+        """Active stiffness k_c; shape (n, M)."""
+
+    @property
+    def stretch(self) -> FloatArray:
+        """Wall stretch; shape (n, M)."""
+
+
+@dataclass(frozen=True)
+class ReferenceBeat:
+    """The one beat along which a fixed passive stiffness runs: its phases and its stretch; (M,) each."""
 
     cycle_phase: FloatArray
-    shape: FloatArray
+    stretch: FloatArray
 
 
 @dataclass(frozen=True)
-class ActivePhases:
-    """The active stiffness of n simulations at p phases, and its slope per cycle; (n, p) each, in kPa."""
+class WallPhases:
+    """What the wall's stiffness is made of in n simulations at p phases, and its slopes per cycle.
 
-    stiffness_kpa: FloatArray
-    slope_kpa: FloatArray
+    Attributes:
+        active_kpa: Active stiffness E_act; shape (n, p).
+        active_slope_kpa: Its slope; shape (n, p).
+        stretch: Wall stretch lambda; shape (n, p), or (1, p) of one beat for all.
+        stretch_slope: Its slope; likewise.
+    """
+
+    active_kpa: FloatArray
+    active_slope_kpa: FloatArray
+    stretch: FloatArray
+    stretch_slope: FloatArray
+
+    def along(self, reference: ReferenceBeat, phase: FloatArray) -> WallPhases:
+        """Return the same with the stretch of one beat in everyone's place, at the phases (p,)."""
+        cycle_phase, stretch = reference.cycle_phase, reference.stretch[None]
+        return replace(
+            self,
+            stretch=sample_cycle(cycle_phase, stretch, phase),
+            stretch_slope=slope_cycle(cycle_phase, stretch, phase),
+        )
+
+    def rows(self, chosen: slice | BoolArray) -> WallPhases:
+        """Return some of the simulations."""
+        return WallPhases(*(values[chosen] for values in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -100,65 +134,35 @@ class PredictedSpeeds:
         return PredictedSpeeds(self.log_speed[chosen], self.slope[chosen])
 
 
-def reference_shape(
-    context: Context, reference_theta: FloatArray, forward_model: ForwardModelSettings, exponent_b: float
-) -> PassiveShape:
-    """Simulate the reference beat at ``reference_theta`` (3,) and return g along its stretch.
-
-    Raises:
-        ValueError: The reference beat does not become periodic.
-    """
-    beats = simulate(reference_theta[None], context, forward_model)
-    if beats.status[0] != Status.PERIODIC:
-        raise ValueError(
-            f"subject {context.subject}: the reference beat did not become periodic; check the context"
-        )
-    return PassiveShape(beats.cycle_phase, passive_shape(beats.stretch[0], exponent_b))
-
-
-def active_at_phases(
-    cycle_phase: FloatArray, active_stiffness_kpa: FloatArray, phase: FloatArray, map_name: str
-) -> ActivePhases:
-    """Return E_act of simulated cycles (n, M) at the phases (p,), by the named map from k_c to E_act."""
-    active = active_stiffness_map(map_name)(active_stiffness_kpa)
-    return ActivePhases(sample_cycle(cycle_phase, active, phase), slope_cycle(cycle_phase, active, phase))
+def wall_at_phases(cycles: WallCycles, phase: FloatArray, map_name: str) -> WallPhases:
+    """Take simulated cycles at the phases (p,), by the named map from k_c to E_act; NaN gives NaN."""
+    active = active_stiffness_map(map_name)(cycles.active_stiffness_kpa)
+    return WallPhases(
+        sample_cycle(cycles.cycle_phase, active, phase),
+        slope_cycle(cycles.cycle_phase, active, phase),
+        sample_cycle(cycles.cycle_phase, cycles.stretch, phase),
+        slope_cycle(cycles.cycle_phase, cycles.stretch, phase),
+    )
 
 
 def predict_speeds(
-    scale_kpa: FloatArray, active: ActivePhases, shape: PassiveShape, phase: FloatArray, density_kg_m3: float
+    scale_kpa: FloatArray, wall: WallPhases, exponent_b: float, density_kg_m3: float
 ) -> PredictedSpeeds:
-    """Return the noiseless log speeds of n simulations of one context, and their slopes.
-
-    Args:
-        scale_kpa: Passive scale a of each simulation; shape (n,).
-        active: Active stiffness at the phases.
-        shape: g over the cycle.
-        phase: The phases; shape (p,).
-        density_kg_m3: rho.
-    """
-    g = sample_cycle(shape.cycle_phase, shape.shape[None], phase)
-    g_slope = slope_cycle(shape.cycle_phase, shape.shape[None], phase)
-    return combine(scale_kpa, active, g, g_slope, density_kg_m3)
-
-
-def combine(
-    scale_kpa: FloatArray, active: ActivePhases, g: FloatArray, g_slope: FloatArray, density_kg_m3: float
-) -> PredictedSpeeds:
-    """Return the noiseless log speeds of n simulations with their passive and active stiffness.
+    """Return the noiseless log speeds of n simulations, and their slopes.
 
     E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = 1/2 log(E / (3 rho))
-    and d log c / ds = 1/2 E' / E.
+    and d log c / ds = 1/2 E' / E, with g = exp(b (lambda^2 - 1)) and g' = 2 b lambda lambda' g.
 
     Args:
         scale_kpa: Passive scale a of each simulation; shape (n,).
-        active: Active stiffness at the p phases.
-        g: Passive stiffness per unit of its scale there; shape (1, p), or (n, p) where contexts differ.
-        g_slope: Its slope per cycle; likewise.
+        wall: Active stiffness and stretch at the p phases.
+        exponent_b: b of the passive law.
         density_kg_m3: rho.
     """
-    stiffness = np.maximum(scale_kpa[:, None] * g + active.stiffness_kpa, LEAST_STIFFNESS_KPA)
-    slope = scale_kpa[:, None] * g_slope + active.slope_kpa
+    passive = scale_kpa[:, None] * passive_shape(wall.stretch, exponent_b)
+    passive_slope = passive * (2.0 * exponent_b * wall.stretch * wall.stretch_slope)
+    stiffness = np.maximum(passive + wall.active_kpa, LEAST_STIFFNESS_KPA)
     return PredictedSpeeds(
         log_speed=0.5 * np.log(squared_speed_m2_s2(stiffness, density_kg_m3)),
-        slope=0.5 * slope / stiffness,
+        slope=0.5 * (passive_slope + wall.active_slope_kpa) / stiffness,
     )

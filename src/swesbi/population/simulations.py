@@ -15,14 +15,13 @@ from swesbi import artefacts
 from swesbi.arrays import FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.measurement.speeds import active_at_phases, reference_shape
+from swesbi.measurement.speeds import wall_at_phases
 from swesbi.parameters import THETA_COLUMNS
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import PopulationSettings
-from swesbi.prior import log_centre
 from swesbi.progress import Progress
 from swesbi.recording.observation import context_values, contexts_of
-from swesbi.recording.phases import nominal_phases, sample_cycle, slope_cycle
+from swesbi.recording.phases import nominal_phases
 from swesbi.simulations import LABELS, draw_simulations
 
 ALONG: Final = "context"
@@ -40,11 +39,11 @@ class PopulationSimulations:
     active_slope_kpa: Annotated[
         FloatArray, artefacts.Variable("context draw phase", "kPa", "its slope, per (unitless) cycle")
     ]
-    passive_shape: Annotated[
-        FloatArray, artefacts.Variable("context phase", "1", "g along the reference beat of the context")
+    stretch: Annotated[
+        FloatArray, artefacts.Variable("context draw phase", "1", "wall stretch at the nominal phases")
     ]
-    passive_slope: Annotated[
-        FloatArray, artefacts.Variable("context phase", "1", "its slope, per (unitless) cycle")
+    stretch_slope: Annotated[
+        FloatArray, artefacts.Variable("context draw phase", "1", "its slope, per (unitless) cycle")
     ]
     failures: Annotated[
         IntArray,
@@ -91,13 +90,12 @@ def simulate_population(
 def _simulate(
     context: Context, draws: int, phase: FloatArray, model: SpeedModelSettings, seed: int
 ) -> tuple[NDArray[np.generic], ...]:
-    centre = log_centre(model.passive_reference_prior)
-    shape = reference_shape(context, centre, model.forward_model, model.passive.exponent_b)
     made = draw_simulations(range(draws), context, model.prior.theta, model.forward_model, seed)
-    stiffness_map = model.measurement.active_stiffness_map
-    active = active_at_phases(made.cycle_phase, made.active_stiffness_kpa, phase, stiffness_map)
-    passive = (f(shape.cycle_phase, shape.shape[None], phase)[0] for f in (sample_cycle, slope_cycle))
-    return (made.theta, active.stiffness_kpa, active.slope_kpa, *passive, made.failures.sum(axis=0))
+    wall = wall_at_phases(made, phase, model.measurement.active_stiffness_map)
+    if (reference := model.reference_of(context)) is not None:
+        wall = wall.along(reference, phase)
+    values = (np.broadcast_to(value, wall.active_kpa.shape) for value in vars(wall).values())
+    return (made.theta, *values, made.failures.sum(axis=0))
 
 
 SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(PopulationSimulations)["/"]

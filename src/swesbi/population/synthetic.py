@@ -11,7 +11,7 @@ from swesbi.arrays import FloatArray
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import MeasuredSubject, SpeedModel, draw_speeds
-from swesbi.measurement.operator import PassiveBaseline, active_stiffness_map, calibrate_passive, total_cycle
+from swesbi.measurement.operator import PassiveBaseline, calibrate_passive, total_cycle
 from swesbi.measurement.settings import (
     DiscrepancySettings,
     MeasurementSettings,
@@ -120,10 +120,7 @@ def _acquire(
     index: int,
     rng: np.random.Generator,
 ) -> Observation:
-    active = active_stiffness_map(model.settings.measurement.active_stiffness_map)(
-        beats.active_stiffness_kpa[index]
-    )
-    truth = TruthCurve(beats.cycle_phase, phi[SCALE] * model.shape.shape + active)
+    truth = TruthCurve(beats.cycle_phase, model.stiffness_cycle(float(phi[SCALE]), beats, index))
     protocol = acquisition.protocol.model_copy(update={"missing_phases": acquisition.missing_phases})
     samples = acquire(truth, model.recording.context, protocol, rng)
     moved = _with_discrepancy(samples, truth, protocol.phases, model.settings.discrepancy, rng)

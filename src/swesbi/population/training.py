@@ -8,7 +8,7 @@ import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModelSettings, draw_speeds
-from swesbi.measurement.speeds import ActivePhases, combine
+from swesbi.measurement.speeds import WallPhases, predict_speeds
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline import conditioning
 from swesbi.networks.spline.training import Rows, SplineParts, SplineTraining, fit_spline
@@ -47,10 +47,10 @@ class RowMaker:
         rng = generator(self.seed, "population rows", *name)
         draws = made.theta.shape[1]
         theta = _flat(made.theta)
-        g, g_slope = _each(made.passive_shape, draws), _each(made.passive_slope, draws)
         scale = draw_passive_scale(len(theta), self.model.prior, rng)
-        active = ActivePhases(_flat(made.active_stiffness_kpa), _flat(made.active_slope_kpa))
-        predicted = combine(scale, active, g, g_slope, self.model.density_kg_m3)
+        taken = (made.active_stiffness_kpa, made.active_slope_kpa, made.stretch, made.stretch_slope)
+        wall, exponent_b = WallPhases(*map(_flat, taken)), self.model.passive.exponent_b
+        predicted = predict_speeds(scale, wall, exponent_b, self.model.density_kg_m3)
         drawn = draw_conditions(len(theta), self.conditions, self.protocol, self.recording, rng)
         speeds = draw_speeds(predicted, drawn.relative_se, self.model.discrepancy, rng)
         context = _each(np.stack([conditioning.context_inputs(context) for context in made.contexts]), draws)

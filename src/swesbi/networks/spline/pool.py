@@ -14,7 +14,7 @@ from swesbi import artefacts
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import MeasurementSettings
-from swesbi.measurement.speeds import ActivePhases, active_at_phases, predict_speeds
+from swesbi.measurement.speeds import WallPhases, wall_at_phases
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 from swesbi.prior import draw_passive_scale
 from swesbi.recording.observation import Observation
@@ -26,31 +26,24 @@ class SubjectSimulations:
     """n prior simulations of one subject at the p measured phases of its recording.
 
     Attributes:
-        model: The subject's recording and passive shape under the experiment's settings.
+        model: The subject's recording under the experiment's settings.
         theta: Parameters; shape (n, 3).
-        active: Active stiffness at the phases and its slope; (n, p) each.
+        wall: Active stiffness and stretch at the phases.
     """
 
     model: SpeedModel
     theta: FloatArray
-    active: ActivePhases
+    wall: WallPhases
 
     def rows(self, start: int, stop: int) -> SubjectSimulations:
         """Return the simulations from ``start`` to before ``stop``."""
         rows = slice(start, stop)
-        active = ActivePhases(self.active.stiffness_kpa[rows], self.active.slope_kpa[rows])
-        return SubjectSimulations(self.model, self.theta[rows], active)
+        return SubjectSimulations(self.model, self.theta[rows], self.wall.rows(rows))
 
 
 def at_phases(simulations: PriorSimulations, model: SpeedModel) -> SubjectSimulations:
     """Take stored simulations at the measured phases of a recording."""
-    active = active_at_phases(
-        simulations.cycle_phase,
-        simulations.active_stiffness_kpa,
-        model.recording.phase,
-        model.settings.measurement.active_stiffness_map,
-    )
-    return SubjectSimulations(model, simulations.theta, active)
+    return SubjectSimulations(model, simulations.theta, model.wall_at_phases(simulations))
 
 
 def noisy_speeds(simulations: SubjectSimulations, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
@@ -61,24 +54,14 @@ def noisy_speeds(simulations: SubjectSimulations, rng: np.random.Generator) -> t
     """
     model, settings = simulations.model, simulations.model.settings
     scale = draw_passive_scale(len(simulations.theta), settings.prior, rng)
-    predicted = predict_speeds(
-        scale, simulations.active, model.shape, model.recording.phase, settings.density_kg_m3
-    )
+    predicted = model.predict_at(scale, simulations.wall)
     speeds = draw_speeds(predicted, model.recording.relative_se, settings.discrepancy, rng)
     return np.column_stack([simulations.theta, scale]), speeds
 
 
 @dataclass(frozen=True)
-class PooledSubject:
-    """One subject's part of the pool: n simulations at the p measured phases."""
-
-    theta: FloatArray
-    active: ActivePhases
-
-
-@dataclass(frozen=True)
 class StoredSubject:
-    """The same as the pool stores it: n simulations at all P phases, NaN at those that were not measured."""
+    """One subject's part of the pool: n simulations at all P phases, NaN at those that were not measured."""
 
     phase: Annotated[
         FloatArray, artefacts.Variable("phase", "1", "phases of the recording, fraction of the cycle")
@@ -90,6 +73,12 @@ class StoredSubject:
     ]
     active_slope_kpa: Annotated[
         FloatArray, artefacts.Variable("simulation phase", "kPa", "its slope, per (unitless) cycle")
+    ]
+    stretch: Annotated[
+        FloatArray, artefacts.Variable("simulation phase", "1", "wall stretch at the measured phases")
+    ]
+    stretch_slope: Annotated[
+        FloatArray, artefacts.Variable("simulation phase", "1", "its slope, per (unitless) cycle")
     ]
 
 
@@ -113,8 +102,8 @@ def pool_dataset(
     return artefacts.build_dataset(SCHEMA, values, {"subject": subjects, "parameter": list(THETA_NAMES)})
 
 
-def read_pool(path: Path) -> Mapping[str, PooledSubject]:
-    """Read the pool by subject, the missing phases left out.
+def read_pool(path: Path) -> Mapping[str, StoredSubject]:
+    """Read the pool by subject.
 
     Raises:
         ArtefactError: The file is no such pool.
@@ -122,37 +111,27 @@ def read_pool(path: Path) -> Mapping[str, PooledSubject]:
     dataset = artefacts.load(path, KIND)[0]
     subjects = [str(name) for name in dataset["subject"].to_numpy()]
     rows = artefacts.from_rows(StoredSubject, dataset, "subject")
-    return {name: _at_measured(row) for name, row in zip(subjects, rows, strict=True)}
+    return dict(zip(subjects, rows, strict=True))
 
 
-def of_subject(pool: Mapping[str, PooledSubject], subject: str, path: Path) -> PooledSubject:
-    """Return one subject's part of a pool.
+def of_subject(pool: Mapping[str, StoredSubject], model: SpeedModel, path: Path) -> SubjectSimulations:
+    """Return the simulations of one recording's subject, the missing phases left out.
 
     Raises:
         ArtefactError: The pool lacks the subject.
     """
+    subject = model.recording.subject
     if subject not in pool:
         raise artefacts.ArtefactError(f"{path}: holds no subject {subject!r}; it holds {', '.join(pool)}")
-    return pool[subject]
+    row = pool[subject]
+    stored = (row.active_stiffness_kpa, row.active_slope_kpa, row.stretch, row.stretch_slope)
+    return SubjectSimulations(model, row.theta, WallPhases(*(values[:, row.measured] for values in stored)))
 
 
 def _of_subject(
     observed: Observation, simulated: PriorSimulations, measurement: MeasurementSettings
 ) -> StoredSubject:
-    active = active_at_phases(
-        simulated.cycle_phase,
-        simulated.active_stiffness_kpa,
-        observed.phase,
-        measurement.active_stiffness_map,
-    )
-    missing = ~observed.measured
-    for values in (active.stiffness_kpa, active.slope_kpa):
-        values[:, missing] = np.nan
-    return StoredSubject(
-        observed.phase, observed.measured, simulated.theta, active.stiffness_kpa, active.slope_kpa
-    )
-
-
-def _at_measured(row: StoredSubject) -> PooledSubject:
-    stiffness, slope = row.active_stiffness_kpa, row.active_slope_kpa
-    return PooledSubject(row.theta, ActivePhases(stiffness[:, row.measured], slope[:, row.measured]))
+    wall = wall_at_phases(simulated, observed.phase, measurement.active_stiffness_map)
+    for values in vars(wall).values():
+        values[:, ~observed.measured] = np.nan
+    return StoredSubject(observed.phase, observed.measured, simulated.theta, *vars(wall).values())

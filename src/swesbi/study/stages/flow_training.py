@@ -12,7 +12,7 @@ from swesbi.measurement.settings import SummarySettings
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.conditioning import ConditioningSettings, PhaseSettings, conditioning_of
 from swesbi.networks.spline.files import KIND, save_spline
-from swesbi.networks.spline.pool import SubjectSimulations, of_subject, read_pool
+from swesbi.networks.spline.pool import of_subject, read_pool
 from swesbi.networks.spline.training import train_spline as train_on_pool
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import read_population
@@ -60,11 +60,7 @@ def train_flow(
     """
     label, pooled = f"training {estimator.parent.name}", read_pool(pool)
     models = read_speed_models(observations, noise, settings.model)
-    simulations = [of_subject(pooled, model.recording.subject, pool) for model in models]
-    subjects = [
-        SubjectSimulations(model, simulated.theta, simulated.active)
-        for model, simulated in zip(models, simulations, strict=True)
-    ]
+    subjects = [of_subject(pooled, model, pool) for model in models]
     seed = integer_seed(origin.seed, "flow training")
     result = train_on_pool(subjects, settings.conditioning, settings.estimator, seed, label)
     save_spline(estimator, result.spline, origin.provenance(KIND, settings))
