@@ -92,9 +92,9 @@ def test_training_learns_and_keeps_the_best_epoch() -> None:
 def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed() -> None:
     flow, prior = trained().spline, speed_case.settings().prior
     z = flow.conditioner.condition(speed_case.model().recording)
-    phi = draw_phi(flow, z[None], 4000, seed=1)[0]
+    phi = draw_phi(flow, z[None], 40_000, seed=1)[0]
     assert in_bounds(phi, prior).all()
-    other = draw_phi(flow, z[None], 4000, seed=2)[0]
+    other = draw_phi(flow, z[None], 40_000, seed=2)[0]
     width = 0.3 * other.std(axis=0)
     near = np.all(np.abs(phi - np.median(phi, axis=0)) < width, axis=1)
     rng = np.random.default_rng(0)

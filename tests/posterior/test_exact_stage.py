@@ -80,7 +80,7 @@ def test_the_networks_density_weights_as_a_known_proposal_does(inputs: dict[str,
     """A wrong density or Jacobian of the network would move the evidence."""
     model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
     network = flow_proposal(load_spline(inputs["estimator"])[0], model.recording)
-    found, expected = (weigh(model, proposal, 6000, 0.1, 1) for proposal in (network, fitted(model)))
+    found, expected = (weigh(model, proposal, 12_000, 0.1, 1) for proposal in (network, fitted(model)))
     error = 4.0 * np.hypot(found.log_evidence_se, expected.log_evidence_se)
     assert error < 1.2
     assert found.log_evidence == pytest.approx(expected.log_evidence, abs=error)

@@ -25,7 +25,7 @@ from swesbi.parameters import K_0, K_ATP, PHI_COLUMNS, PHI_NAMES
 from swesbi.prior import JointPriorSettings, bounds, from_logit
 
 FloatArray = NDArray[np.float64]
-ZOOM_LEVEL: Final = 0.999  # the grid spans the region of this level for two coordinates, and of more for one
+ZOOM_LEVEL: Final = 0.99  # the grid spans the region of this level for two coordinates, and of more for one
 CLOSING_ROUNDS: Final = 8
 STILL_CLOSING: Final = 0.7
 NEIGHBOUR_ROUNDS: Final = 2

@@ -48,6 +48,7 @@ REGION_COLORS: Final = ("#0072B2", "#5BA3D0", "#B3D4EA", "#DDEBF5")
 PANEL_HEIGHT_IN: Final = 1.35
 FRAME_HEIGHT_IN: Final = 1.5
 MARGIN: Final = 1.15
+NARROW: Final = 2.5  # upper over lower end of an axis that holds fewer than two of the marks 1, 2 and 5
 TOP_INCREASE: Final = 0.6  # the end of the colour scale: a phase without which the sd grows by 60 %
 DOT_AREA: Final = 30.0  # points^2 at the end of the colour scale
 SHOWN: Final = (*THETA_NAMES, ATTAINED)
@@ -133,6 +134,8 @@ def _log_axes(axes: Axes, x_limits: tuple[float, float], y_limits: tuple[float, 
     axes.set_ylim(y_limits)
     for axis in (axes.xaxis, axes.yaxis):
         plain_decades(axis)
+        if np.divide(*axis.get_view_interval()[::-1]) < NARROW:
+            axis.set_major_locator(MaxNLocator(4))
 
 
 def _profile_legend(figure: SubFigure, levels: FloatArray) -> None:
