@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import argparse
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final, get_args
@@ -73,9 +73,9 @@ def main() -> None:
     """Infer every subject under both beats, print what it comes to, and write table and figure."""
     arguments = _arguments()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    settings, seed = _settings(arguments.config)
+    settings, seed = study_settings(arguments.config)
     estimates = infer(settings, arguments.subjects or settings.study.subjects, seed)
-    frame = pd.DataFrame([asdict(estimate) | {"covered": int(estimate.covered)} for estimate in estimates])
+    frame = table(estimates)
     print(summary(frame).to_string(index=False))
     if arguments.csv:
         write_csv(arguments.csv, frame)
@@ -92,7 +92,7 @@ def _arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _settings(config: Path) -> tuple[DiscrepancyStageSettings, int]:
+def study_settings(config: Path) -> tuple[DiscrepancyStageSettings, int]:
     """Return the settings of the study of the discrepancy, with the discrepancy that its experiment has."""
     study = load_study(read_yaml(config))
     settings = DiscrepancyStageSettings.from_plain(stage_settings(study, "discrepancy"))
@@ -142,6 +142,11 @@ def _quantiles(bank: Bank, interval: float) -> FloatArray:
         order = np.argsort(values)
         rows.append(np.interp([tail, 0.5, 1.0 - tail], np.cumsum(weight[order]), values[order]))
     return np.array(rows)
+
+
+def table(estimates: Sequence[Estimate]) -> pd.DataFrame:
+    """Return a row an estimate, with 1 in ``covered`` where its interval holds the truth."""
+    return pd.DataFrame([asdict(estimate) | {"covered": int(estimate.covered)} for estimate in estimates])
 
 
 def summary(frame: pd.DataFrame) -> pd.DataFrame:

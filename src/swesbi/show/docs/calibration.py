@@ -131,7 +131,9 @@ def discrepancy_part(results: CalibrationResults) -> str:
     if results.discrepancy is None:
         return "Not measured yet: `make discrepancy`."
     pairs = results.discrepancy.sort_values("log_evidence", ascending=False)
-    chosen = pd.concat([pairs.head(5), pairs[(pairs["speed_fraction"] == 0) & (pairs["timing_cycle"] == 0)]])
+    in_use = results.shown.experiment.settings["observation_model"]["discrepancy"]
+    named = (_pair(pairs, **size) for size in (in_use, {"speed_fraction": 0.0, "timing_cycle": 0.0}))
+    chosen = pd.concat([pairs.head(5), *named])
     rows = [
         {
             "speed": share(row["speed_fraction"], 0),
@@ -142,8 +144,15 @@ def discrepancy_part(results: CalibrationResults) -> str:
         | {f"coverage `{name}`": share(row[f"coverage_{name}"], 0) for name in THETA_NAMES}
         for row in records(chosen)
     ]
-    note = f"{int(pairs['subjects'].iloc[0])} generated subjects; the last row is without."
+    note = (
+        f"{int(pairs['subjects'].iloc[0])} generated subjects; the five pairs of the highest evidence, then "
+        "the pair in use, then none."
+    )
     return f"{markdown(of_records(rows))}\n\n{note}"
+
+
+def _pair(pairs: pd.DataFrame, speed_fraction: float, timing_cycle: float) -> pd.DataFrame:
+    return pairs[(pairs["speed_fraction"] == speed_fraction) & (pairs["timing_cycle"] == timing_cycle)]
 
 
 def flow_part(results: CalibrationResults) -> str:

@@ -1,0 +1,21 @@
+"""What a fixed passive part costs where the heart is not the model: it misses k_SR."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from passive_beat import infer, study_settings, summary, table
+
+ROOT = Path(__file__).parents[2]
+SUBJECTS = 12
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_the_reference_beat_put_back_misses_k_sr_on_generated_subjects() -> None:
+    settings, seed = study_settings(ROOT / "config.yaml")
+    rows = summary(table(infer(settings, SUBJECTS, seed))).set_index(["passive_beat", "parameter"])
+    of_k_sr = rows.xs("k_sr_per_s", level="parameter")
+    assert of_k_sr.at["own", "covered"] >= 10
+    assert of_k_sr.at["reference", "covered"] <= 7
+    assert of_k_sr.at["own", "log_evidence"] > of_k_sr.at["reference", "log_evidence"] + 10.0
