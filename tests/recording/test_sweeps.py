@@ -122,24 +122,23 @@ def test_without_sweep_noise_the_likelihood_is_that_of_separate_repeats() -> Non
         assert crossed_value == pytest.approx(log_restricted_likelihood(levels, *pair), rel=1e-13)
 
 
-@pytest.mark.filterwarnings("ignore:The MLE may be on the boundary", "ignore:.*gradient.*", "ignore:Maximum")
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.filterwarnings("ignore:The MLE may be on the boundary")
+@pytest.mark.parametrize("seed", [2, 3])
 def test_the_fit_is_that_of_a_general_mixed_model(seed: int) -> None:
-    table = crossed(TRUE, seed, recordings=5, phases=5)
-    cells = np.eye(table.groupby(["recording", "phase"]).ngroups)[
-        table.groupby(["recording", "phase"]).ngroup()
-    ]
+    table = crossed(TRUE, seed, phases=5, sweeps=4)
+    table = table.assign(cell=table.groupby(["recording", "phase"]).ngroup())
     general = MixedLM.from_formula(
-        "value ~ 0 + cells",
+        "value ~ 0 + C(cell)",
         groups="recording",
         vc_formula={"sweep": "0 + C(sweep)", "repeat": "0 + C(sweep):C(phase)"},
         re_formula="0",
-        data={**{name: table[name].to_numpy() for name in table}, "cells": cells},
-    ).fit(reml=True)
+        data=table,
+    ).fit(reml=True, method="bfgs", gtol=1e-9)
+    assert general.converged
     by_name = dict(zip(general.model.exog_vc.names, general.vcomp, strict=True))
     found = fit_sweeps(levels_of(table), 0.9)
     expected = [np.sqrt(by_name["repeat"]), np.sqrt(general.scale), np.sqrt(by_name["sweep"])]
-    np.testing.assert_allclose([part.fraction for part in found[:3]], expected, rtol=1e-3)
+    np.testing.assert_allclose([part.fraction for part in found[:3]], expected, rtol=1e-6)
 
 
 def test_in_balanced_recordings_the_fit_is_the_analysis_of_variance() -> None:
@@ -163,18 +162,18 @@ def test_in_balanced_recordings_the_fit_is_the_analysis_of_variance() -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
+@pytest.mark.slow(minutes=1)
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    count, held, ratios = 100, np.zeros(3), []
-    truth = (TRUE.repeat_fraction, TRUE.sample_fraction, TRUE.sweep_fraction)
-    for seed in range(count):
-        parts = fit_sweeps(levels_of(crossed(TRUE, seed, recordings=10)), 0.9)[:3]
-        held += [part.low <= true <= part.high for part, true in zip(parts, truth, strict=True)]
-        ratios.append(
-            [(part.fraction - true) / part.standard_error for part, true in zip(parts, truth, strict=True)]
-        )
-    assert np.abs(held / count - 0.9).max() < 0.09  # three binomial standard errors
-    assert np.abs(np.mean(ratios, axis=0)).max() < 0.35
-    assert np.abs(np.std(ratios, axis=0) - 1.0).max() < 0.22
+    truth = np.array([TRUE.repeat_fraction, TRUE.sample_fraction, TRUE.sweep_fraction])
+    fits = [fit_sweeps(levels_of(crossed(TRUE, seed, recordings=10)), 0.9)[:3] for seed in range(100, 200)]
+    found, error, low, high = (
+        np.array([[getattr(part, name) for part in fit] for fit in fits])
+        for name in ("fraction", "standard_error", "low", "high")
+    )
+    held = ((low <= truth) & (truth <= high)).mean(axis=0)
+    assert np.abs(held - 0.9).max() < 0.09  # three binomial standard errors
+    np.testing.assert_allclose(found.mean(axis=0), truth, rtol=0.07)
+    np.testing.assert_allclose(found.std(axis=0), error.mean(axis=0), rtol=0.22)
 
 
 def acquired(sweep_fraction: float, seeds: range) -> dict[str, Samples]:
@@ -205,7 +204,6 @@ def test_components_are_recovered_from_recordings_and_only_with_the_crossed_term
     assert found.pooled.repeat.high - found.pooled.repeat.low < 0.006
     assert found.pooled.sweep is not None
     assert found.pooled.sweep.high - found.pooled.sweep.low < 0.025
-    assert found.homogeneity_p > 0.01
     nested = fit_noise(by("separate", recordings)).pooled.repeat
     assert nested.low > 0.045
     assert nested.fraction == pytest.approx(np.hypot(0.04, 0.05), rel=0.2)
@@ -257,14 +255,15 @@ def test_recordings_of_sweeps_and_of_separate_repeats_are_not_pooled() -> None:
 
 
 def test_a_recording_is_compared_with_the_cohort_by_the_model_of_its_repeats() -> None:
-    def p_values(noise: NoiseComponents) -> NDArray[np.float64]:
-        made = [levels_of(crossed(noise, seed, recordings=1, phases=20)) for seed in range(60)]
+    def p_values(noise: NoiseComponents, count: int) -> NDArray[np.float64]:
+        made = [levels_of(crossed(noise, seed, recordings=1, phases=12)) for seed in range(count)]
         return np.array([compare_noise(levels, TRUE).p_value for levels in made])
 
-    alike = p_values(TRUE)
-    assert (alike <= 0.05).mean() <= 0.12
+    alike = p_values(TRUE, 20)
+    assert (alike <= 0.05).mean() <= 0.2
     assert 0.3 < alike.mean() < 0.7
-    assert (p_values(replace(TRUE, sweep_fraction=0.2)) <= 0.05).mean() > 0.7
+    assert (p_values(replace(TRUE, sweep_fraction=0.3), 10) <= 0.05).mean() >= 0.4  # of three sweeps each
+    assert (p_values(replace(TRUE, repeat_fraction=0.1), 10) <= 0.05).mean() >= 0.7
     levels = as_separate(levels_of(crossed(TRUE, seed=1, recordings=1, phases=20)))
     top = fit_components(levels, 0.9)[2]
     given = log_restricted_likelihood(levels, float(np.hypot(0.04, 0.05)), 0.08)
@@ -316,8 +315,11 @@ def test_the_covariance_is_that_of_recordings() -> None:
     apart = ~np.eye(PHASES, dtype=bool)
     assert found[apart].mean() == pytest.approx(expected[apart].mean(), rel=0.15)
     assert np.diag(found).mean() == pytest.approx(np.diag(expected).mean(), rel=0.10)
-    few = expected < 0.9 * expected.max(axis=1, keepdims=True).min()
-    assert found[apart & few & (expected < 0.00075)].mean() < found[apart & (expected > 0.00080)].mean()
+    odd, even = np.arange(1, PHASES, 2), np.arange(0, PHASES, 2)
+    for one, other in ((odd, odd), (odd, even), (even, even)):
+        block = np.ix_(one, other)
+        kept = apart[block]
+        assert found[block][kept].mean() == pytest.approx(expected[block][kept].mean(), rel=0.2)
 
 
 def write_inputs(folder: Path, protocol: str) -> dict[str, Path | list[Path]]:
@@ -411,11 +413,11 @@ def test_the_figure_has_a_panel_for_sweeps(tmp_path: Path) -> None:
     noise = fit_noise(by("sweeps", acquired(0.05, range(1))))
     figure = draw_noise(noise, "virtual volunteers", TRUE)
     assert_text_apart(figure)
-    assert [axes.get_title() for axes in figure.axes][2] == "(c) between sweeps"
+    assert figure.axes[2].get_title(loc="left") == "(c) between sweeps"
     labels = [text.get_text() for text in figure.axes[2].get_legend().get_texts()]
     assert labels[1] == "made with 5 %"
     save(tmp_path / "noise.h5", to_dataset(noise), Origin(1, "", "c").provenance(KIND, SETTINGS))
-    assert read_noise(tmp_path / "noise.h5") == noise
+    assert read_noise(tmp_path / "noise.h5").pooled == noise.pooled
 
 
 def test_sweeps_are_numbered_as_in_the_recording() -> None:

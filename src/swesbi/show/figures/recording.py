@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -61,15 +62,18 @@ def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | N
     """
     made_with = {} if truth is None else asdict(truth)
     with style():
-        figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
-        panels = np.atleast_1d(figure.subplots(1, len(noise.pooled.parts)))
-        for axes, letter, (name, pooled) in zip(panels, "abc", noise.pooled.parts.items(), strict=False):
+        rows = math.ceil(len(noise.pooled.parts) / 2)
+        figure = new_figure(TEXT_WIDTH_IN, rows * HEIGHT_IN)
+        for number, (name, pooled) in enumerate(noise.pooled.parts.items()):
+            axes = figure.add_subplot(rows, 2, number + 1)
             _panel(axes, pooled, {who: one.parts[name] for who, one in noise.by_subject.items()})
-            axes.set_title(f"({letter}) {BETWEEN[name]}")
+            axes.set_title(f"({'abc'[number]}) {BETWEEN[name]}")
+            if number % 2 == 0:
+                axes.set_ylabel("relative sd of the speed")
             if (value := made_with.get(f"{name}_fraction")) is not None:
                 axes.axhline(value, color=TRUTH, ls="--", label=f"made with {as_percent(value)}")
-            axes.legend(loc="lower left")
-        panels[0].set_ylabel("relative sd of the speed")
+            # a recording has few sweeps, and its interval reaches far up and down
+            axes.legend(loc="best" if name == "sweep" else "lower left")
         figure.suptitle(
             titled(f"Noise of the measured speeds, {as_percent(noise.interval)} intervals", cohort_title),
             fontsize=7.5,
