@@ -113,7 +113,8 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
 
     Every phase of every subject has a mean of its own (fixed), repeats and samples are random, and so are
     sweeps where repeats are such; the components, c of them, are common to all. Sharing them is tested by the
-    likelihood ratio against a fit of each recording, chi-squared with c (subjects - 1) degrees of freedom.
+    likelihood ratio against a fit of each recording, chi-squared with c (subjects - 1) degrees of freedom;
+    with three sweeps a recording that is somewhat too small a p-value.
 
     Args:
         recordings: Repeats of each subject's recording, by subject; of all or of none known as sweeps.

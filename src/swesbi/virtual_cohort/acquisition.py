@@ -119,7 +119,7 @@ def _draw(settings: AcquisitionSettings, generator: np.random.Generator) -> _Dra
 
 
 def _shared_factor(settings: AcquisitionSettings, generator: np.random.Generator) -> FloatArray:
-    # Drawn last, and only where there is one: whoever draws on from this generator goes on as without them.
+    # Drawn last, and only where there is one: without, whoever draws on from this generator goes on as ever.
     factor = np.ones(settings.repeats)
     if settings.sweep_fraction > 0.0:
         factor = 1.0 + settings.sweep_fraction * generator.standard_normal(settings.repeats)
