@@ -103,6 +103,8 @@ def test_the_variance_of_one_repeat() -> None:
     samples = np.array([[12, 8, 0], [12, 12, 6]])
     expected = 0.04**2 + 0.08**2 * np.mean([1 / 12, 1 / 8, 1 / 12, 1 / 12, 1 / 6])
     assert single_repeat_variance(noise, samples) == pytest.approx(expected)
+    of_sweeps = replace(noise, sweep_fraction=0.05)
+    assert single_repeat_variance(of_sweeps, samples) == pytest.approx(expected + 0.05**2)
 
 
 def test_more_repeats_help_up_to_the_floor_and_more_phases_help() -> None:

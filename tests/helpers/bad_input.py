@@ -461,6 +461,11 @@ PROTOCOLS = {
         "protocol.phases is 12, but recording.phases in config.yaml is 20; correct the one that is wrong",
         True,
     ),
+    "repeats of another kind": Case(
+        content("recording.yaml", b"origin: a\nprotocol: {repeats_are: nested}\n"),
+        "'nested' under the key `protocol.repeats_are` is none of separate, sweeps; write `sweeps` if",
+        True,
+    ),
 }
 
 CASES = {

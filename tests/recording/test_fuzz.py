@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 from recordings import CONTEXT, DENSITY, RECORDING
 from scipy.io import savemat
 
-from swesbi.recording.check import read_protocol
 from swesbi.recording.cohort import read_subjects
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.protocol import read_protocol
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, Samples
 

@@ -186,12 +186,18 @@ def write_inputs(folder: Path) -> tuple[list[Path], list[Path]]:
     return recordings, observations
 
 
+def write_protocol(folder: Path) -> Path:
+    (folder / "recording.yaml").write_text("origin: a test\n")
+    return folder / "recording.yaml"
+
+
 def test_the_stage_writes_what_the_fit_found(tmp_path: Path) -> None:
     recordings, observations = write_inputs(tmp_path)
     target = tmp_path / "noise.h5"
     stage.noise(
         recordings=recordings,
         observations=observations,
+        protocol=write_protocol(tmp_path),
         noise=target,
         contexts=tmp_path / "contexts.h5",
         settings=SETTINGS,
@@ -212,6 +218,7 @@ def test_curves_of_other_recordings_are_refused(tmp_path: Path) -> None:
         stage.noise(
             recordings=recordings[::-1],
             observations=observations,
+            protocol=write_protocol(tmp_path),
             noise=tmp_path / "noise.h5",
             contexts=tmp_path / "contexts.h5",
             settings=SETTINGS,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from numpy.typing import NDArray
+from pydantic import ValidationError
 from recordings import CONTEXT, RECORDING
 from study_copy import ROOT
 
@@ -151,6 +152,61 @@ def test_acquisition_noise_has_the_size_it_should() -> None:
     repeat_variance = speed.mean(axis=-1).var(axis=-1, ddof=1).mean() - 0.08**2 / 12
     np.testing.assert_allclose(np.sqrt(repeat_variance), 0.04, rtol=0.08)
     np.testing.assert_allclose(speed.mean(axis=(-1, -2)).std(), 0.0267, rtol=0.08)
+
+
+QUIET = dict.fromkeys(
+    ("sample_sd_fraction", "repeat_sd_fraction", "failed_fraction", "outlier_fraction", "rr_sd_fraction"), 0.0
+)
+
+
+def shared_factors(recordings: int = 300, **shared: float) -> NDArray[np.float64]:
+    """Speeds over the true speed of recordings in which nothing else goes wrong; (recordings, 20, 3)."""
+    settings = ACQUISITION.model_copy(update=QUIET | {"samples_per_repeat": 1} | shared)
+    speeds = [samples.speed_m_s.reshape(20, 3) for samples in many(settings, recordings)]
+    return np.stack(speeds) / 2.0
+
+
+def test_a_sweep_error_is_that_of_a_repeat_at_all_phases() -> None:
+    factor = shared_factors(sweep_fraction=0.05)
+    np.testing.assert_array_equal(factor, factor[:, :1] * np.ones((1, 20, 1)))
+    np.testing.assert_allclose(factor[:, 0].std(axis=1, ddof=1).mean(), 0.05 * 0.886, rtol=0.08)  # of three
+    np.testing.assert_allclose(factor[:, 0].std(), 0.05, rtol=0.08)
+
+
+def test_a_scale_error_is_that_of_a_whole_recording() -> None:
+    factor = shared_factors(scale_fraction=0.05)
+    np.testing.assert_array_equal(factor, factor[:, :1, :1] * np.ones((1, 20, 3)))
+    np.testing.assert_allclose(np.log(factor[:, 0, 0]).std(), 0.05, rtol=0.12)
+    both = np.log(shared_factors(scale_fraction=0.05, sweep_fraction=0.03)[:, 0])
+    np.testing.assert_allclose(both.mean(axis=1).std(), np.sqrt(0.05**2 + 0.03**2 / 3), rtol=0.12)
+
+
+def test_shared_errors_leave_everything_else_of_a_recording_as_it_is() -> None:
+    plain = many(ACQUISITION, 1)[0]
+    shared = many(ACQUISITION.model_copy(update={"sweep_fraction": 0.05, "scale_fraction": 0.05}), 1)[0]
+    np.testing.assert_array_equal(shared.status, plain.status)
+    np.testing.assert_array_equal(shared.rr_ms, plain.rr_ms)
+    np.testing.assert_array_equal(shared.fit_r2, plain.fit_r2)
+    ratio = shared.speed_m_s / plain.speed_m_s
+    for repeat in range(3):
+        np.testing.assert_allclose(np.nanstd(ratio[plain.repeat == repeat]), 0.0, atol=1e-3)  # rounding
+    assert np.nanstd(ratio) > 0.01
+
+
+def test_without_shared_errors_the_random_stream_goes_on_as_it_did() -> None:
+    rng, again = generator(1, "test"), generator(1, "test")
+    acquire(flat_curve(), CONTEXT, ACQUISITION, rng)
+    beats, samples = (20, 3), (20, 3, 12)
+    again.standard_normal(beats), again.standard_normal(beats), again.standard_normal(samples)
+    again.random((3, *samples)), again.beta(18.0, 2.0, samples), again.uniform(0.10, 0.58, samples)
+    assert rng.random() == again.random()
+
+
+@pytest.mark.parametrize("name", ["sweep_fraction", "scale_fraction"])
+@pytest.mark.parametrize("value", [-0.01, 1.0])
+def test_shared_errors_are_fractions(name: str, value: float) -> None:
+    with pytest.raises(ValidationError, match=name):
+        AcquisitionSettings.from_plain(ACQUISITION.to_plain() | {name: value})
 
 
 def test_failures_and_outliers_come_as_often_as_they_should() -> None:

@@ -66,10 +66,11 @@ rule passive:
 
 
 rule noise:
-    """Noise between repeats and between samples, by a mixed model over all recordings."""
+    """Noise between repeats, samples and sweeps, by a mixed model over all recordings."""
     input:
         recordings=[str(STUDY.recording(subject)) for subject in SUBJECTS],
         observations=of_subjects("cohort/{subject}/observation.h5"),
+        protocol=str(STUDY.cohort / "recording.yaml"),
     output:
         noise=f"{RESULTS}/cohort/noise.h5",
         contexts=f"{RESULTS}/cohort/contexts.h5",

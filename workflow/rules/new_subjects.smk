@@ -7,6 +7,7 @@ rule new_subject:
     """Posterior, verdict and figures of a subject outside the pool; refused where the network cannot answer."""
     input:
         recording=lambda wildcards: str(STUDY.new_recording(wildcards.new_subject)),
+        protocol=str(STUDY.new_protocol),
         estimator=rules.train_flow.output.estimator,
         noise=rules.noise.output.noise,
         pooled_observations=of_subjects("cohort/{subject}/observation.h5"),
@@ -42,6 +43,7 @@ rule new_subject_of_population:
     """The same by the network of a population; refused outside its declared range."""
     input:
         recording=lambda wildcards: str(STUDY.new_recording(wildcards.new_subject)),
+        protocol=str(STUDY.new_protocol),
         estimator=rules.train_population.output.estimator,
         noise=rules.noise.output.noise,
         null=rules.population_null.output.null,

@@ -61,6 +61,11 @@ class Study:
         """
         return find_recording(Path(self.config.new_subjects.cohort or ""), subject)
 
+    @property
+    def new_protocol(self) -> Path:
+        """What is said of how the recordings of subjects outside the cohort were made."""
+        return Path(self.config.new_subjects.cohort or "") / PROTOCOL
+
     def answered(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects within the declared range of an experiment over a population."""
         refused = self.refused(experiment)

@@ -6,14 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
-import yaml
 
 from swesbi.arrays import IntArray
 from swesbi.recording.cohort import (
-    PROTOCOL,
     RECORDINGS,
     SUBJECTS,
     SUFFIXES,
@@ -24,13 +22,13 @@ from swesbi.recording.cohort import (
 )
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
-from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.protocol import Protocol, read_protocol
 from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import Samples, rejection
+from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import ContextRow, RecordingSettings, is_subject
-from swesbi.recording.table import read_bytes
+from swesbi.recording.sweeps import NOT_CROSSED, ONE_NUMBER, SweepLevels, is_crossed, levels_by
 
-SEE_TEMPLATE: Final = "`python -m swesbi template FOLDER` writes one to start from"
 Value = TypeVar("Value")
 HEADER: Final = (
     "subject",
@@ -49,63 +47,6 @@ LEGEND: Final = (
     "largest. repeats, samples: relative standard deviation between repeats, and between samples of one.\n"
     "E: apparent Young's modulus of the measured phases, lowest to highest."
 )
-
-
-@dataclass(frozen=True)
-class Protocol:
-    """What the cohort says of its own recordings, as far as the study uses it."""
-
-    origin: str
-
-
-def read_protocol(cohort: Path, settings: RecordingSettings) -> Protocol:
-    """Read ``recording.yaml``, which must agree with the settings of ingestion where it says the same.
-
-    Raises:
-        RecordingError: The file is missing, no YAML mapping, lacks ``origin``, or disagrees.
-    """
-    path = cohort / PROTOCOL
-    check_file(path, cohort)
-    plain = _mapping(path)
-    origin = plain.get("origin")
-    problems = [*_disagreements(path, plain, settings)]
-    if not isinstance(origin, str) or not origin.strip():
-        remedy = "say in a few words who or what was recorded"
-        problems.append(Problem(str(path), "has no text under the key `origin`", remedy))
-    raise_any(problems)
-    return Protocol(str(origin).strip())
-
-
-def _mapping(path: Path) -> Mapping[str, Any]:
-    try:
-        plain = yaml.safe_load(read_bytes(path).decode("utf-8-sig"))
-    # a ValueError for text that is no UTF-8, and for dates that are none
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        reason = " ".join(f"cannot be read as YAML ({error})".split())
-        raise RecordingError(Problem(str(path), reason, SEE_TEMPLATE)) from error
-    if not isinstance(plain, dict):
-        reason = f"holds {type(plain).__name__}, expected keys with values"
-        raise RecordingError(Problem(str(path), reason, SEE_TEMPLATE))
-    return plain
-
-
-def _disagreements(path: Path, plain: Mapping[str, Any], settings: RecordingSettings) -> list[Problem]:
-    protocol = plain.get("protocol") or {}
-    if not isinstance(protocol, dict):
-        return [Problem(str(path), "has no keys under `protocol`", SEE_TEMPLATE)]
-    said = {
-        "density_kg_m3": ("density_kg_m3", plain.get("density_kg_m3"), settings.density_kg_m3),
-        "protocol.phases": ("phases", protocol.get("phases"), settings.phases),
-    }
-    return [
-        Problem(
-            str(path),
-            f"{key} is {here!r}, but recording.{name} in config.yaml is {there:g}",
-            "correct the one that is wrong",
-        )
-        for key, (name, here, there) in said.items()
-        if here is not None and here != there
-    ]
 
 
 @dataclass(frozen=True)
@@ -155,7 +96,7 @@ def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) 
     table = _collect(problems, partial(_subjects, cohort)) or SubjectTable(_recorded(cohort), {}, ())
     problems.extend(table.problems)
     protocol = _collect(problems, partial(read_protocol, cohort, settings)) or Protocol("")
-    check = partial(_check, cohort, rows=table.rows, settings=settings, grid_points=grid_points)
+    check = partial(_check, cohort, protocol, rows=table.rows, settings=settings, grid_points=grid_points)
     checked = [_collect(problems, partial(check, name)) for name in table.names]
     subjects = tuple(subject for subject in checked if subject)
     return CohortReport(subjects, protocol.origin, tuple(problems), _notes(cohort, table.names))
@@ -176,7 +117,12 @@ def _subjects(cohort: Path) -> SubjectTable:
 
 
 def _check(
-    cohort: Path, name: str, rows: Mapping[str, ContextRow], settings: RecordingSettings, grid_points: int
+    cohort: Path,
+    protocol: Protocol,
+    name: str,
+    rows: Mapping[str, ContextRow],
+    settings: RecordingSettings,
+    grid_points: int,
 ) -> Checked | None:
     """Read and ingest one recording; a subject whose row is wrong has its recording read all the same."""
     path = find_recording(cohort, name)
@@ -184,7 +130,11 @@ def _check(
     if name not in rows:
         return None
     observation = ingest(samples, rows[name].to_context(), settings, grid_points)
-    return Checked(samples, rejection(samples, settings), observation)
+    verdict = rejection(samples, settings)
+    levels = levels_by(protocol.repeats_are, samples, verdict == ACCEPTED)
+    if isinstance(levels, SweepLevels) and not is_crossed(levels):
+        raise RecordingError(Problem(str(path), NOT_CROSSED, ONE_NUMBER, column="repeat"))
+    return Checked(samples, verdict, observation)
 
 
 def _recorded(cohort: Path) -> tuple[str, ...]:

@@ -104,7 +104,7 @@ class ComponentEstimate:
     """One variance component as a relative standard deviation of the speed, estimated by REML.
 
     The standard error is from the curvature of the profile likelihood; the lower limit is 0 where zero is
-    within the interval.
+    within the interval, the upper one ``LARGEST_SD`` where that is.
     """
 
     fraction: Annotated[float, Variable("", "1", "relative standard deviation of the speed, {whose}")]
@@ -150,7 +150,7 @@ def fit_components(
     Raises:
         ValueError: No phase has two repeats, or no repeat two samples: a component cannot be told.
     """
-    _check(levels)
+    check_levels(levels)
 
     def given_repeat(repeat_sd: float) -> float:
         return _highest(lambda sample_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
@@ -164,10 +164,16 @@ def fit_components(
     if given_repeat(0.0) >= top:
         repeat_sd, top = 0.0, given_repeat(0.0)
     drop = 0.5 * float(chi2.ppf(interval, 1))
-    return _estimate(given_repeat, repeat_sd, drop), _estimate(given_sample, sample_sd, drop), top
+    repeat = profile_estimate(given_repeat, repeat_sd, drop)
+    return repeat, profile_estimate(given_sample, sample_sd, drop), top
 
 
-def _check(levels: RepeatLevels) -> None:
+def check_levels(levels: RepeatLevels) -> None:
+    """Refuse repeats from which the noise between repeats, or between samples, cannot be told.
+
+    Raises:
+        ValueError: No phase has two repeats, or no repeat two samples, or all samples are equal.
+    """
     if levels.repeats <= levels.cells:
         raise ValueError("no phase was measured twice: the noise between repeats cannot be told")
     if levels.samples <= levels.repeats:
@@ -187,15 +193,21 @@ def _highest(function: Callable[[float], float]) -> tuple[float, float]:
     return float(np.exp(minimum.x)), float(-minimum.fun)
 
 
-def _estimate(profile: Callable[[float], float], at: float, drop: float) -> ComponentEstimate:
-    """Return the interval in which a profile likelihood lies at most ``drop`` below its maximum."""
+def profile_estimate(profile: Callable[[float], float], at: float, drop: float) -> ComponentEstimate:
+    """Return a component with the interval in which its profile likelihood is at most ``drop`` below the top.
+
+    Args:
+        profile: Log likelihood of a standard deviation, the other components chosen to make it highest.
+        at: Where it is highest.
+        drop: Half the quantile of chi-squared with one degree of freedom.
+    """
     top = profile(at)
 
     def above(sd: float) -> float:
         return profile(sd) - top + drop
 
     low = brentq(above, SMALLEST_SD, at) if at > SMALLEST_SD and above(SMALLEST_SD) < 0 else 0.0
-    high = brentq(above, max(at, SMALLEST_SD), LARGEST_SD)
+    high = brentq(above, max(at, SMALLEST_SD), LARGEST_SD) if above(LARGEST_SD) < 0 else LARGEST_SD
     return ComponentEstimate(at, _standard_error(profile, at, top), float(low), float(high))
 
 

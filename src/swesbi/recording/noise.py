@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,8 +22,13 @@ from swesbi.recording.components import (
     log_restricted_likelihood,
 )
 from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.sweeps import (
+    SweepLevels,
+    fit_sweeps,
+    joined_sweeps,
+    log_restricted_likelihood_of_sweeps,
+)
 
-COMPONENTS: Final = ("repeat", "sample")
 VALUES: Final = artefacts.schema_of(ComponentEstimate)["/"]
 POOLED: Final = artefacts.Part(
     along="component",
@@ -35,19 +41,32 @@ OWN: Final = artefacts.Part(
 
 @dataclass(frozen=True)
 class NoiseEstimate:
-    """Both components, from so many repeats and samples.
+    """The components, from so many repeats and samples.
 
     Attributes:
         repeat: Between repeats, common to the samples of one.
         sample: Between the spatial samples of a repeat.
         repeats: Over the phases.
         samples: Of all repeats.
+        sweep: Between sweeps, common to the phases of one; None where repeats are separate.
     """
 
     repeat: ComponentEstimate
     sample: ComponentEstimate
     repeats: Annotated[int, artefacts.Variable("", "1", "repeats with accepted samples")]
     samples: Annotated[int, artefacts.Variable("", "1", "accepted samples")]
+    sweep: ComponentEstimate | None = None
+
+    @property
+    def parts(self) -> dict[str, ComponentEstimate]:
+        """The components by what they are between."""
+        known = {"repeat": self.repeat, "sample": self.sample}
+        return known if self.sweep is None else known | {"sweep": self.sweep}
+
+    @property
+    def components(self) -> NoiseComponents:
+        """The components alone."""
+        return NoiseComponents(**{f"{name}_fraction": part.fraction for name, part in self.parts.items()})
 
 
 @dataclass(frozen=True)
@@ -71,7 +90,7 @@ class CohortNoise:
     @property
     def components(self) -> NoiseComponents:
         """The pooled components, as a recording has its own."""
-        return NoiseComponents(self.pooled.repeat.fraction, self.pooled.sample.fraction)
+        return self.pooled.components
 
     @property
     def repeat_fraction(self) -> float:
@@ -83,42 +102,65 @@ class CohortNoise:
         """Relative standard deviation between samples of a repeat."""
         return self.pooled.sample.fraction
 
+    @property
+    def sweep_fraction(self) -> float:
+        """Relative standard deviation between sweeps; 0 where repeats are separate."""
+        return self.components.sweep_fraction
+
 
 def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> CohortNoise:
     """Fit a mixed model to the log speeds of a cohort by REML.
 
-    Every phase of every subject has a mean of its own (fixed), repeats and samples are random; the
-    components are common to all. Sharing them is tested by the likelihood ratio against a fit of each
-    recording, chi-squared with 2 (subjects - 1) degrees of freedom.
+    Every phase of every subject has a mean of its own (fixed), repeats and samples are random, and so are
+    sweeps where repeats are such; the components, c of them, are common to all. Sharing them is tested by the
+    likelihood ratio against a fit of each recording, chi-squared with c (subjects - 1) degrees of freedom;
+    with three sweeps a recording that is somewhat too small a p-value.
 
     Args:
-        recordings: Repeats of each subject's recording, by subject.
+        recordings: Repeats of each subject's recording, by subject; of all or of none known as sweeps.
         interval: Mass of the profile-likelihood intervals.
 
     Raises:
-        ValueError: There is no recording, or a component cannot be told; the message says of whom.
+        ValueError: There is no recording, or only some are of sweeps, or a component cannot be told; the
+            message says of whom.
     """
     if not recordings:
         raise ValueError("there is no recording to estimate noise from")
     fits = {name: _fit_one(name, levels, interval) for name, levels in recordings.items()}
-    pooled, top = _fit_one("all subjects", joined(tuple(recordings.values())), interval)
-    freedom = 2 * (len(fits) - 1)
+    pooled, top = _fit_one("all subjects", _together(tuple(recordings.values())), interval)
+    freedom = len(pooled.parts) * (len(fits) - 1)
     ratio = 2.0 * (sum(alone for _, alone in fits.values()) - top)
     p_value = float(chi2.sf(max(ratio, 0.0), freedom)) if freedom else float(np.nan)
     by_subject = {name: estimate for name, (estimate, _) in fits.items()}
     return CohortNoise(pooled, by_subject, interval, p_value)
 
 
+def _together(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
+    sweeps = [levels for levels in recordings if isinstance(levels, SweepLevels)]
+    if sweeps and len(sweeps) < len(recordings):
+        raise ValueError(f"{len(sweeps)} of {len(recordings)} recordings are of sweeps: estimate them apart")
+    return joined_sweeps(sweeps) if sweeps else joined(recordings)
+
+
 def _fit_one(name: str, levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, float]:
     try:
-        repeat, sample, top = fit_components(levels, interval)
+        return _fit(levels, interval)
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
-    return NoiseEstimate(repeat, sample, levels.repeats, levels.samples), top
+
+
+def _fit(levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, float]:
+    """Return the components and the maximum of the likelihood, by the model that the repeats call for."""
+    sweep: ComponentEstimate | None = None
+    if isinstance(levels, SweepLevels):
+        repeat, sample, sweep, top = fit_sweeps(levels, interval)
+    else:
+        repeat, sample, top = fit_components(levels, interval)
+    return NoiseEstimate(repeat, sample, levels.repeats, levels.samples, sweep), top
 
 
 class NoiseFractions(Protocol):
-    """Anything with two relative standard deviations: of a cohort or of one recording."""
+    """Anything with relative standard deviations: of a cohort or of one recording."""
 
     @property
     def repeat_fraction(self) -> float:
@@ -128,12 +170,17 @@ class NoiseFractions(Protocol):
     def sample_fraction(self) -> float:
         """Relative standard deviation between samples of a repeat."""
 
+    @property
+    def sweep_fraction(self) -> float:
+        """Relative standard deviation between sweeps; 0 where repeats are separate."""
+
 
 def relative_se(samples_by_repeat: IntArray, noise: NoiseFractions) -> FloatArray:
     """Return the standard error of each phase's mean speed as a fraction of it; shape (p,).
 
     The mean is over repeat means, so with R repeats of n_r accepted samples it is
-    sqrt(sum_r (s_rep^2 + s_sam^2 / n_r)) / R; repeats without an accepted sample do not count.
+    sqrt(sum_r (s_rep^2 + s_swp^2 + s_sam^2 / n_r)) / R; repeats without an accepted sample do not count.
+    What the means of several phases share, where repeats are sweeps, is in :func:`mean_errors`.
 
     Args:
         samples_by_repeat: Accepted samples of each repeat; shape (p, repeats).
@@ -143,10 +190,56 @@ def relative_se(samples_by_repeat: IntArray, noise: NoiseFractions) -> FloatArra
         NaN at phases without an accepted sample.
     """
     counted = samples_by_repeat > 0
-    per_repeat = noise.repeat_fraction**2 + noise.sample_fraction**2 / np.maximum(samples_by_repeat, 1)
+    of_repeat = noise.repeat_fraction**2 + noise.sweep_fraction**2
+    per_repeat = of_repeat + noise.sample_fraction**2 / np.maximum(samples_by_repeat, 1)
     repeats = counted.sum(axis=1)
     variance = np.where(counted, per_repeat, 0.0).sum(axis=1)
     return np.where(repeats > 0, np.sqrt(variance) / np.maximum(repeats, 1), np.nan)
+
+
+@dataclass(frozen=True)
+class MeanErrors:
+    """Errors of a recording's mean log speeds at p phases, from K sweeps.
+
+    Attributes:
+        own: Standard deviation of what each mean has for itself; shape (p,).
+        shared: Factor of what they share; shape (p, K). All zero where repeats are separate.
+    """
+
+    own: FloatArray
+    shared: FloatArray
+
+    @property
+    def covariance(self) -> FloatArray:
+        """The covariance of the means, diag(own^2) + shared shared^T; shape (p, p)."""
+        return np.diag(self.own**2) + self.shared @ self.shared.T
+
+
+def mean_errors(samples_by_repeat: IntArray, noise: NoiseFractions) -> MeanErrors:
+    """Return the errors of each phase's mean speed, those apart that all phases of a sweep share.
+
+    The mean at phase i weighs its R_i repeats with accepted samples by W_ir = 1 / R_i, the others by 0. With
+    log speeds mu_i + v_r + u_ir + e_irj (``sweeps``) the means have, to first order in the errors,
+    the covariance
+
+        diag(d^2) + s_swp^2 W W^T,    d_i^2 = sum_{r in i} (s_rep^2 + s_sam^2 / n_ir) / R_i^2
+
+    (of linear combinations of random effects: Searle, Casella and McCulloch 1992, Ch. 6).
+    It is exact in W: a sweep that misses a phase shares nothing with it. Where all phases have the same R
+    repeats, s_swp^2 W W^T is s_swp^2 / R in every place, of rank one.
+
+    Args:
+        samples_by_repeat: Accepted samples of each repeat; shape (p, K). A column is one sweep.
+        noise: The components.
+
+    Returns:
+        NaN at phases without an accepted sample.
+    """
+    own = relative_se(samples_by_repeat, NoiseComponents(noise.repeat_fraction, noise.sample_fraction))
+    counted = (samples_by_repeat > 0).astype(np.float64)
+    repeats = counted.sum(axis=1, keepdims=True)
+    weights = np.where(repeats > 0.0, counted / np.maximum(repeats, 1.0), np.nan)
+    return MeanErrors(own, noise.sweep_fraction * weights)
 
 
 @dataclass(frozen=True)
@@ -156,7 +249,7 @@ class NoiseComparison:
     Attributes:
         own: REML components of the recording alone.
         statistic: Likelihood ratio, twice the log of it.
-        p_value: Of the ratio, chi-squared with two degrees of freedom.
+        p_value: Of the ratio, chi-squared with as many degrees of freedom as there are components.
     """
 
     own: NoiseComponents
@@ -177,16 +270,22 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
     Raises:
         ValueError: A component of the recording cannot be told.
     """
-    repeat, sample, top = fit_components(levels, interval)
-    given = log_restricted_likelihood(levels, cohort.repeat_fraction, cohort.sample_fraction)
-    ratio = max(0.0, 2.0 * (top - given))
-    alone = NoiseComponents(repeat.fraction, sample.fraction)
-    return NoiseComparison(alone, ratio, float(chi2.sf(ratio, 2)))
+    own, top = _fit(levels, interval)
+    ratio = max(0.0, 2.0 * (top - _log_likelihood(levels, cohort)))
+    return NoiseComparison(own.components, ratio, float(chi2.sf(ratio, len(own.parts))))
+
+
+def _log_likelihood(levels: RepeatLevels, noise: NoiseComponents) -> float:
+    """Return the restricted log likelihood; what sweeps differ by, separate repeats differ by as well."""
+    repeat, sample, sweep = noise.repeat_fraction, noise.sample_fraction, noise.sweep_fraction
+    if isinstance(levels, SweepLevels):
+        return log_restricted_likelihood_of_sweeps(levels, repeat, sample, sweep)
+    return log_restricted_likelihood(levels, math.hypot(repeat, sweep), sample)
 
 
 COUNTS: Final = artefacts.schema_of(NoiseEstimate)["/"]
 SCHEMA: Final = {
-    "component": artefacts.Variable("component", "1", "between repeats, between samples of a repeat"),
+    "component": artefacts.Variable("component", "1", "between repeats, samples of a repeat, sweeps if any"),
     "subject": artefacts.Variable("subject", "1", "subjects of the cohort"),
     **POOLED.place_all(VALUES),
     **COUNTS,
@@ -205,7 +304,7 @@ def to_dataset(noise: CohortNoise) -> xr.Dataset:
     values |= {
         f"subject_{name}": np.array([getattr(estimate, name) for estimate in estimates]) for name in COUNTS
     }
-    values |= {"component": list(COMPONENTS), "subject": list(noise.by_subject)}
+    values |= {"component": list(noise.pooled.parts), "subject": list(noise.by_subject)}
     return artefacts.build_dataset(
         SCHEMA, values | artefacts.values_of(noise.pooled)["/"] | artefacts.values_of(noise)["/"]
     )
@@ -228,11 +327,10 @@ def read_noise(path: Path) -> CohortNoise:
 
 
 def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    return np.array(
-        [[getattr(getattr(estimate, part), name) for part in COMPONENTS] for estimate in estimates]
-    )
+    return np.array([[getattr(part, name) for part in estimate.parts.values()] for estimate in estimates])
 
 
 def _estimate(data: xr.Dataset) -> NoiseEstimate:
-    repeat, sample = artefacts.from_rows(ComponentEstimate, data, "component")
-    return artefacts.from_dataset(NoiseEstimate, data, repeat=repeat, sample=sample)
+    rows = artefacts.from_rows(ComponentEstimate, data, "component")
+    parts = dict(zip(map(str, data["component"].to_numpy()), rows, strict=True))
+    return artefacts.from_dataset(NoiseEstimate, data, **parts)

@@ -32,7 +32,11 @@ def squared_speed_m2_s2(modulus_kpa: FloatArray, density_kg_m3: float) -> FloatA
 
 @dataclass(frozen=True)
 class NoiseComponents:
-    """Relative standard deviations of one recording: between repeats, and between samples of a repeat."""
+    """Relative standard deviations: between repeats, between samples of a repeat, and between sweeps.
+
+    Where each phase is repeated by itself there are no sweeps, and ``sweep_fraction`` is 0. It is not stored
+    with a recording, whose few sweeps tell little of it: they are part of what its repeats differ by.
+    """
 
     repeat_fraction: Annotated[
         float, Variable("", "1", "relative standard deviation between repeats", "repeat_noise_fraction")
@@ -40,6 +44,7 @@ class NoiseComponents:
     sample_fraction: Annotated[
         float, Variable("", "1", "relative standard deviation between samples", "sample_noise_fraction")
     ]
+    sweep_fraction: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -190,8 +190,9 @@ def _answer(
     existing = next(path for path in folder.absolute().parents if path.is_dir())
     with tempfile.TemporaryDirectory(prefix=f".{subject}-", dir=existing) as made:
         outputs = {name: Path(made) / file for name, file in OUTPUTS.items()}
+        recorded = {"recording": study.new_recording(subject), "protocol": study.new_protocol}
         run(
-            **file_arguments(run, {"recording": study.new_recording(subject)} | vars(finished) | outputs),
+            **file_arguments(run, recorded | vars(finished) | outputs),
             settings=settings,
             origin=Origin(study.config.seed, subject, stage_code(stage)),
         )

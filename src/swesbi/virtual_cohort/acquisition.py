@@ -36,7 +36,10 @@ DECIMALS: Final = 3
 
 @dataclass(frozen=True)
 class _Draws:
-    """Everything random of one recording, shape (P, repeats) or (P, repeats, samples)."""
+    """Everything random of one recording, shape (P, repeats) or (P, repeats, samples).
+
+    ``shared`` is the factor on all speeds of each repeat, of shape (repeats,).
+    """
 
     beat: FloatArray
     repeat: FloatArray
@@ -46,6 +49,7 @@ class _Draws:
     size: FloatArray
     good_fit: FloatArray
     poor_fit: FloatArray
+    shared: FloatArray
 
 
 def acquire(
@@ -58,7 +62,8 @@ def acquire(
 
     Each repeat falls into a beat of its own RR; the push comes at a fixed delay, so the wave meets the
     stiffness at the phase delay / RR of that beat. Speeds are c = sqrt(E / (3 rho)) (paper, Sec. 2.1),
-    times (1 + repeat error) (1 + sample error).
+    times (1 + repeat error) (1 + sample error), and times what the recording shares: one factor
+    (1 + sweep error) for all phases of a repeat, and exp(scale error) for all speeds.
 
     Args:
         truth: The noiseless curve of total stiffness.
@@ -73,7 +78,7 @@ def acquire(
     rr_ms = _rr_ms(context, settings, draws)
     delay_ms = np.round(nominal_phases(settings.phases) * 1e3 * context.period_s)
     clean = _clean_speed(truth, delay_ms[:, None] / rr_ms, settings.density_kg_m3)
-    noisy = (clean * (1.0 + settings.repeat_sd_fraction * draws.repeat))[..., None]
+    noisy = (clean * draws.shared * (1.0 + settings.repeat_sd_fraction * draws.repeat))[..., None]
     speed = noisy * (1.0 + settings.sample_sd_fraction * draws.sample)
     failed, wrong = _fates(settings, draws)
     speed = np.clip(np.where(wrong, speed * _outlier_factor(draws.size), speed), SLOWEST_M_S, FASTEST_M_S)
@@ -109,7 +114,18 @@ def _draw(settings: AcquisitionSettings, generator: np.random.Generator) -> _Dra
         size=generator.random(samples),
         good_fit=generator.beta(*GOOD_FIT, samples),
         poor_fit=generator.uniform(*POOR_FIT, samples),
+        shared=_shared_factor(settings, generator),
     )
+
+
+def _shared_factor(settings: AcquisitionSettings, generator: np.random.Generator) -> FloatArray:
+    # Drawn last, and only where there is one: without, whoever draws on from this generator goes on as ever.
+    factor = np.ones(settings.repeats)
+    if settings.sweep_fraction > 0.0:
+        factor = 1.0 + settings.sweep_fraction * generator.standard_normal(settings.repeats)
+    if settings.scale_fraction > 0.0:
+        factor = factor * np.exp(settings.scale_fraction * generator.standard_normal())
+    return factor
 
 
 def _rr_ms(context: Context, settings: AcquisitionSettings, draws: _Draws) -> FloatArray:

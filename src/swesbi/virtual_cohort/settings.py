@@ -25,7 +25,9 @@ class AcquisitionSettings(Settings):
     """How often each phase is measured, and everything that goes wrong.
 
     Standard deviations are relative to the speed. Each sample has an error of its own and shares one
-    with the samples of its repeat; both are independent for each phase and repeat.
+    with the samples of its repeat; both are independent for each phase and repeat. Two more may be
+    shared: by the repeats of one number at all phases, which then are a sweep over the cycle, and by
+    the whole recording.
     """
 
     phases: int = Field(ge=6, description="gated phases, at the centres of equal parts of the cycle")
@@ -33,6 +35,12 @@ class AcquisitionSettings(Settings):
     samples_per_repeat: int = Field(ge=1, description="positions along the mid-myocardium")
     sample_sd_fraction: Fraction = Field(description="error of one spatial sample")
     repeat_sd_fraction: Fraction = Field(description="error common to the samples of a repeat")
+    sweep_fraction: Fraction = Field(
+        description="sd of the error that a repeat shares over all phases; 0 where repeats are separate"
+    )
+    scale_fraction: Fraction = Field(
+        description="sd of the logarithm of one scale, common to all speeds of a recording"
+    )
     rr_sd_fraction: Fraction = Field(description="beat-to-beat variation of the RR interval")
     failed_fraction: Fraction = Field(description="samples without an accepted wave fit")
     outlier_fraction: Fraction = Field(description="samples that report a wrong wave")
@@ -47,6 +55,8 @@ ACQUISITION: Final = AcquisitionSettings(
     samples_per_repeat=12,
     sample_sd_fraction=0.08,
     repeat_sd_fraction=0.04,
+    sweep_fraction=0.0,
+    scale_fraction=0.0,
     rr_sd_fraction=0.01,
     failed_fraction=0.08,
     outlier_fraction=0.03,

@@ -44,10 +44,12 @@ def uniform_phases(count: int, offset: float = 0.5) -> FloatArray:
 def single_repeat_variance(noise: NoiseComponents, samples_by_repeat: IntArray) -> float:
     """Return the squared relative standard error of the mean speed of one repeat, of its usual size.
 
-    s_rep^2 + s_sam^2 / n, averaged over the repeats (P, R) that have accepted samples n.
+    s_rep^2 + s_swp^2 + s_sam^2 / n, averaged over the repeats (P, R) that have accepted samples n. What the
+    phases of a sweep share counts as if they had it each for itself.
     """
     samples = samples_by_repeat[samples_by_repeat > 0]
-    return float(noise.repeat_fraction**2 + noise.sample_fraction**2 * np.mean(1.0 / samples))
+    of_repeat = noise.repeat_fraction**2 + noise.sweep_fraction**2
+    return float(of_repeat + noise.sample_fraction**2 * np.mean(1.0 / samples))
 
 
 def correlation(phase: FloatArray, range_cycle: float) -> FloatArray:

@@ -27,7 +27,9 @@ def write_noise_figure(noise: Path, docs: Path, cohort_title: str) -> None:
     """
     estimates = read_noise(noise)
     virtual = {volunteer.context.subject for volunteer in VOLUNTEERS} >= set(estimates.by_subject)
-    made_with = NoiseComponents(ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction)
+    made_with = NoiseComponents(
+        ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction, ACQUISITION.sweep_fraction
+    )
     figure = draw_noise(estimates, cohort_title, made_with if virtual else None)
     save_figure(figure, docs / "figures" / "noise.png")
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
+from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any, Final
 
 import numpy as np
@@ -30,6 +33,11 @@ from swesbi.show.numbers import as_percent, share
 
 HEIGHT_IN: Final = 2.3
 NAMED_SUBJECTS: Final = 30
+BETWEEN: Final = {
+    "repeat": "between repeats",
+    "sample": "between samples of a repeat",
+    "sweep": "between sweeps",
+}
 MARKS: Final = dict(zip(REASONS, ("x", "+", "1", "2", "3", "v", "D", "s", "o"), strict=True))
 COLOURS: Final = (CMAES, TRUTH, "#CC79A7", "#56B4E9", "#E69F00", "#B22222", POSTERIOR, "#6A3D9A", "#8B4513")
 WITHOUT_SPEED: Final = -0.04  # below the axis of speeds, as a fraction of its height
@@ -45,31 +53,27 @@ MEAN: Final[dict[str, Any]] = {
 
 
 def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | None = None) -> Figure:
-    """Draw both components: points for each recording alone, a line and a band for the whole cohort.
+    """Draw each component: points for each recording alone, a line and a band for the whole cohort.
 
     Args:
         noise: The estimates.
         cohort_title: What the subjects are ("virtual volunteers").
         truth: The components that the recordings were made with, where that is known.
     """
-    estimates = tuple(noise.by_subject.values())
+    made_with = {} if truth is None else asdict(truth)
     with style():
-        figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
-        repeat, sample = figure.subplots(1, 2)
-        _panel(
-            repeat, noise.pooled.repeat, [estimate.repeat for estimate in estimates], tuple(noise.by_subject)
-        )
-        _panel(
-            sample, noise.pooled.sample, [estimate.sample for estimate in estimates], tuple(noise.by_subject)
-        )
-        repeat.set_title("(a) between repeats")
-        sample.set_title("(b) between samples of a repeat")
-        repeat.set_ylabel("relative sd of the speed")
-        if truth is not None:
-            for axes, value in ((repeat, truth.repeat_fraction), (sample, truth.sample_fraction)):
+        rows = math.ceil(len(noise.pooled.parts) / 2)
+        figure = new_figure(TEXT_WIDTH_IN, rows * HEIGHT_IN)
+        for number, (name, pooled) in enumerate(noise.pooled.parts.items()):
+            axes = figure.add_subplot(rows, 2, number + 1)
+            _panel(axes, pooled, {who: one.parts[name] for who, one in noise.by_subject.items()})
+            axes.set_title(f"({'abc'[number]}) {BETWEEN[name]}")
+            if number % 2 == 0:
+                axes.set_ylabel("relative sd of the speed")
+            if (value := made_with.get(f"{name}_fraction")) is not None:
                 axes.axhline(value, color=TRUTH, ls="--", label=f"made with {as_percent(value)}")
-        for axes in (repeat, sample):
-            axes.legend(loc="lower left")
+            # a recording has few sweeps, and its interval reaches far up and down
+            axes.legend(loc="best" if name == "sweep" else "lower left")
         figure.suptitle(
             titled(f"Noise of the measured speeds, {as_percent(noise.interval)} intervals", cohort_title),
             fontsize=7.5,
@@ -77,9 +81,8 @@ def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | N
     return figure
 
 
-def _panel(
-    axes: Axes, pooled: ComponentEstimate, estimates: list[ComponentEstimate], names: tuple[str, ...]
-) -> None:
+def _panel(axes: Axes, pooled: ComponentEstimate, own: Mapping[str, ComponentEstimate]) -> None:
+    names, estimates = tuple(own), tuple(own.values())
     axes.axhspan(pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0)
     axes.axhline(pooled.fraction, color=POSTERIOR, label=f"whole cohort: {share(pooled.fraction)}")
     value = np.array([estimate.fraction for estimate in estimates])

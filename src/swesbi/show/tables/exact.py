@@ -230,8 +230,15 @@ def noise_table(exact: Exact, cohort_title: str) -> Table:
     )
     pooled = exact.noise.pooled
     rows = [
-        Row((name, percent(part.fraction, 2), percent(part.standard_error, 2), _limits(part.low, part.high)))
-        for name, part in (("between repeats", pooled.repeat), ("between samples", pooled.sample))
+        Row(
+            (
+                f"between {name}s",
+                percent(part.fraction, 2),
+                percent(part.standard_error, 2),
+                _limits(part.low, part.high),
+            )
+        )
+        for name, part in pooled.parts.items()
     ]
     discrepancy = exact.experiment.settings["observation_model"]["discrepancy"]
     rows.append(

@@ -17,16 +17,18 @@ from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
-from swesbi.recording.components import RepeatLevels, repeat_levels
+from swesbi.recording.components import RepeatLevels
 from swesbi.recording.ingest import ingest as ingest_recording
 from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.noise import CohortNoise, fit_noise
 from swesbi.recording.noise import to_dataset as noise_to_dataset
 from swesbi.recording.observation import CONTEXTS, Observation, contexts_dataset, read_observation
 from swesbi.recording.observation import KIND as OBSERVATION
+from swesbi.recording.protocol import Repeats, read_repeats
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, rejection
 from swesbi.recording.settings import ContextRow, NoiseSettings, RecordingSettings
+from swesbi.recording.sweeps import levels_by
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
@@ -110,6 +112,7 @@ def noise(
     *,
     recordings: Sequence[Path],
     observations: Sequence[Path],
+    protocol: Path,
     noise: Path,
     contexts: Path,
     settings: NoiseStageSettings,
@@ -122,16 +125,19 @@ def noise(
     Args:
         recordings: Raw recordings, one a subject.
         observations: Their observed curves, in the same order; they name the subjects.
+        protocol: ``recording.yaml`` of the cohort, which says whether repeats are sweeps.
         noise: Output.
         contexts: Output: the contexts of the subjects.
 
     Raises:
         ArtefactError: An observed curve was not made of its recording under these settings.
+        RecordingError: A recording, or what is said of the repeats, cannot be read.
         ValueError: A component cannot be told from the recordings.
     """
     observed = [read_observation(path) for path in observations]
+    repeats = read_repeats(protocol)
     levels = {
-        observation.subject: _levels(recording, observation, settings.recording)
+        observation.subject: _levels(recording, observation, repeats, settings.recording)
         for recording, observation in zip(recordings, observed, strict=True)
     }
     fitted = fit_noise(levels, settings.noise.interval)
@@ -141,7 +147,9 @@ def noise(
     LOGGER.info("%s", _account_of_noise(fitted))
 
 
-def _levels(recording: Path, observation: Observation, settings: RecordingSettings) -> RepeatLevels:
+def _levels(
+    recording: Path, observation: Observation, repeats: Repeats, settings: RecordingSettings
+) -> RepeatLevels:
     samples = read_samples(recording, settings.phases, settings.density_kg_m3)
     accepted = rejection(samples, settings) == ACCEPTED
     if int(accepted.sum()) != int(observation.samples_accepted.sum()):
@@ -149,13 +157,13 @@ def _levels(recording: Path, observation: Observation, settings: RecordingSettin
             f"{recording}: {int(accepted.sum())} samples are accepted, but the observed curve of subject "
             f"{observation.subject} has {int(observation.samples_accepted.sum())}; delete the curve and rerun"
         )
-    return repeat_levels(samples, accepted)
+    return levels_by(repeats, samples, accepted)
 
 
 def _account_of_noise(noise: CohortNoise) -> str:
     parts = [
-        f"{part.fraction:.2%} between {name} ({part.low:.2%} to {part.high:.2%})"
-        for name, part in (("repeats", noise.pooled.repeat), ("samples", noise.pooled.sample))
+        f"{part.fraction:.2%} between {name}s ({part.low:.2%} to {part.high:.2%})"
+        for name, part in noise.pooled.parts.items()
     ]
     return (
         f"noise of {len(noise.by_subject)} recordings: {', '.join(parts)}; the same in all: p = "

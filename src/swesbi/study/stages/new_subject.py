@@ -21,13 +21,14 @@ from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline, load_spline_provenance
 from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.importance import FlowProposal, flow_proposal
-from swesbi.recording.components import repeat_levels
 from swesbi.recording.noise import compare_noise, read_noise
 from swesbi.recording.observation import read_observation
+from swesbi.recording.protocol import Repeats, read_repeats
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, rejection
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.sweeps import levels_by
 from swesbi.simulations import read_simulations
 from swesbi.study.inspect.read import flatten
 from swesbi.study.stages import subject_figures
@@ -92,6 +93,7 @@ class AnswerFiles:
 
 def _answer(
     recording: Path,
+    protocol: Path,
     noise: Path,
     files: AnswerFiles,
     knowledge: Knowledge,
@@ -107,9 +109,8 @@ def _answer(
         reference = worker.submit(answer.reference, settings.reference_recordings)
         fitted = worker.submit(_fit, files, settings, origin)
         efficiency = answer.infer(files.posterior)
-        noise_test = _noise_test(
-            recording, read_noise(noise).components, settings.ingest.recording, settings.noise_level
-        )
+        components, quality = read_noise(noise).components, settings.ingest.recording
+        noise_test = _noise_test(recording, read_repeats(protocol), components, quality, settings.noise_level)
         judged = answer.judge(files.posterior, files.support, reference.result(), efficiency, [noise_test])
         LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
         fitted.result()
@@ -176,22 +177,30 @@ def check_network(estimator: Path, settings: Settings) -> None:
 
 
 def _noise_test(
-    recording: Path, pooled: NoiseComponents, settings: RecordingSettings, level: float
+    recording: Path, repeats: Repeats, pooled: NoiseComponents, settings: RecordingSettings, level: float
 ) -> SupportTest:
     """Test that the recording has the noise from which its standard errors are told."""
     samples = read_samples(recording, settings.phases, settings.density_kg_m3)
-    comparison = compare_noise(repeat_levels(samples, rejection(samples, settings) == ACCEPTED), pooled)
-    recorded = comparison.own
+    levels = levels_by(repeats, samples, rejection(samples, settings) == ACCEPTED)
+    comparison = compare_noise(levels, pooled)
     return SupportTest(
         name="noise",
         statistic=comparison.statistic,
         p_value=comparison.p_value,
         threshold=level,
         flagged=comparison.p_value <= level,
-        detail=f"{recorded.repeat_fraction:.1%} between repeats and {recorded.sample_fraction:.1%} between "
-        f"samples; standard errors are told from the cohort's {pooled.repeat_fraction:.1%} and "
-        f"{pooled.sample_fraction:.1%}",
+        detail=_noise_in_words(comparison.own, pooled),
     )
+
+
+def _noise_in_words(own: NoiseComponents, pooled: NoiseComponents) -> str:
+    words = (
+        f"{own.repeat_fraction:.1%} between repeats and {own.sample_fraction:.1%} between samples; standard "
+        f"errors are told from the cohort's {pooled.repeat_fraction:.1%} and {pooled.sample_fraction:.1%}"
+    )
+    if own.sweep_fraction or pooled.sweep_fraction:
+        words += f"; {own.sweep_fraction:.1%} between sweeps, {pooled.sweep_fraction:.1%} in the cohort"
+    return words
 
 
 class NewSubjectStageSettings(OneAnswerSettings):
@@ -204,6 +213,7 @@ class NewSubjectStageSettings(OneAnswerSettings):
 def new_subject(
     *,
     recording: Path,
+    protocol: Path,
     estimator: Path,
     noise: Path,
     pooled_observations: Sequence[Path],
@@ -216,6 +226,7 @@ def new_subject(
 
     Args:
         recording: The raw recording.
+        protocol: ``recording.yaml`` of its cohort, which says whether its repeats are sweeps.
         estimator: The network.
         noise: Noise of the cohort that it was trained on.
         pooled_observations: Observed curves of that cohort, whose contexts it knows.
@@ -236,7 +247,7 @@ def new_subject(
         contexts=trained,
         null=partial(_null_of_cohort, misspecifications, settings.verdict.rule),
     )
-    _answer(recording, noise, files, knowledge, settings, origin)
+    _answer(recording, protocol, noise, files, knowledge, settings, origin)
 
 
 def _proposal(estimator: Path, trained: Sequence[Context], recording: SpeedRecording) -> FlowProposal:
@@ -259,6 +270,7 @@ class NewSubjectOfPopulationStageSettings(OneAnswerSettings):
 def new_subject_of_population(
     *,
     recording: Path,
+    protocol: Path,
     estimator: Path,
     noise: Path,
     null: Path,
@@ -270,6 +282,7 @@ def new_subject_of_population(
 
     Args:
         recording: The raw recording.
+        protocol: ``recording.yaml`` of its cohort, which says whether its repeats are sweeps.
         estimator: The network.
         noise: Noise of the study's cohort, from which standard errors are told.
         null: Null recordings of the population.
@@ -288,7 +301,7 @@ def new_subject_of_population(
         contexts=read_null(null).contexts,
         null=partial(_null_of_population, null),
     )
-    _answer(recording, noise, files, knowledge, settings, origin)
+    _answer(recording, protocol, noise, files, knowledge, settings, origin)
 
 
 def _null_of_population(null: Path) -> PooledNull:

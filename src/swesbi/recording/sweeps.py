@@ -1,0 +1,312 @@
+"""Variance components of repeats that are sweeps over the cycle: a crossed mixed model, fitted by REML.
+
+Where one repeat runs over all phases, they share its error. The log speed of sample j of sweep r in cell i
+(one phase of one subject) is
+
+    y_irj = mu_i + v_r + u_ir + e_irj,   v_r ~ N(0, s_swp^2),  u_ir ~ N(0, s_rep^2),  e_irj ~ N(0, s_sam^2),
+
+with fixed cells, and sweeps of one recording that have nothing to do with those of another. Given what
+sweeps add, the model is that of separate repeats (``components``). With w_ir = 1 / (s_rep^2 + s_sam^2 / n_ir)
+the weight of a repeat mean m_ir and m_i the weighted mean of a cell, a recording tells of its sweeps
+
+    A = diag(sum_i w_ir) - sum_i w_i w_i^T / sum_r w_ir    and    b_r = sum_i w_ir (m_ir - m_i),
+
+and by the determinant lemma and Woodbury's identity the restricted likelihood (Searle, Casella and
+McCulloch, Variance Components, 1992, Sec. 6.6) is that of separate repeats and, summed over the recordings,
+
+    -1/2 [log |I + s_swp^2 A| - s_swp^2 b^T (I + s_swp^2 A)^-1 b].
+
+No matrix is larger than the sweeps of one recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Final
+
+import numpy as np
+from scipy.optimize import Bounds, minimize
+from scipy.stats import chi2
+
+from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.recording.components import (
+    LARGEST_SD,
+    SMALLEST_SD,
+    TOLERANCE,
+    ComponentEstimate,
+    RepeatLevels,
+    check_levels,
+    joined,
+    profile_estimate,
+    repeat_levels,
+)
+from swesbi.recording.protocol import Repeats
+from swesbi.recording.samples import Samples
+from swesbi.recording.speed import repeat_means
+
+REPEAT, SAMPLE, SWEEP = range(3)  # the order of the components
+START: Final = (0.3, 1.0, 0.3)  # variances over that within repeats, where the search begins
+MAX_SEARCHES: Final = 10
+RELATIVE_RISE: Final = 1e-12  # what rounding may add to the likelihood
+NOT_CROSSED: Final = "no sweep has samples at two phases that were measured twice"
+ONE_NUMBER: Final = "give a sweep the same repeat number at all its phases, or say that repeats are separate"
+
+
+@dataclass(frozen=True)
+class SweepLevels(RepeatLevels):
+    """Repeats of which one number stands for one sweep at all phases of a recording.
+
+    Attributes:
+        recording: Recording of each repeat as a number from 0, without gaps; shape (R,).
+        sweep: Sweep of each repeat within its recording, likewise; shape (R,).
+    """
+
+    recording: IntArray
+    sweep: IntArray
+
+
+def sweep_levels(samples: Samples, accepted: BoolArray) -> SweepLevels:
+    """Reduce the accepted samples of one recording to its repeats, as :func:`components.repeat_levels`.
+
+    Args:
+        samples: The recording, N samples.
+        accepted: Which samples passed quality control; shape (N,).
+    """
+    levels = repeat_levels(samples, accepted)
+    numbers = repeat_means(samples, accepted)["repeat"]
+    sweep = np.unique(numbers, return_inverse=True)[1].astype(np.int64)
+    return SweepLevels(
+        levels.cell, levels.size, levels.mean, levels.scatter, np.zeros(levels.repeats, np.int64), sweep
+    )
+
+
+def levels_by(repeats: Repeats, samples: Samples, accepted: BoolArray) -> RepeatLevels:
+    """Reduce the accepted samples of one recording to its repeats, as the cohort says that they are.
+
+    Args:
+        repeats: Whether each phase is repeated by itself, or a repeat runs over all.
+        samples: The recording, N samples.
+        accepted: Which samples passed quality control; shape (N,).
+    """
+    return {"separate": repeat_levels, "sweeps": sweep_levels}[repeats](samples, accepted)
+
+
+def joined_sweeps(recordings: Sequence[SweepLevels]) -> SweepLevels:
+    """Join recordings; no two share a cell or a sweep."""
+    together = joined(recordings)
+    first = np.cumsum([0, *(levels.recording.max(initial=-1) + 1 for levels in recordings)])
+    return SweepLevels(
+        together.cell,
+        together.size,
+        together.mean,
+        together.scatter,
+        np.concatenate([levels.recording + n for levels, n in zip(recordings, first, strict=False)]),
+        np.concatenate([levels.sweep for levels in recordings]),
+    )
+
+
+@dataclass(frozen=True)
+class _Model:
+    """The restricted likelihood at given variances, over tables of n recordings, P phases and K sweeps.
+
+    Attributes:
+        levels: The repeats.
+        variance: Of repeats, samples and sweeps; that of samples is above zero.
+    """
+
+    levels: SweepLevels
+    variance: tuple[float, float, float]
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom within repeats."""
+        return self.levels.samples - self.levels.repeats
+
+    @cached_property
+    def place(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Recording, phase and sweep of each repeat, its place in the tables."""
+        recording, cell = self.levels.recording, self.levels.cell
+        first = np.full(int(recording.max()) + 1, self.levels.cells)
+        np.minimum.at(first, recording, cell)
+        return recording, cell - first[recording], self.levels.sweep
+
+    def table(self, values: FloatArray) -> FloatArray:
+        """Return values of the repeats as a table, zero where there is none; shape (n, P, K)."""
+        table = np.zeros([int(index.max()) + 1 for index in self.place])
+        table[self.place] = values
+        return table
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """Weight w of each repeat; shape (R,)."""
+        repeat, sample, _ = self.variance
+        return 1.0 / (repeat + sample / self.levels.size)
+
+    @cached_property
+    def weight(self) -> FloatArray:
+        """Weights w; shape (n, P, K)."""
+        return self.table(self.precision)
+
+    @cached_property
+    def share(self) -> FloatArray:
+        """Share of each repeat in its cell's mean; shape (n, P, K)."""
+        total = self.weight.sum(axis=2, keepdims=True)
+        return self.weight / np.where(total > 0.0, total, 1.0)
+
+    @cached_property
+    def deviation(self) -> FloatArray:
+        """m_ir - m_i; shape (n, P, K)."""
+        mean = self.table(self.levels.mean)
+        return np.asarray(mean - (self.share * mean).sum(axis=2, keepdims=True))
+
+    @cached_property
+    def information(self) -> FloatArray:
+        """A; shape (n, K, K)."""
+        diagonal = self.weight.sum(axis=1)[:, :, None] * np.eye(self.weight.shape[2])
+        return np.asarray(diagonal - self.weight.transpose(0, 2, 1) @ self.share)
+
+    @cached_property
+    def seen(self) -> FloatArray:
+        """b; shape (n, K)."""
+        return np.asarray((self.weight * self.deviation).sum(axis=1))
+
+    @cached_property
+    def inverse(self) -> FloatArray:
+        """(I + s_swp^2 A)^-1; shape (n, K, K)."""
+        whole = np.eye(self.seen.shape[1]) + self.variance[SWEEP] * self.information
+        return np.asarray(np.linalg.inv(whole), dtype=np.float64)
+
+    @cached_property
+    def effect(self) -> FloatArray:
+        """(I + s_swp^2 A)^-1 b, what a sweep is predicted to add, over s_swp^2; shape (n, K)."""
+        return np.asarray((self.inverse @ self.seen[:, :, None])[:, :, 0])
+
+    def log_likelihood(self) -> float:
+        """Return the restricted log likelihood, but for a constant; at s_swp = 0 that of separate repeats."""
+        total = self.weight.sum(axis=2)
+        within = self.freedom * np.log(self.variance[SAMPLE]) + (
+            self.levels.scatter.sum() / self.variance[SAMPLE]
+        )
+        separate = np.log(total[total > 0.0]).sum() - np.log(self.precision).sum()
+        separate += (self.weight * self.deviation**2).sum()
+        crossed = -np.linalg.slogdet(self.inverse)[1].sum()
+        crossed -= self.variance[SWEEP] * (self.seen * self.effect).sum()
+        return -0.5 * float(within + separate + crossed)
+
+    def slope(self) -> FloatArray:
+        """Return its derivatives by the variances; shape (3,).
+
+        With P = V^-1 - V^-1 X (X^T V^-1 X)^-1 X^T V^-1 the derivative by a variance whose part of V is V_k is
+        -1/2 [tr(P V_k) - y^T P V_k P y] (Searle, Casella and McCulloch 1992, Sec. 6.6).
+        """
+        sweep, sample = self.variance[SWEEP], self.variance[SAMPLE]
+        spread = self.share @ self.inverse
+        diagonal = np.diagonal(self.inverse, axis1=1, axis2=2)[:, None]
+        reduction = diagonal - 2.0 * spread + (spread * self.share).sum(axis=2, keepdims=True)
+        trace = (self.weight * (1.0 - self.share) - sweep * self.weight**2 * reduction)[self.place]
+        effect = self.effect[:, None] - (self.share * self.effect[:, None]).sum(axis=2, keepdims=True)
+        residual = (self.weight * (self.deviation - sweep * effect))[self.place]
+        by_repeat = -0.5 * (trace - residual**2)
+        within = -0.5 * (self.freedom / sample - self.levels.scatter.sum() / sample**2)
+        by_sweep = -0.5 * ((self.inverse * self.information).sum() - (self.effect**2).sum())
+        by_sample = float((by_repeat / self.levels.size).sum()) + within
+        return np.array([by_repeat.sum(), by_sample, by_sweep])
+
+
+def log_restricted_likelihood_of_sweeps(
+    levels: SweepLevels, repeat_sd: float, sample_sd: float, sweep_sd: float
+) -> float:
+    """Return the restricted log likelihood, but for a constant.
+
+    Args:
+        levels: Repeats of any number of recordings.
+        repeat_sd: s_rep.
+        sample_sd: s_sam, above zero.
+        sweep_sd: s_swp; at zero the likelihood is that of separate repeats.
+    """
+    return _Model(levels, (repeat_sd**2, sample_sd**2, sweep_sd**2)).log_likelihood()
+
+
+def fit_sweeps(
+    levels: SweepLevels, interval: float
+) -> tuple[ComponentEstimate, ComponentEstimate, ComponentEstimate, float]:
+    """Fit the components of repeats, samples and sweeps; return them and the maximum of the likelihood.
+
+    Args:
+        levels: Repeats of any number of recordings.
+        interval: Mass of the intervals.
+
+    Raises:
+        ValueError: A component cannot be told: as :func:`components.fit_components`, or no two phases
+            that were measured twice have a sweep in common.
+        RuntimeError: The search for the maximum does not end.
+    """
+    check_levels(levels)
+    if not is_crossed(levels):
+        raise ValueError(f"{NOT_CROSSED}: the noise between sweeps cannot be told; {ONE_NUMBER}")
+    within = float(levels.scatter.sum()) / (levels.samples - levels.repeats)
+    found, top = _highest(levels, within * np.array(START), _bounds())
+    drop = 0.5 * float(chi2.ppf(interval, 1))
+    # nothing is measured as finely as the smallest: the search ends beside zero where it means zero
+    sd = np.where(found > SMALLEST_SD**2, np.sqrt(found), 0.0).tolist()
+    repeat, sample, sweep = (
+        profile_estimate(partial(_profile, levels, found, index), sd[index], drop)
+        for index in (REPEAT, SAMPLE, SWEEP)
+    )
+    return repeat, sample, sweep, top
+
+
+def is_crossed(levels: SweepLevels) -> bool:
+    """Tell whether any sweep has samples at two phases that were measured twice.
+
+    Otherwise what sweeps differ by cannot be told from what repeats differ by: the mean of a phase that was
+    measured once takes both.
+    """
+    twice = np.bincount(levels.cell)[levels.cell] > 1
+    sweeps = np.stack([levels.recording, levels.sweep])[:, twice]
+    return bool(np.unique(sweeps, axis=1, return_counts=True)[1].max(initial=0) > 1)
+
+
+def _bounds() -> FloatArray:
+    lowest = np.where(np.arange(3) == SAMPLE, SMALLEST_SD**2, 0.0)
+    return np.stack([lowest, np.full(3, LARGEST_SD**2)], axis=1)
+
+
+def _profile(levels: SweepLevels, start: FloatArray, index: int, sd: float) -> float:
+    """Return the highest likelihood with one component given."""
+    bounds = _bounds()
+    bounds[index] = sd**2
+    return _highest(levels, np.clip(start, *bounds.T), bounds)[1]
+
+
+def _highest(levels: SweepLevels, start: FloatArray, bounds: FloatArray) -> tuple[FloatArray, float]:
+    """Return the variances (3,) within ``bounds`` (3, 2) at which the likelihood is highest, and how high.
+
+    Raises:
+        RuntimeError: The search goes on rising.
+    """
+    # The search is over variances, which reach zero, and not over their logs, which do not. Where the
+    # likelihood is steep along one of them it may stop short; it begins anew there until it rises no more.
+    unit = float(levels.scatter.sum()) / (levels.samples - levels.repeats)
+    at, top = start, -np.inf
+    for _ in range(MAX_SEARCHES):
+        found = minimize(
+            partial(_falling, levels, unit),
+            at / unit,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=Bounds(*(bounds / unit).T),
+            options={"ftol": 1e-15, "gtol": 1e-7, "maxiter": 500},  # as far as numbers carry
+        )
+        before, at, top = top, unit * np.asarray(found.x), -float(found.fun)
+        if np.isclose(top, before, rtol=RELATIVE_RISE, atol=TOLERANCE):
+            return at, top
+    raise RuntimeError(f"no maximum of the likelihood in {MAX_SEARCHES} searches, the last to variances {at}")
+
+
+def _falling(levels: SweepLevels, unit: float, relative: FloatArray) -> tuple[float, FloatArray]:
+    repeat, sample, sweep = unit * relative
+    model = _Model(levels, (float(repeat), float(sample), float(sweep)))
+    return -model.log_likelihood(), -unit * model.slope()

@@ -1,0 +1,429 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from cohorts import write_cohort
+from figure_text import assert_text_apart
+from numpy.typing import NDArray
+from recordings import CONTEXT, PHASES, RECORDING, make_samples
+from statsmodels.regression.mixed_linear_model import MixedLM
+
+from swesbi.__main__ import main
+from swesbi.artefacts import load, save, to_groups
+from swesbi.recording.components import LARGEST_SD, RepeatLevels, fit_components, log_restricted_likelihood
+from swesbi.recording.ingest import ingest
+from swesbi.recording.noise import (
+    KIND,
+    compare_noise,
+    fit_noise,
+    mean_errors,
+    read_noise,
+    relative_se,
+    to_dataset,
+)
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.protocol import read_protocol, read_repeats
+from swesbi.recording.samples import ACCEPTED, Samples, rejection
+from swesbi.recording.settings import NoiseSettings
+from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.sweeps import (
+    SweepLevels,
+    fit_sweeps,
+    joined_sweeps,
+    levels_by,
+    log_restricted_likelihood_of_sweeps,
+)
+from swesbi.seeds import generator
+from swesbi.show.figures.recording import draw_noise
+from swesbi.study.stages import cohort as stage
+from swesbi.study.stages.origin import Origin
+from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS, TruthCurve, true_curve
+
+TRUE = NoiseComponents(0.04, 0.08, 0.05)
+SETTINGS = stage.NoiseStageSettings(recording=RECORDING, noise=NoiseSettings(interval=0.9))
+
+
+def levels_of_table(table: pd.DataFrame) -> SweepLevels:
+    """The repeats of one recording, from a row per sample: phase, sweep, value."""
+    by_repeat = table.groupby(["phase", "sweep"])["value"]
+    place = by_repeat.size().index
+    scatter = by_repeat.apply(lambda values: ((values - values.mean()) ** 2).sum())
+    return SweepLevels(
+        np.unique(place.get_level_values("phase"), return_inverse=True)[1].astype(np.int64),
+        by_repeat.size().to_numpy(np.int64),
+        by_repeat.mean().to_numpy(np.float64),
+        scatter.to_numpy(np.float64),
+        np.zeros(len(place), np.int64),
+        np.unique(place.get_level_values("sweep"), return_inverse=True)[1].astype(np.int64),
+    )
+
+
+def crossed(
+    noise: NoiseComponents,
+    seed: int,
+    recordings: int = 4,
+    phases: int = 8,
+    sweeps: int = 3,
+    lost: float = 0.15,
+    largest: int = 6,
+) -> pd.DataFrame:
+    """Log speeds of sweeps, some of which miss a phase, with 1 to ``largest`` samples a repeat."""
+    rng = np.random.default_rng(seed)
+    table = pd.MultiIndex.from_product(
+        [range(recordings), range(phases), range(sweeps)], names=["recording", "phase", "sweep"]
+    ).to_frame(index=False)
+    shared = noise.sweep_fraction * rng.standard_normal((recordings, sweeps))
+    table["value"] = 0.3 * np.sin(table["phase"]) + shared[table["recording"], table["sweep"]]
+    table["value"] += noise.repeat_fraction * rng.standard_normal(len(table))
+    table = table[rng.random(len(table)) >= lost]
+    size = rng.integers(1, largest + 1, len(table)) if lost else np.full(len(table), largest)
+    table = table.loc[table.index.repeat(size)].reset_index(drop=True)
+    return table.assign(value=table["value"] + noise.sample_fraction * rng.standard_normal(len(table)))
+
+
+def levels_of(table: pd.DataFrame) -> SweepLevels:
+    return joined_sweeps([levels_of_table(part) for _, part in table.groupby("recording")])
+
+
+def as_separate(levels: SweepLevels) -> RepeatLevels:
+    return RepeatLevels(levels.cell, levels.size, levels.mean, levels.scatter)
+
+
+def test_the_likelihood_is_that_of_the_whole_covariance_matrix() -> None:
+    table = crossed(TRUE, seed=4, recordings=2, phases=5)
+    cell = table.groupby(["recording", "phase"]).ngroup().to_numpy()
+    repeat = table.groupby(["recording", "phase", "sweep"]).ngroup().to_numpy()
+    sweep = table.groupby(["recording", "sweep"]).ngroup().to_numpy()
+    values = table["value"].to_numpy()
+
+    def dense(repeat_sd: float, sample_sd: float, sweep_sd: float) -> float:
+        covariance = repeat_sd**2 * (repeat[:, None] == repeat) + sample_sd**2 * np.eye(values.size)
+        covariance = covariance + sweep_sd**2 * (sweep[:, None] == sweep)
+        design, inverse = np.eye(cell.max() + 1)[cell], np.linalg.inv(covariance)
+        information = design.T @ inverse @ design
+        residual = values - design @ np.linalg.solve(information, design.T @ inverse @ values)
+        determinants = np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(information)[1]
+        return float(-0.5 * (determinants + residual @ inverse @ residual))
+
+    points = [(0.04, 0.08, 0.05), (0.0, 0.1, 0.02), (0.1, 0.05, 0.0), (0.01, 0.2, 0.3)]
+    ours = np.array([log_restricted_likelihood_of_sweeps(levels_of(table), *point) for point in points])
+    np.testing.assert_allclose(np.diff(ours), np.diff([dense(*point) for point in points]), rtol=1e-9)
+
+
+def test_without_sweep_noise_the_likelihood_is_that_of_separate_repeats() -> None:
+    levels = levels_of(crossed(TRUE, seed=5))
+    for pair in ((0.04, 0.08), (0.0, 0.1), (0.2, 0.05)):
+        crossed_value = log_restricted_likelihood_of_sweeps(levels, *pair, 0.0)
+        assert crossed_value == pytest.approx(log_restricted_likelihood(levels, *pair), rel=1e-13)
+
+
+@pytest.mark.filterwarnings("ignore:The MLE may be on the boundary")
+@pytest.mark.parametrize("seed", [2, 3])
+def test_the_fit_is_that_of_a_general_mixed_model(seed: int) -> None:
+    table = crossed(TRUE, seed, phases=5, sweeps=4)
+    table = table.assign(cell=table.groupby(["recording", "phase"]).ngroup())
+    general = MixedLM.from_formula(
+        "value ~ 0 + C(cell)",
+        groups="recording",
+        vc_formula={"sweep": "0 + C(sweep)", "repeat": "0 + C(sweep):C(phase)"},
+        re_formula="0",
+        data=table,
+    ).fit(reml=True, method="bfgs", gtol=1e-9)
+    assert general.converged
+    by_name = dict(zip(general.model.exog_vc.names, general.vcomp, strict=True))
+    found = fit_sweeps(levels_of(table), 0.9)
+    expected = [np.sqrt(by_name["repeat"]), np.sqrt(general.scale), np.sqrt(by_name["sweep"])]
+    np.testing.assert_allclose([part.fraction for part in found[:3]], expected, rtol=1e-6)
+
+
+def test_in_balanced_recordings_the_fit_is_the_analysis_of_variance() -> None:
+    recordings, phases, sweeps, samples = 3, 6, 4, 5
+    table = crossed(TRUE, 3, recordings, phases, sweeps, lost=0.0, largest=samples)
+    value = table["value"].to_numpy().reshape(recordings, phases, sweeps, samples)
+    mean = value.mean(axis=3)
+    of_sweep = mean.mean(axis=1, keepdims=True) - mean.mean(axis=(1, 2), keepdims=True)
+    left = mean - mean.mean(axis=2, keepdims=True) - of_sweep
+    freedom = recordings * (sweeps - 1)
+    square_sweep = samples * phases * (of_sweep**2).sum() / freedom
+    square_repeat = samples * (left**2).sum() / (freedom * (phases - 1))
+    square_sample = value.var(axis=3, ddof=1).mean()
+    expected = [
+        (square_repeat - square_sample) / samples,
+        square_sample,
+        (square_sweep - square_repeat) / (samples * phases),
+    ]
+    assert min(expected) > 0
+    found = [part.fraction**2 for part in fit_sweeps(levels_of(table), 0.9)[:3]]
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+@pytest.mark.slow(minutes=1)
+def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
+    truth = np.array([TRUE.repeat_fraction, TRUE.sample_fraction, TRUE.sweep_fraction])
+    fits = [fit_sweeps(levels_of(crossed(TRUE, seed, recordings=10)), 0.9)[:3] for seed in range(100, 200)]
+    found, error, low, high = (
+        np.array([[getattr(part, name) for part in fit] for fit in fits])
+        for name in ("fraction", "standard_error", "low", "high")
+    )
+    held = ((low <= truth) & (truth <= high)).mean(axis=0)
+    assert np.abs(held - 0.9).max() < 0.09  # three binomial standard errors
+    np.testing.assert_allclose(found.mean(axis=0), truth, rtol=0.07)
+    np.testing.assert_allclose(found.std(axis=0), error.mean(axis=0), rtol=0.22)
+
+
+def acquired(sweep_fraction: float, seeds: range) -> dict[str, Samples]:
+    """Recordings of the volunteers: failures, outliers, missing phases, beats of different RR."""
+    made = {}
+    for seed in seeds:
+        for volunteer in VOLUNTEERS:
+            protocol = volunteer.acquisition.model_copy(update={"sweep_fraction": sweep_fraction})
+            rng = generator(seed, "test", "sweeps", volunteer.context.subject)
+            name = f"{volunteer.context.subject}{seed}"
+            made[name] = acquire(true_curve(volunteer), volunteer.context, protocol, rng)
+    return made
+
+
+def by(repeats: str, recordings: dict[str, Samples]) -> dict[str, RepeatLevels]:
+    return {
+        name: levels_by(repeats, samples, rejection(samples, RECORDING) == ACCEPTED)  # type: ignore[arg-type]
+        for name, samples in recordings.items()
+    }
+
+
+def test_components_are_recovered_from_recordings_and_only_with_the_crossed_term() -> None:
+    recordings = acquired(0.05, range(3))
+    found = fit_noise(by("sweeps", recordings))
+    for part, true in ((found.pooled.repeat, 0.04), (found.pooled.sample, 0.08), (found.pooled.sweep, 0.05)):
+        assert part is not None
+        assert part.low <= true <= part.high
+    assert found.pooled.repeat.high - found.pooled.repeat.low < 0.006
+    assert found.pooled.sweep is not None
+    assert found.pooled.sweep.high - found.pooled.sweep.low < 0.025
+    nested = fit_noise(by("separate", recordings)).pooled.repeat
+    assert nested.low > 0.045
+    assert nested.fraction == pytest.approx(np.hypot(0.04, 0.05), rel=0.2)
+
+
+def test_separate_repeats_have_no_sweep_noise() -> None:
+    found = fit_noise(by("sweeps", acquired(0.0, range(2)))).pooled
+    assert found.sweep is not None
+    assert found.sweep.low == 0.0
+    assert found.sweep.high < 0.012
+    assert found.repeat.low <= 0.04 <= found.repeat.high
+
+
+def test_a_component_of_zero_is_zero_with_an_interval_from_there() -> None:
+    fits = [fit_sweeps(levels_of(crossed(NoiseComponents(0.0, 0.08, 0.0), seed)), 0.9) for seed in range(8)]
+    for index in (0, 2):
+        parts = [fit[index] for fit in fits]
+        zero = [part for part in parts if part.fraction == 0.0]
+        assert zero
+        assert all(part.low == 0.0 and np.isnan(part.standard_error) for part in zero)
+        assert all(0.0 <= part.fraction < part.high < 0.06 for part in parts)
+
+
+def test_two_sweeps_of_one_recording_bound_their_noise_from_below_at_most() -> None:
+    apart = fit_sweeps(levels_of(crossed(TRUE, 1, recordings=1, phases=20, sweeps=2)), 0.9)[2]
+    loud = replace(TRUE, sweep_fraction=0.6)
+    found = [
+        fit_sweeps(levels_of(crossed(loud, seed, recordings=1, phases=20, sweeps=2)), 0.9)[2]
+        for seed in range(4)
+    ]
+    assert apart.high > 3.0 * apart.fraction
+    assert max(part.high for part in found) == LARGEST_SD
+
+
+def test_sweeps_of_other_numbers_at_each_phase_are_refused() -> None:
+    table = crossed(TRUE, seed=1)
+    apart = levels_of(table.assign(sweep=table["phase"] * 10 + table["sweep"]))
+    with pytest.raises(ValueError, match=r"^X: no sweep has samples at two phases.*same repeat number"):
+        fit_noise({"X": apart})
+    once = levels_of(table[table["phase"] == table["sweep"]])
+    with pytest.raises(ValueError, match="no phase was measured twice"):
+        fit_noise({"X": once})
+
+
+def test_recordings_of_sweeps_and_of_separate_repeats_are_not_pooled() -> None:
+    levels = levels_of(crossed(TRUE, seed=1))
+    with pytest.raises(ValueError, match="1 of 2 recordings are of sweeps"):
+        fit_noise({"X": levels, "Y": as_separate(levels)})
+
+
+def test_a_recording_is_compared_with_the_cohort_by_the_model_of_its_repeats() -> None:
+    def p_values(noise: NoiseComponents, count: int) -> NDArray[np.float64]:
+        made = [levels_of(crossed(noise, seed, recordings=1, phases=12)) for seed in range(count)]
+        return np.array([compare_noise(levels, TRUE).p_value for levels in made])
+
+    alike = p_values(TRUE, 20)
+    assert (alike <= 0.05).mean() <= 0.2
+    assert 0.3 < alike.mean() < 0.7
+    assert (p_values(replace(TRUE, sweep_fraction=0.3), 10) <= 0.05).mean() >= 0.4  # of three sweeps each
+    assert (p_values(replace(TRUE, repeat_fraction=0.1), 10) <= 0.05).mean() >= 0.7
+    levels = as_separate(levels_of(crossed(TRUE, seed=1, recordings=1, phases=20)))
+    top = fit_components(levels, 0.9)[2]
+    given = log_restricted_likelihood(levels, float(np.hypot(0.04, 0.05)), 0.08)
+    assert compare_noise(levels, TRUE).statistic == pytest.approx(2.0 * (top - given))
+
+
+def test_means_over_the_same_sweeps_share_an_error_of_rank_one() -> None:
+    found = mean_errors(np.full((5, 3), 12), TRUE)
+    np.testing.assert_allclose(found.own, np.sqrt((0.04**2 + 0.08**2 / 12) / 3))
+    np.testing.assert_allclose(found.shared @ found.shared.T, np.full((5, 5), 0.05**2 / 3))
+    assert np.linalg.matrix_rank(found.shared) == 1
+
+
+def test_a_sweep_that_misses_a_phase_shares_nothing_with_it() -> None:
+    counts = np.array([[12, 12, 0], [0, 3, 12], [12, 0, 0]])
+    found = mean_errors(counts, TRUE)
+    shared = 0.05**2 * np.array([[1 / 2, 1 / 4, 1 / 2], [1 / 4, 1 / 2, 0.0], [1 / 2, 0.0, 1.0]])
+    np.testing.assert_allclose(found.shared @ found.shared.T, shared)
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), relative_se(counts, TRUE))
+    assert np.isnan(mean_errors(np.array([[0, 0, 0]]), TRUE).own).all()
+
+
+def test_separate_repeats_share_nothing_and_keep_their_standard_errors_to_the_bit() -> None:
+    counts = np.array([[12, 12, 12], [12, 3, 0], [7, 5, 1]])
+    noise = NoiseComponents(0.04, 0.08)
+    found = mean_errors(counts, noise)
+    per_repeat = np.where(counts > 0, 0.04**2 + 0.08**2 / np.maximum(counts, 1), 0.0)
+    before = np.sqrt(per_repeat.sum(axis=1)) / (counts > 0).sum(axis=1)
+    np.testing.assert_array_equal(relative_se(counts, noise), before)
+    np.testing.assert_array_equal(found.own, before)
+    np.testing.assert_array_equal(found.shared, np.zeros((3, 3)))
+
+
+def test_the_covariance_is_that_of_recordings() -> None:
+    """A third of the sweeps of every second phase failed; 300 recordings of a flat curve."""
+    flat = TruthCurve(np.arange(100) / 100, np.full(100, 12.0))
+    protocol = VOLUNTEERS[0].acquisition.model_copy(
+        update={"sweep_fraction": 0.05, "failed_fraction": 0.0, "outlier_fraction": 0.0}
+    )
+    logs = []
+    for seed in range(300):
+        samples = acquire(flat, CONTEXT, protocol, generator(seed, "test", "covariance"))
+        lost = (samples.repeat == samples.phase_index % 6 // 2) & (samples.phase_index % 2 == 1)
+        samples = replace(samples, status=np.where(lost, "no_wave", samples.status))
+        observed = ingest(samples, CONTEXT, RECORDING, 100)
+        logs.append(np.log(observed.speed_m_s))
+    expected = mean_errors(observed.samples_by_repeat, TRUE).covariance
+    found = np.cov(np.array(logs), rowvar=False)
+    apart = ~np.eye(PHASES, dtype=bool)
+    assert found[apart].mean() == pytest.approx(expected[apart].mean(), rel=0.15)
+    assert np.diag(found).mean() == pytest.approx(np.diag(expected).mean(), rel=0.10)
+    odd, even = np.arange(1, PHASES, 2), np.arange(0, PHASES, 2)
+    for one, other in ((odd, odd), (odd, even), (even, even)):
+        block = np.ix_(one, other)
+        kept = apart[block]
+        assert found[block][kept].mean() == pytest.approx(expected[block][kept].mean(), rel=0.2)
+
+
+def write_inputs(folder: Path, protocol: str) -> dict[str, Path | list[Path]]:
+    samples = list(acquired(0.05, range(1)).values())[:2]
+    recordings, observations = [], []
+    for made, name in zip(samples, "PQ", strict=True):
+        context = replace(VOLUNTEERS["PQ".index(name)].context, subject=name)
+        recordings.append(folder / f"{name}.csv")
+        observations.append(folder / f"{name}.h5")
+        made.frame().to_csv(recordings[-1], index=False)
+        observed = ingest(made, context, RECORDING, 100)
+        save(observations[-1], to_groups(observed), Origin(1, name, "c").provenance("observation", RECORDING))
+    (folder / "recording.yaml").write_text(protocol)
+    return {
+        "recordings": recordings,
+        "observations": observations,
+        "protocol": folder / "recording.yaml",
+        "noise": folder / "noise.h5",
+        "contexts": folder / "contexts.h5",
+    }
+
+
+def run_stage(folder: Path, protocol: str) -> Path:
+    folder.mkdir()
+    stage.noise(**write_inputs(folder, protocol), settings=SETTINGS, origin=Origin(1, "", "c"))  # type: ignore[arg-type]
+    return folder / "noise.h5"
+
+
+def test_the_stage_fits_the_model_that_the_cohort_says(tmp_path: Path) -> None:
+    written = run_stage(tmp_path / "sweeps", "origin: a\nprotocol: {repeats_are: sweeps}\n")
+    found, names = read_noise(written), list(acquired(0.05, range(1)))[:2]
+    recordings = dict(zip("PQ", [acquired(0.05, range(1))[name] for name in names], strict=True))
+    expected = fit_noise(by("sweeps", recordings))
+    assert found == expected
+    assert found.components.sweep_fraction == found.sweep_fraction > 0.0
+    assert load(written, KIND)[0]["component"].to_numpy().tolist() == ["repeat", "sample", "sweep"]
+
+
+def test_separate_is_what_a_cohort_means_that_says_nothing(tmp_path: Path) -> None:
+    said = run_stage(tmp_path / "said", "origin: a\nprotocol: {repeats_are: separate}\n")
+    unsaid = run_stage(tmp_path / "unsaid", "origin: a\n")
+    empty = run_stage(tmp_path / "empty", "origin: a\nprotocol:\n  repeats_are:\n")
+    first = load(said, KIND)[0]
+    assert first["component"].to_numpy().tolist() == ["repeat", "sample"]
+    for other in (unsaid, empty):
+        assert load(other, KIND)[0].identical(first)
+    assert read_noise(said).sweep_fraction == 0.0
+
+
+@pytest.mark.parametrize(
+    ("said", "value"), [("both", "both"), ("true", "True"), ("[sweeps]", r"\['sweeps'\]"), ("''", "")]
+)
+def test_repeats_of_an_unknown_kind_are_refused(tmp_path: Path, said: str, value: str) -> None:
+    (tmp_path / "recording.yaml").write_text(f"origin: a\nprotocol: {{repeats_are: {said}}}\n")
+    words = (
+        rf"recording\.yaml: .{value}.* under the key `protocol\.repeats_are` is none of separate, sweeps; "
+        "write `sweeps` if"
+    )
+    with pytest.raises(RecordingError, match=words):
+        read_repeats(tmp_path / "recording.yaml")
+    with pytest.raises(RecordingError, match=words):
+        read_protocol(tmp_path, RECORDING)
+
+
+def test_validation_refuses_sweeps_that_have_another_number_at_each_phase(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    protocol = cohort / "recording.yaml"
+    protocol.write_text(protocol.read_text() + "  repeats_are: sweeps\n")
+    assert main(["validate", str(cohort)]) == 0
+    path = cohort / "swe" / "S-1.csv"
+    table = pd.read_csv(path)
+    table.assign(repeat=10 * table["phase_index"] + table["repeat"]).to_csv(path, index=False)
+    capsys.readouterr()
+    assert main(["validate", str(cohort)]) == 2
+    shown = capsys.readouterr().err
+    assert "S-1.csv, column 'repeat': no sweep has samples at two phases" in shown
+    assert "give a sweep the same repeat number at all its phases" in shown
+    protocol.write_text(protocol.read_text().replace("sweeps", "separate"))
+    assert main(["validate", str(cohort)]) == 0
+
+
+def test_the_template_says_what_repeats_may_be(tmp_path: Path) -> None:
+    assert main(["template", str(tmp_path / "cohort")]) == 0
+    assert read_repeats(tmp_path / "cohort" / "recording.yaml") == "separate"
+    assert "sweeps" in (tmp_path / "cohort" / "recording.yaml").read_text()
+
+
+def test_the_figure_has_a_panel_for_sweeps(tmp_path: Path) -> None:
+    noise = fit_noise(by("sweeps", acquired(0.05, range(1))))
+    figure = draw_noise(noise, "virtual volunteers", TRUE)
+    assert_text_apart(figure)
+    assert figure.axes[2].get_title(loc="left") == "(c) between sweeps"
+    labels = [text.get_text() for text in figure.axes[2].get_legend().get_texts()]
+    assert labels[1] == "made with 5 %"
+    save(tmp_path / "noise.h5", to_dataset(noise), Origin(1, "", "c").provenance(KIND, SETTINGS))
+    assert read_noise(tmp_path / "noise.h5").pooled == noise.pooled
+
+
+def test_sweeps_are_numbered_as_in_the_recording() -> None:
+    samples = make_samples(repeat_sd=0.04, sample_sd=0.08, seed=1)
+    later = replace(samples, repeat=samples.repeat * 7 + 3)
+    accepted = rejection(later, RECORDING) == ACCEPTED
+    levels = levels_by("sweeps", later, accepted)
+    assert isinstance(levels, SweepLevels)
+    np.testing.assert_array_equal(levels.sweep, np.tile(np.arange(3), PHASES))
