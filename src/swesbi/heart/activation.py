@@ -47,23 +47,24 @@ def _activation_kernel() -> Callable[[FloatArray, float, FloatArray, FloatArray,
     key = source_key()
 
     @kernel
-    def add_activations(
+    def write_activations(
         curves: FloatArray,
         period_s: float,
         onset_s: FloatArray,
         duration_s: FloatArray,
         ramp_s: FloatArray,
     ) -> None:
-        """Add the activations of the beat before, this one and the next to ``curves`` (n, points)."""
+        """Write the activations of the beat before, this one and the next to ``curves`` (n, points)."""
         spacing_s = period_s / (curves.shape[1] - 1)
         for i in range(curves.shape[0] if key >= 0 else 0):  # the key is part of what the cache compares
             rate = 4.0 / ramp_s[i]
+            curves[i] = 0.0
             for shift_s in (-period_s, 0.0, period_s):
                 start_s = onset_s[i] + shift_s
                 add_step(curves[i], spacing_s, start_s, rate, 1.0)
                 add_step(curves[i], spacing_s, start_s + duration_s[i], rate, -1.0)
 
-    return add_activations
+    return write_activations
 
 
 def activations(
@@ -80,6 +81,6 @@ def activations(
         duration_s: D_T (n,), at this period.
         ramp_s: w (n,).
     """
-    curves = np.zeros((onset_s.size, points))
+    curves = np.empty((onset_s.size, points))
     _activation_kernel()(curves, period_s, onset_s, duration_s, ramp_s)
     return curves

@@ -128,6 +128,46 @@ def drive_at(drives: FloatArray, row: int) -> Drive:
 
 
 @equation
+def state_of(state: FloatArray, lane: int) -> State:
+    """Return the state of one lane of a block."""
+    return State(
+        state[lane],
+        state[LANES + lane],
+        state[2 * LANES + lane],
+        state[3 * LANES + lane],
+        state[4 * LANES + lane],
+        state[5 * LANES + lane],
+        state[6 * LANES + lane],
+        state[7 * LANES + lane],
+    )
+
+
+@equation
+def write_state(state: FloatArray, lane: int, x: State) -> None:
+    """Write the state of one lane of a block."""
+    state[lane] = x.displacement
+    state[LANES + lane] = x.active_stiffness
+    state[2 * LANES + lane] = x.active_stress
+    state[3 * LANES + lane] = x.arterial_pressure
+    state[4 * LANES + lane] = x.pulmonary_pressure
+    state[5 * LANES + lane] = x.mitral_flow
+    state[6 * LANES + lane] = x.aortic_flow
+    state[7 * LANES + lane] = x.proximal_pressure
+
+
+@equation
+def write_record(record: FloatArray, lane: int, x: State, flow: Flow) -> None:
+    """Write what is recorded of one lane at the start of a step."""
+    record[lane] = x.displacement
+    record[LANES + lane] = x.active_stiffness
+    record[2 * LANES + lane] = x.arterial_pressure
+    record[3 * LANES + lane] = flow.pressure
+    record[4 * LANES + lane] = flow.mitral
+    record[5 * LANES + lane] = flow.aortic
+    record[6 * LANES + lane] = x.active_stress
+
+
+@equation
 def own_parameters(p: Parameters, own: FloatArray, lane: int) -> Parameters:
     """Return the parameters with those that a lane has of its own, in the order of ``OWN_PARAMETERS``."""
     return Parameters(
@@ -201,8 +241,7 @@ def beat_kernel(
         # activation (n, 2 * steps + 1) by simulation, of which rows (blocks, LANES) names the lanes' own
         scratch = record.shape[1] - 1
         for block in range(x.shape[0]):
-            state = x[block]
-            lanes = own[block]
+            state, lanes = x[block], own[block]
             for step in range((drives.shape[0] - 1) // 2):
                 start = drive_at(drives, 2 * step)
                 middle = drive_at(drives, 2 * step + 1)
@@ -213,16 +252,7 @@ def beat_kernel(
                 # A scratch row instead of a condition: the loop over lanes writes without a branch.
                 row = record[block, step // stride if step % stride == 0 else scratch]
                 for lane in range(LANES if key >= 0 else 0):  # the key is part of what the cache compares
-                    before = State(
-                        state[lane],
-                        state[LANES + lane],
-                        state[2 * LANES + lane],
-                        state[3 * LANES + lane],
-                        state[4 * LANES + lane],
-                        state[5 * LANES + lane],
-                        state[6 * LANES + lane],
-                        state[7 * LANES + lane],
-                    )
+                    before = state_of(state, lane)
                     theta = Theta(lanes[lane], lanes[LANES + lane], lanes[2 * LANES + lane])
                     if by_simulation:
                         after, flow = runge_kutta_step(
@@ -237,20 +267,7 @@ def beat_kernel(
                         )
                     else:
                         after, flow = runge_kutta_step(before, h, start, middle, end, theta, p, o)
-                    row[lane] = before.displacement
-                    row[LANES + lane] = before.active_stiffness
-                    row[2 * LANES + lane] = before.arterial_pressure
-                    row[3 * LANES + lane] = flow.pressure
-                    row[4 * LANES + lane] = flow.mitral
-                    row[5 * LANES + lane] = flow.aortic
-                    row[6 * LANES + lane] = before.active_stress
-                    state[lane] = after.displacement
-                    state[LANES + lane] = after.active_stiffness
-                    state[2 * LANES + lane] = after.active_stress
-                    state[3 * LANES + lane] = after.arterial_pressure
-                    state[4 * LANES + lane] = after.pulmonary_pressure
-                    state[5 * LANES + lane] = after.mitral_flow
-                    state[6 * LANES + lane] = after.aortic_flow
-                    state[7 * LANES + lane] = after.proximal_pressure
+                    write_record(row, lane, before, flow)
+                    write_state(state, lane, after)
 
     return advance_beat
