@@ -66,7 +66,8 @@ def this_model(cases: Cases, errors: NDArray[np.float64]) -> Row:
     own = lane_blocks(theta, blocks)
     record = np.empty((blocks, model.samples + 1, RECORDS * LANES))
     advance = beat_kernel(model.options)
-    numbers = (model.parameters, model.drives, model.step_s, model.stride, record)
+    shared = (model.parameters, model.drives, model.step_s, model.stride, record)
+    numbers = (*shared, np.empty((0, 0)), np.zeros((blocks, LANES), np.int64))  # no activation of their own
     beat_s = best_of(50, lambda: advance(state.copy(), own, *numbers)) / (blocks * LANES)
     per_subject = [
         best_of(7, partial(simulate, cases.theta, context, cases.settings)) for context in cases.contexts

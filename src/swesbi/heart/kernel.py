@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
-from swesbi.arrays import FloatArray
+from swesbi.arrays import FloatArray, IntArray
 from swesbi.heart.compiled import equation, kernel, source_key
 from swesbi.heart.equations import Drive, Flow, Options, Parameters, State, Theta, cavity, right_hand_side
 
@@ -24,6 +24,12 @@ RECORDS: Final = 7
 DISPLACEMENT: Final = 0
 ACTIVE_STIFFNESS: Final = 1
 VENTRICULAR_PRESSURE: Final = 3
+# What a lane has of its own, variable by variable: theta; with physiology by simulation also these
+# parameters, and room for its activation at the half steps of some steps.
+OWN_PARAMETERS: Final = ("c0", "c2", "sigma_0", "alpha", "r_distal", "c_systemic")
+OWN_ACTIVATION: Final = len(Theta._fields) + len(OWN_PARAMETERS)
+OWN_STEPS: Final = 8
+OWN_WIDTH: Final = OWN_ACTIVATION + 2 * OWN_STEPS + 1
 
 
 @equation
@@ -121,63 +127,147 @@ def drive_at(drives: FloatArray, row: int) -> Drive:
     return Drive(drives[row, 0], drives[row, 1], drives[row, 2], drives[row, 3], drives[row, 4])
 
 
+@equation
+def state_of(state: FloatArray, lane: int) -> State:
+    """Return the state of one lane of a block."""
+    return State(
+        state[lane],
+        state[LANES + lane],
+        state[2 * LANES + lane],
+        state[3 * LANES + lane],
+        state[4 * LANES + lane],
+        state[5 * LANES + lane],
+        state[6 * LANES + lane],
+        state[7 * LANES + lane],
+    )
+
+
+@equation
+def write_state(state: FloatArray, lane: int, x: State) -> None:
+    """Write the state of one lane of a block."""
+    state[lane] = x.displacement
+    state[LANES + lane] = x.active_stiffness
+    state[2 * LANES + lane] = x.active_stress
+    state[3 * LANES + lane] = x.arterial_pressure
+    state[4 * LANES + lane] = x.pulmonary_pressure
+    state[5 * LANES + lane] = x.mitral_flow
+    state[6 * LANES + lane] = x.aortic_flow
+    state[7 * LANES + lane] = x.proximal_pressure
+
+
+@equation
+def write_record(record: FloatArray, lane: int, x: State, flow: Flow) -> None:
+    """Write what is recorded of one lane at the start of a step."""
+    record[lane] = x.displacement
+    record[LANES + lane] = x.active_stiffness
+    record[2 * LANES + lane] = x.arterial_pressure
+    record[3 * LANES + lane] = flow.pressure
+    record[4 * LANES + lane] = flow.mitral
+    record[5 * LANES + lane] = flow.aortic
+    record[6 * LANES + lane] = x.active_stress
+
+
+@equation
+def own_parameters(p: Parameters, own: FloatArray, lane: int) -> Parameters:
+    """Return the parameters with those that a lane has of its own, in the order of ``OWN_PARAMETERS``."""
+    return Parameters(
+        radius=p.radius,
+        thickness=p.thickness,
+        density=p.density,
+        c0=own[3 * LANES + lane],
+        c1=p.c1,
+        c2=own[4 * LANES + lane],
+        c3=p.c3,
+        wall_viscosity=p.wall_viscosity,
+        fibre_viscosity=p.fibre_viscosity,
+        sigma_0=own[5 * LANES + lane],
+        alpha=own[6 * LANES + lane],
+        r_mitral=p.r_mitral,
+        r_aortic=p.r_aortic,
+        l_mitral=p.l_mitral,
+        l_aortic=p.l_aortic,
+        r_proximal=p.r_proximal,
+        c_proximal=p.c_proximal,
+        r_distal=own[7 * LANES + lane],
+        c_systemic=own[8 * LANES + lane],
+        r_pulmonary=p.r_pulmonary,
+        c_pulmonary=p.c_pulmonary,
+    )
+
+
+@equation
+def with_activation(drive: Drive, activation: float) -> Drive:
+    """Return what is prescribed with another activation."""
+    return Drive(activation, drive.atrial_pressure, drive.venous_pressure, drive.inflow, drive.inflow_rate)
+
+
+@equation
+def fill_activation(own: FloatArray, activation: FloatArray, rows: IntArray, step: int) -> None:
+    """Copy the lanes' activation at the half steps of the next ``OWN_STEPS`` steps side by side."""
+    for lane in range(LANES):
+        curve = activation[rows[lane], 2 * step : 2 * (step + OWN_STEPS) + 1]
+        for k in range(curve.size):
+            own[(OWN_ACTIVATION + k) * LANES + lane] = curve[k]
+
+
 @lru_cache(maxsize=64)
 def beat_kernel(
-    options: Options,
-) -> Callable[[FloatArray, FloatArray, Parameters, FloatArray, float, int, FloatArray], None]:
-    """Return the compiled loop that advances blocks of ``LANES`` simulations by one beat."""
+    options: Options, by_simulation: bool = False
+) -> Callable[
+    [FloatArray, FloatArray, Parameters, FloatArray, float, int, FloatArray, FloatArray, IntArray], None
+]:
+    """Return the compiled loop that advances blocks of ``LANES`` simulations by one beat.
+
+    ``by_simulation``: every lane has ``OWN_PARAMETERS`` and an activation of its own.
+    """
     o = options
     key = source_key()
 
     @kernel
     def advance_beat(
         x: FloatArray,
-        theta: FloatArray,
+        own: FloatArray,
         p: Parameters,
         drives: FloatArray,
         h: float,
         stride: int,
         record: FloatArray,
+        activation: FloatArray,
+        rows: IntArray,
     ) -> None:
-        """Advance ``x`` (blocks, STATES * LANES) in place by a beat of steps ``h`` under ``theta``."""
+        """Advance ``x`` (blocks, STATES * LANES) in place by a beat of steps ``h``."""
+        # own (blocks, width * LANES): theta, or with physiology by simulation OWN_WIDTH
         # record (blocks, samples + 1, RECORDS * LANES) takes the start of every stride-th step, then scratch
+        # activation (n, 2 * steps + 1) by simulation, of which rows (blocks, LANES) names the lanes' own
         scratch = record.shape[1] - 1
         for block in range(x.shape[0]):
-            state = x[block]
-            rates = theta[block]
+            state, lanes = x[block], own[block]
             for step in range((drives.shape[0] - 1) // 2):
                 start = drive_at(drives, 2 * step)
                 middle = drive_at(drives, 2 * step + 1)
                 end = drive_at(drives, 2 * step + 2)
+                if by_simulation and step % OWN_STEPS == 0:
+                    fill_activation(lanes, activation, rows[block], step)
+                now = (OWN_ACTIVATION + 2 * (step % OWN_STEPS)) * LANES
                 # A scratch row instead of a condition: the loop over lanes writes without a branch.
                 row = record[block, step // stride if step % stride == 0 else scratch]
                 for lane in range(LANES if key >= 0 else 0):  # the key is part of what the cache compares
-                    before = State(
-                        state[lane],
-                        state[LANES + lane],
-                        state[2 * LANES + lane],
-                        state[3 * LANES + lane],
-                        state[4 * LANES + lane],
-                        state[5 * LANES + lane],
-                        state[6 * LANES + lane],
-                        state[7 * LANES + lane],
-                    )
-                    lane_theta = Theta(rates[lane], rates[LANES + lane], rates[2 * LANES + lane])
-                    after, flow = runge_kutta_step(before, h, start, middle, end, lane_theta, p, o)
-                    row[lane] = before.displacement
-                    row[LANES + lane] = before.active_stiffness
-                    row[2 * LANES + lane] = before.arterial_pressure
-                    row[3 * LANES + lane] = flow.pressure
-                    row[4 * LANES + lane] = flow.mitral
-                    row[5 * LANES + lane] = flow.aortic
-                    row[6 * LANES + lane] = before.active_stress
-                    state[lane] = after.displacement
-                    state[LANES + lane] = after.active_stiffness
-                    state[2 * LANES + lane] = after.active_stress
-                    state[3 * LANES + lane] = after.arterial_pressure
-                    state[4 * LANES + lane] = after.pulmonary_pressure
-                    state[5 * LANES + lane] = after.mitral_flow
-                    state[6 * LANES + lane] = after.aortic_flow
-                    state[7 * LANES + lane] = after.proximal_pressure
+                    before = state_of(state, lane)
+                    theta = Theta(lanes[lane], lanes[LANES + lane], lanes[2 * LANES + lane])
+                    if by_simulation:
+                        after, flow = runge_kutta_step(
+                            before,
+                            h,
+                            with_activation(start, lanes[now + lane]),
+                            with_activation(middle, lanes[now + LANES + lane]),
+                            with_activation(end, lanes[now + 2 * LANES + lane]),
+                            theta,
+                            own_parameters(p, lanes, lane),
+                            o,
+                        )
+                    else:
+                        after, flow = runge_kutta_step(before, h, start, middle, end, theta, p, o)
+                    write_record(row, lane, before, flow)
+                    write_state(state, lane, after)
 
     return advance_beat

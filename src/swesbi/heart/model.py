@@ -8,15 +8,20 @@ import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.context import Context
+from swesbi.heart.activation import activations
 from swesbi.heart.equations import Options, Parameters
+from swesbi.heart.physiology import Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.parameters import K_0, K_ATP
 
 
 def activation_duration_s(period_s: float, settings: ForwardModelSettings) -> float:
     """Return D_T = D sqrt(T / T_ref), the duration of the activation at a cardiac period (Bazett 1920)."""
-    ratio = period_s / settings.activation_reference_period_s
-    return float(settings.activation_duration_s * np.sqrt(ratio))
+    return float(settings.activation_duration_s * _duration_ratio(period_s, settings))
+
+
+def _duration_ratio(period_s: float, settings: ForwardModelSettings) -> float:
+    return float(np.sqrt(period_s / settings.activation_reference_period_s))
 
 
 def activation(time_s: FloatArray, period_s: float, settings: ForwardModelSettings) -> FloatArray:
@@ -80,6 +85,21 @@ class Model:
     def period_s(self) -> float:
         """Length of a beat."""
         return self.step_s * self.steps
+
+
+@dataclass(frozen=True)
+class Own:
+    """What n simulations have in place of the model's: physiology, and activation (n, 2 * steps + 1)."""
+
+    physiology: Physiology
+    activation: FloatArray
+
+
+def own_of(physiology: Physiology, model: Model, settings: ForwardModelSettings) -> Own:
+    """Return the physiology with its activation at every half step of the model's beat."""
+    duration_s = physiology.activation_duration_s * _duration_ratio(model.period_s, settings)
+    window_s = physiology.activation_onset_s, duration_s, physiology.activation_ramp_s
+    return Own(physiology, activations(model.drives.shape[0], model.period_s, *window_s))
 
 
 def options_of(settings: ForwardModelSettings) -> Options:
@@ -162,10 +182,14 @@ def cavity_volume(stretch: FloatArray, model: Model) -> FloatArray:
     return volume
 
 
-def total_volume(x: FloatArray, model: Model) -> FloatArray:
-    """Return the stressed volume (m3) of states (n, 8): cavity, systemic, pulmonary and proximal."""
+def total_volume(x: FloatArray, model: Model, physiology: Physiology | None = None) -> FloatArray:
+    """Return the stressed volume (m3) of states (n, 8): cavity, systemic, pulmonary and proximal.
+
+    With physiology of n simulations ``x`` may be one state (1, 8): the volumes that it is in each of them.
+    """
     p = model.parameters
-    volume = cavity_volume(1.0 + x[:, 0] / p.radius, model) + p.c_systemic * x[:, 3] + p.c_pulmonary * x[:, 4]
+    c_systemic = p.c_systemic if physiology is None else physiology.systemic_capacitance_m3_pa
+    volume = cavity_volume(1.0 + x[:, 0] / p.radius, model) + c_systemic * x[:, 3] + p.c_pulmonary * x[:, 4]
     if model.options.proximal_capacitance:
         volume = volume + p.c_proximal * x[:, 7]
     return volume

@@ -11,10 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
-from swesbi.heart.kernel import LANES, RECORDS, STATES, beat_kernel
-from swesbi.heart.model import Model, total_volume
+from swesbi.heart.kernel import LANES, OWN_WIDTH, RECORDS, STATES, beat_kernel
+from swesbi.heart.model import Model, Own, total_volume
+from swesbi.heart.physiology import Physiology
 
 Index = NDArray[np.intp]
+# Simulations advanced between two looks at their records, which stay in the processor's cache.
+TOGETHER: Final = 128
 # A simulation that is not periodic after as many extrapolated beats runs again, beat after beat.
 EXTRAPOLATED_BEATS: Final = 15
 ALL_RECORDS: Final = tuple(range(RECORDS))
@@ -48,23 +51,66 @@ def record_buffer(n: int, model: Model) -> FloatArray:
     return np.empty((-(-n // LANES), model.samples + 1, RECORDS * LANES))
 
 
-def advance(x: FloatArray, theta: FloatArray, model: Model) -> tuple[FloatArray, FloatArray]:
+@dataclass(frozen=True)
+class Lanes:
+    """What differs between n simulations of a model, as the loop takes it.
+
+    ``values`` (n, 3) holds theta, with physiology by simulation (n, 9) also ``OWN_PARAMETERS``, and then
+    ``activation`` (n, 2 * steps + 1) their activation.
+    """
+
+    values: FloatArray
+    activation: FloatArray
+    by_simulation: bool
+
+    def blocks(self, rows: Index) -> FloatArray:
+        """Return what these simulations, whole blocks of them, have of their own; with room to work in."""
+        blocks = rows.size // LANES
+        values = lane_blocks(self.values[rows], blocks)
+        if not self.by_simulation:
+            return values
+        own = np.empty((blocks, OWN_WIDTH * LANES))
+        own[:, : values.shape[1]] = values
+        return own
+
+
+def lanes_of(theta: FloatArray, model: Model, own: Own | None) -> Lanes:
+    """Return theta (n, 3), joined with what the simulations have in place of the model's."""
+    if own is None:
+        return Lanes(theta, np.empty((0, 0)), by_simulation=False)
+    p, mine = model.parameters, own.physiology
+    parameters = (  # in the order of ``OWN_PARAMETERS``
+        p.c0 * mine.passive_wall_factor,
+        p.c2 * mine.passive_wall_factor,
+        mine.sigma_0_pa,
+        mine.destruction_alpha,
+        mine.distal_resistance_pa_s_m3,
+        mine.systemic_capacitance_m3_pa,
+    )
+    return Lanes(np.column_stack((theta, *parameters)), own.activation, by_simulation=True)
+
+
+def advance(
+    x: FloatArray, theta: FloatArray, model: Model, own: Own | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Return the states (n, STATES) one beat after ``x`` and the beat's records (RECORDS, n, M)."""
     buffer = record_buffer(x.shape[0], model)
-    after = _advance(x, theta, model, buffer)
     rows = np.arange(x.shape[0])
+    after = _advance(x, rows, lanes_of(theta, model, own), model, buffer)
     return after, np.stack([_recorded(buffer, record, rows, model) for record in ALL_RECORDS])
 
 
-def _advance(x: FloatArray, theta: FloatArray, model: Model, buffer: FloatArray) -> FloatArray:
-    """Return the states a beat later; the last block is filled up with copies of the last simulation."""
+def _advance(x: FloatArray, rows: Index, lanes: Lanes, model: Model, buffer: FloatArray) -> FloatArray:
+    """Return the states of these rows a beat later; copies of the last simulation fill up the last block."""
     n = x.shape[0]
     blocks = -(-n // LANES)
-    rows = np.minimum(np.arange(blocks * LANES), n - 1)
-    state = lane_blocks(x[rows], blocks)
-    run = beat_kernel(model.options)
-    rates = lane_blocks(theta[rows], blocks)
-    run(state, rates, model.parameters, model.drives, model.step_s, model.stride, buffer)
+    places = np.minimum(np.arange(blocks * LANES), n - 1)
+    state = lane_blocks(x[places], blocks)
+    lane_rows = rows[places]
+    run = beat_kernel(model.options, lanes.by_simulation)
+    shared = (model.parameters, model.drives, model.step_s, model.stride)
+    own = (lanes.activation, lane_rows.reshape(blocks, LANES))
+    run(state, lanes.blocks(lane_rows), *shared, buffer, *own)
     return state.reshape(blocks, STATES, LANES).transpose(0, 2, 1).reshape(-1, STATES)[:n]
 
 
@@ -81,8 +127,8 @@ def lane_blocks(values: FloatArray, blocks: int) -> FloatArray:
     return np.ascontiguousarray(values.reshape(blocks, LANES, width).transpose(0, 2, 1)).reshape(blocks, -1)
 
 
-def state_scale(model: Model) -> FloatArray:
-    """Return what a relative change of each state variable refers to (8,).
+def state_scale(model: Model, physiology: Physiology | None = None) -> FloatArray:
+    """Return what a relative change of each state variable refers to; (8,), with physiology (n, 8).
 
     Stretch 1 and the arterial pressure, stress and stiffness of the heart at work; a pulmonary pressure
     of the same stressed volume as the cavity's; flows that fill the cavity within a beat.
@@ -91,18 +137,22 @@ def state_scale(model: Model) -> FloatArray:
     volume = 4.0 / 3.0 * np.pi * p.radius**3
     flow = volume / model.period_s
     pressure = model.start[3]
-    return np.array([p.radius, p.sigma_0, p.sigma_0, pressure, volume / p.c_pulmonary, flow, flow, pressure])
+    stress = p.sigma_0 if physiology is None else physiology.sigma_0_pa
+    scale = (p.radius, stress, stress, pressure, volume / p.c_pulmonary, flow, flow, pressure)
+    return np.stack(np.broadcast_arrays(*scale), axis=-1)
 
 
-def with_total_volume(x: FloatArray, total: float, model: Model) -> FloatArray:
-    """Return states (n, 8) whose pulmonary pressure gives the closed loop its stressed volume again.
+def with_total_volume(
+    x: FloatArray, total: FloatArray, model: Model, physiology: Physiology | None = None
+) -> FloatArray:
+    """Return states (n, 8) whose pulmonary pressure gives the closed loop its stressed volume (n,) again.
 
     The loop neither gains nor loses blood: V + C_s P_s + C_pul P_pul (+ C_p P_p) is invariant.
     """
     if not model.options.closed_loop:
         return x
     out = x.copy()
-    out[:, 4] += (total - total_volume(x, model)) / model.parameters.c_pulmonary
+    out[:, 4] += (total - total_volume(x, model, physiology)) / model.parameters.c_pulmonary
     return out
 
 
@@ -122,6 +172,7 @@ class Extrapolation:
 
     def keep(self, rows: BoolArray) -> None:
         """Forget the simulations that are not in ``rows``."""
+        self.scale = self.scale[rows]
         self.images = [image[rows] for image in self.images]
         self.residuals = [residual[rows] for residual in self.residuals]
 
@@ -153,6 +204,7 @@ def run_to_periodic(
     maximum_beats: int,
     memory: int,
     kept: Sequence[int] = ALL_RECORDS,
+    own: Own | None = None,
 ) -> Records:
     """Return the first beat of each simulation that ends where it began.
 
@@ -163,16 +215,17 @@ def run_to_periodic(
         maximum_beats: Beats after which a simulation counts as not periodic.
         memory: Earlier beats from which the periodic state is extrapolated; 0 runs beat after beat.
         kept: Which of the kernel's records to return.
+        own: What the simulations have in place of the model's.
     """
     n = theta.shape[0]
     values = np.full((len(kept), n, model.samples), np.nan)
     out = Records(values, np.full(n, Status.NOT_PERIODIC, dtype=np.int8), np.zeros(n, dtype=np.int64))
     rows = np.arange(n)
     if memory > 0:
-        _run(rows, theta, model, tolerance, min(maximum_beats, EXTRAPOLATED_BEATS), memory, kept, out)
+        _run(rows, theta, model, own, tolerance, min(maximum_beats, EXTRAPOLATED_BEATS), memory, kept, out)
         rows = np.flatnonzero(out.status != Status.PERIODIC)
     if rows.size:
-        _run(rows, theta, model, tolerance, maximum_beats, 0, kept, out)
+        _run(rows, theta, model, own, tolerance, maximum_beats, 0, kept, out)
     return out
 
 
@@ -180,6 +233,7 @@ def _run(
     rows: Index,
     theta: FloatArray,
     model: Model,
+    own: Own | None,
     tolerance: float,
     maximum_beats: int,
     memory: int,
@@ -189,21 +243,20 @@ def _run(
     """Run these rows of ``theta`` from the start and write what they come to into ``out``."""
     out.status[rows] = Status.NOT_PERIODIC
     x = np.repeat(model.start[None, :], rows.size, axis=0)
-    total = float(total_volume(model.start[None], model)[0])
-    scale = state_scale(model)
-    extrapolation = Extrapolation(scale, memory)
-    buffer = record_buffer(rows.size, model)
+    lanes = lanes_of(theta, model, own)
+    physiology = own.physiology if own else None
+    n = theta.shape[0]
+    total = np.broadcast_to(total_volume(model.start[None], model, physiology), n)
+    scale = np.broadcast_to(state_scale(model, physiology), (n, STATES))
+    extrapolation = Extrapolation(scale[rows], memory)
+    buffer = record_buffer(min(rows.size, TOGETHER), model)
     for _ in range(maximum_beats):
-        after = _advance(x, theta[rows], model, buffer)
-        out.beats[rows] += 1
-        change = np.max(np.abs(after - x) / scale, axis=1)
-        finite = np.isfinite(change)
-        done = finite & (change <= tolerance)
-        out.status[rows[~finite]] = Status.NON_FINITE
-        out.status[rows[done]] = Status.PERIODIC
-        for curves, record in zip(out.values, kept, strict=True):
-            curves[rows[done]] = _recorded(buffer, record, np.flatnonzero(done), model)
-        going = finite & ~done
+        after, going = np.empty_like(x), np.empty(rows.size, np.bool_)
+        for first in range(0, rows.size, TOGETHER):
+            part = slice(first, first + TOGETHER)
+            after[part] = _advance(x[part], rows[part], lanes, model, buffer)
+            change = np.max(np.abs(after[part] - x[part]) / scale[rows[part]], axis=1)
+            going[part] = _settled(rows[part], change, tolerance, buffer, model, kept, out)
         if not going.any():
             return
         # Finished simulations leave, and the others close up: blocks stay full of work.
@@ -212,6 +265,27 @@ def _run(
         if memory > 0:
             extrapolation.keep(going)
             # The volumes need not sum to the blood in the loop any more, which no later beat would correct.
-            x = with_total_volume(extrapolation.next(x, after), total, model)
+            mine = physiology.rows(rows) if physiology else None
+            x = with_total_volume(extrapolation.next(x, after), total[rows], model, mine)
         else:
             x = after
+
+
+def _settled(
+    rows: Index,
+    change: FloatArray,
+    tolerance: float,
+    buffer: FloatArray,
+    model: Model,
+    kept: Sequence[int],
+    out: Records,
+) -> BoolArray:
+    """Write what has become of these rows after a beat into ``out``; return which of them go on."""
+    out.beats[rows] += 1
+    finite = np.isfinite(change)
+    done = finite & (change <= tolerance)
+    out.status[rows[~finite]] = Status.NON_FINITE
+    out.status[rows[done]] = Status.PERIODIC
+    for curves, record in zip(out.values, kept, strict=True):
+        curves[rows[done]] = _recorded(buffer, record, np.flatnonzero(done), model)
+    return finite & ~done

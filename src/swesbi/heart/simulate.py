@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context, check_ranges
 from swesbi.heart.kernel import ACTIVE_STIFFNESS, DISPLACEMENT, VENTRICULAR_PRESSURE
-from swesbi.heart.model import Model, build_model, cavity_volume
+from swesbi.heart.model import Model, build_model, cavity_volume, own_of
 from swesbi.heart.periodic import ALL_RECORDS, Records, Status, run_to_periodic
+from swesbi.heart.physiology import Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.parameters import THETA_NAMES, THETA_RANGES, THETA_SI
 
@@ -29,8 +30,8 @@ ACTIVE_RECORDS: Final = (DISPLACEMENT, ACTIVE_STIFFNESS, VENTRICULAR_PRESSURE)
 _NOT_CURVES: Final = ("cycle_phase", "status", "beats")
 # How many times more steps a simulation gets that fails at the shipped step.
 REFINEMENT: Final = 4
-# Simulations advanced together; their records stay in the processor's cache. No effect on the result.
-CHUNK: Final = 128
+# Simulations run together, which keeps blocks full while ever fewer go on. No effect on the result.
+CHUNK: Final = 512
 
 
 @dataclass(frozen=True)
@@ -146,45 +147,59 @@ def _within(curves: FloatArray, limits: tuple[float, float]) -> BoolArray:
     return inside
 
 
-def simulate(theta: FloatArray, context: Context, settings: ForwardModelSettings) -> Beats:
+def simulate(
+    theta: FloatArray,
+    context: Context,
+    settings: ForwardModelSettings,
+    physiology: Physiology | None = None,
+) -> Beats:
     """Simulate beats until they repeat themselves and return the last one.
 
-    A simulation's result depends on its own theta alone, not on the others it is run with.
+    A simulation's result depends on its own theta and physiology alone, not on the others it is run with.
 
     Args:
         theta: (n, 3) in the order of ``THETA_NAMES``: k_0 (kPa), k_ATP (1/s), k_SR (1/s).
         context: The subject; HR, IVSd and LVEDV set period and geometry (paper, Eq. 2).
         settings: Options, parameters and numerics.
+        physiology: Of each simulation; the settings' own for all without it.
 
     Raises:
-        ValueError: theta or the context is not finite or outside the declared ranges.
+        ValueError: theta, the context or the physiology is not finite or outside the declared ranges.
     """
     theta = _checked_theta(theta)
     check_ranges(context)
+    physiology = physiology.checked(len(theta)) if physiology else None
     model = _model(context, settings)
     beats = empty_beats(len(theta), model)
-    for rows, records in _chunks(theta, context, settings, ALL_RECORDS):
+    for rows, records in _chunks(theta, context, settings, physiology, ALL_RECORDS):
         place(beats_of(records, model), rows, beats)
     return beats
 
 
-def simulate_active(theta: FloatArray, context: Context, settings: ForwardModelSettings) -> ActiveBeats:
+def simulate_active(
+    theta: FloatArray,
+    context: Context,
+    settings: ForwardModelSettings,
+    physiology: Physiology | None = None,
+) -> ActiveBeats:
     """Simulate beats as :func:`simulate` does and return what a stiffness needs alone, which is faster.
 
     Args:
         theta: (n, 3) in the order of ``THETA_NAMES``.
         context: The subject.
         settings: Options, parameters and numerics.
+        physiology: Of each simulation; the settings' own for all without it.
 
     Raises:
-        ValueError: theta or the context is not finite or outside the declared ranges.
+        ValueError: theta, the context or the physiology is not finite or outside the declared ranges.
     """
     theta = _checked_theta(theta)
     check_ranges(context)
+    physiology = physiology.checked(len(theta)) if physiology else None
     model = _model(context, settings)
     stiffness, stretch = np.empty((2, len(theta), model.samples))
     beats = ActiveBeats(model.cycle_phase, stiffness, stretch, np.empty(len(theta), np.int8))
-    for rows, records in _chunks(theta, context, settings, ACTIVE_RECORDS):
+    for rows, records in _chunks(theta, context, settings, physiology, ACTIVE_RECORDS):
         chunk = active_beats_of(records, model)
         stiffness[rows], stretch[rows] = chunk.active_stiffness_kpa, chunk.stretch
         beats.status[rows] = chunk.status
@@ -192,14 +207,18 @@ def simulate_active(theta: FloatArray, context: Context, settings: ForwardModelS
 
 
 def _chunks(
-    theta: FloatArray, context: Context, settings: ForwardModelSettings, kept: Sequence[int]
+    theta: FloatArray,
+    context: Context,
+    settings: ForwardModelSettings,
+    physiology: Physiology | None,
+    kept: Sequence[int],
 ) -> Iterator[tuple[slice, Records]]:
     """Yield the rows of each chunk with their records."""
     si = theta * np.array(THETA_SI)
-    model = _model(context, settings)
     for first in range(0, si.shape[0], CHUNK):
         rows = slice(first, first + CHUNK)
-        yield rows, _converged(si[rows], model, context, settings, kept)
+        own = physiology.rows(rows) if physiology else None
+        yield rows, _converged(si[rows], context, settings, own, kept)
 
 
 @lru_cache(maxsize=64)
@@ -208,18 +227,37 @@ def _model(context: Context, settings: ForwardModelSettings, refinement: int = 1
 
 
 def _converged(
-    theta: FloatArray, model: Model, context: Context, settings: ForwardModelSettings, kept: Sequence[int]
+    theta: FloatArray,
+    context: Context,
+    settings: ForwardModelSettings,
+    physiology: Physiology | None,
+    kept: Sequence[int],
 ) -> Records:
     """Return the records at the shipped step; what fails there, where the wall is stiff, at a finer one."""
-    limits = (settings.periodicity_tolerance, settings.maximum_beats, settings.extrapolation_memory)
-    records = run_to_periodic(theta, model, *limits, kept)
+    records = _periodic(theta, context, settings, physiology, kept, 1)
     failed = np.flatnonzero(records.status != Status.PERIODIC)
     if failed.size:
-        refined = run_to_periodic(theta[failed], _model(context, settings, REFINEMENT), *limits, kept)
+        own = physiology.rows(failed) if physiology else None
+        refined = _periodic(theta[failed], context, settings, own, kept, REFINEMENT)
         records.values[:, failed] = refined.values
         records.status[failed] = refined.status
         records.beats[failed] += refined.beats
     return records
+
+
+def _periodic(
+    theta: FloatArray,
+    context: Context,
+    settings: ForwardModelSettings,
+    physiology: Physiology | None,
+    kept: Sequence[int],
+    refinement: int,
+) -> Records:
+    """Return the records with ``refinement`` times the shipped number of steps."""
+    model = _model(context, settings, refinement)
+    own = own_of(physiology, model, settings) if physiology else None
+    limits = (settings.periodicity_tolerance, settings.maximum_beats, settings.extrapolation_memory)
+    return run_to_periodic(theta, model, *limits, kept, own)
 
 
 def _checked_theta(theta: FloatArray) -> FloatArray:

@@ -1,0 +1,95 @@
+"""Physiology by simulation: what a simulation may have of its own beside theta, in SI units.
+
+The settings of the forward model give these numbers once for all simulations. Where they are not known of a
+heart, every simulation takes values of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.arrays import FloatArray
+from swesbi.heart.settings import ForwardModelSettings
+
+# About an order of magnitude around the shipped settings, as the ranges of theta: wide enough for any prior,
+# while a value in another unit (ms, kPa, mL/mmHg) lies outside.
+RANGES: Final = {
+    "activation_onset_s": (0.0, 0.3),
+    "activation_duration_s": (0.03, 1.5),
+    "activation_ramp_s": (0.002, 0.2),
+    "destruction_alpha": (0.0, 50.0),
+    "sigma_0_pa": (5e3, 1e6),
+    "passive_wall_factor": (0.05, 20.0),
+    "distal_resistance_pa_s_m3": (1e7, 1.5e9),
+    "systemic_capacitance_m3_pa": (1e-9, 1e-7),
+}
+"""Declared range of each quantity, by the name of its field of :class:`Physiology`."""
+
+
+@dataclass(frozen=True)
+class Physiology:
+    """Physiology of n simulations, every array of shape (n,); names and meanings are those of the settings.
+
+    Attributes:
+        activation_onset_s: t_on, after the R peak.
+        activation_duration_s: D, at the settings' reference period; the subject's period scales it.
+        activation_ramp_s: w, the width of the tanh ramps.
+        destruction_alpha: Bonds destroyed per unit of strain.
+        sigma_0_pa: Active stress of the fully activated fibre.
+        passive_wall_factor: Multiplies both moduli of the passive wall, C_0 and C_2 (or W_1 and W_2).
+        distal_resistance_pa_s_m3: R_d.
+        systemic_capacitance_m3_pa: C_s.
+    """
+
+    activation_onset_s: FloatArray
+    activation_duration_s: FloatArray
+    activation_ramp_s: FloatArray
+    destruction_alpha: FloatArray
+    sigma_0_pa: FloatArray
+    passive_wall_factor: FloatArray
+    distal_resistance_pa_s_m3: FloatArray
+    systemic_capacitance_m3_pa: FloatArray
+
+    @classmethod
+    def of_settings(cls, settings: ForwardModelSettings, n: int) -> Self:
+        """Return the settings' own values for ``n`` simulations; replace what is to differ between them."""
+        own = {"passive_wall_factor": 1.0} | {
+            name: getattr(settings, name) for name in NAMES if name != "passive_wall_factor"
+        }
+        return cls(**{name: np.full(n, own[name]) for name in NAMES})
+
+    def rows(self, rows: NDArray[np.intp] | slice) -> Self:
+        """Return the physiology of these simulations."""
+        return type(self)(**{name: getattr(self, name)[rows] for name in NAMES})
+
+    def checked(self, n: int) -> Self:
+        """Return the physiology as floating-point arrays, given that it is one of ``n`` simulations.
+
+        Raises:
+            ValueError: A quantity is not of shape (n,), not finite or outside its declared range.
+        """
+        return type(self)(**{name: _checked(name, getattr(self, name), n) for name in NAMES})
+
+
+NAMES: Final = tuple(field.name for field in fields(Physiology))
+"""The quantities in the order of their fields."""
+
+
+def _checked(name: str, values: FloatArray, n: int) -> FloatArray:
+    values = np.asarray(values, dtype=np.float64)
+    if values.shape != (n,):
+        raise ValueError(
+            f"physiology: {name} has shape {values.shape}; expected ({n},), a value for each row of theta"
+        )
+    low, high = RANGES[name]
+    wrong = np.flatnonzero(~((values >= low) & (values <= high)))
+    if wrong.size:
+        raise ValueError(
+            f"physiology row {wrong[0]}: {name} = {values[wrong[0]]:g} is outside [{low:g}, {high:g}]; "
+            "check its unit"
+        )
+    return values

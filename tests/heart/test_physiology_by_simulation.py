@@ -1,0 +1,218 @@
+"""Physiology by simulation: the same beats as with settings of those values, whatever runs beside them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from forward_model_cases import COHORT, RICHER, SETTINGS, prior_draws
+
+from swesbi.heart.activation import activations
+from swesbi.heart.model import (
+    activation,
+    activation_duration_s,
+    build_model,
+    own_of,
+    total_volume,
+)
+from swesbi.heart.periodic import Status, advance, run_to_periodic
+from swesbi.heart.physiology import NAMES, RANGES, Physiology
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate, simulate_active
+
+OPEN = SETTINGS.model_copy(
+    update={"circulation": "open", "atrial_pressure_pa": 1100.0, "venous_pressure_pa": 1100.0}
+)
+MOONEY = SETTINGS.model_copy(
+    update={"passive_law": "mooney_rivlin", "passive_c0_pa": 8e3, "passive_c2_pa": 40.0}
+)
+SI = np.array([1e3, 1.0, 1.0])
+# Of each quantity a value far from the shipped one.
+OTHER = {
+    "activation_onset_s": 0.06,
+    "activation_duration_s": 0.28,
+    "activation_ramp_s": 0.045,
+    "destruction_alpha": 3.0,
+    "sigma_0_pa": 110e3,
+    "passive_wall_factor": 1.6,
+    "distal_resistance_pa_s_m3": 1.1e8,
+    "systemic_capacitance_m3_pa": 1.5e-8,
+}
+# Largest difference of k_c, relative to its peak, from a beat with the same numbers in the settings: the
+# activation by simulation is tabulated by another formula of the same function, to 1e-14.
+CLOSE = 1e-10
+
+
+def physiology_of(n: int, **values: object) -> Physiology:
+    own = Physiology.of_settings(SETTINGS, n)
+    return replace(own, **{name: np.broadcast_to(value, n).astype(float) for name, value in values.items()})
+
+
+def drawn(n: int, seed: int) -> Physiology:
+    """Draw physiology within a factor of 1.5 of the settings, every quantity on its own."""
+    rng = np.random.default_rng(seed)
+    own = Physiology.of_settings(SETTINGS, n)
+    return Physiology(**{name: getattr(own, name) * 1.5 ** rng.uniform(-1.0, 1.0, n) for name in NAMES})
+
+
+def changed_settings(settings: ForwardModelSettings, name: str, value: float) -> ForwardModelSettings:
+    if name != "passive_wall_factor":
+        return settings.model_copy(update={name: value})
+    moduli = {key: value * getattr(settings, key) for key in ("passive_c0_pa", "passive_c2_pa")}
+    return settings.model_copy(update=moduli)
+
+
+def difference(left: np.ndarray, right: np.ndarray) -> float:
+    return float((np.abs(left - right) / np.abs(right).max(axis=1, keepdims=True)).max())
+
+
+@pytest.mark.parametrize(
+    "settings", [SETTINGS, RICHER, OPEN, MOONEY], ids=["shipped", "inertance", "open", "mooney_rivlin"]
+)
+def test_the_settings_own_physiology_changes_nothing(settings: ForwardModelSettings) -> None:
+    theta = prior_draws(40, seed=11)
+    for subject in ("A", "F"):
+        plain = simulate(theta, COHORT[subject], settings)
+        own = simulate(theta, COHORT[subject], settings, Physiology.of_settings(settings, 40))
+        np.testing.assert_array_equal(own.status, plain.status)
+        np.testing.assert_array_equal(own.beats, plain.beats)
+        for name in ("active_stiffness_kpa", "volume_ml", "ventricular_pressure_mmhg"):
+            assert difference(getattr(own, name), getattr(plain, name)) <= CLOSE
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_one_quantity_of_one_simulation(name: str) -> None:
+    """The row that differs is the beat of settings with that value, and the others are as they were."""
+    theta = prior_draws(20, seed=12)
+    values = np.array(getattr(Physiology.of_settings(SETTINGS, 20), name))
+    values[7] = OTHER[name]
+    own = simulate(theta, COHORT["B"], SETTINGS, physiology_of(20, **{name: values}))
+    plain = simulate(theta, COHORT["B"], SETTINGS)
+    expected = simulate(theta[7:8], COHORT["B"], changed_settings(SETTINGS, name, OTHER[name]))
+    others = np.arange(20) != 7
+    assert expected.status[0] == Status.PERIODIC
+    assert difference(own.active_stiffness_kpa[7:8], expected.active_stiffness_kpa) <= CLOSE
+    assert difference(own.volume_ml[7:8], expected.volume_ml) <= CLOSE
+    assert difference(own.active_stiffness_kpa[others], plain.active_stiffness_kpa[others]) <= CLOSE
+    assert difference(own.volume_ml[7:8], plain.volume_ml[7:8]) > 1e-4
+
+
+@pytest.mark.parametrize("settings", [SETTINGS, RICHER], ids=["shipped", "inertance"])
+def test_all_quantities_together(settings: ForwardModelSettings) -> None:
+    theta = prior_draws(3, seed=13)
+    beats = simulate(theta, COHORT["C"], settings, physiology_of(3, **OTHER))
+    for name, value in OTHER.items():
+        settings = changed_settings(settings, name, value)
+    expected = simulate(theta, COHORT["C"], settings)
+    assert difference(beats.active_stiffness_kpa, expected.active_stiffness_kpa) <= CLOSE
+    assert difference(beats.arterial_pressure_mmhg, expected.arterial_pressure_mmhg) <= CLOSE
+
+
+def test_result_depends_on_own_row_only() -> None:
+    theta, own = prior_draws(75, seed=14), drawn(75, seed=14)
+    together = simulate_active(theta, COHORT["B"], SETTINGS, own)
+    backwards = simulate_active(theta[::-1], COHORT["B"], SETTINGS, own.rows(slice(None, None, -1)))
+    alone = [
+        simulate_active(theta[i : i + 1], COHORT["B"], SETTINGS, own.rows(slice(i, i + 1))) for i in range(75)
+    ]
+    assert (together.status == Status.PERIODIC).all()
+    np.testing.assert_array_equal(together.active_stiffness_kpa, backwards.active_stiffness_kpa[::-1])
+    for row, beat in enumerate(alone):
+        np.testing.assert_array_equal(together.active_stiffness_kpa[row], beat.active_stiffness_kpa[0])
+
+
+def test_active_stiffness_alone_is_that_of_the_whole_beat() -> None:
+    theta, own = prior_draws(600, seed=15), drawn(600, seed=15)  # more than are run together
+    beats = simulate(theta, COHORT["D"], SETTINGS, own)
+    active = simulate_active(theta, COHORT["D"], SETTINGS, own)
+    np.testing.assert_array_equal(active.active_stiffness_kpa, beats.active_stiffness_kpa)
+    np.testing.assert_array_equal(active.status, beats.status)
+
+
+def test_what_fails_at_the_step_of_the_settings_runs_finer_with_its_own_physiology() -> None:
+    """A step too long for the stiffest walls leaves them unstable; their beats are those of the settings."""
+    coarse = SETTINGS.model_copy(
+        update={"maximum_step_s": 1.0, "steps_per_beat": 100, "samples_per_beat": 100}
+    )
+    theta = prior_draws(32, seed=16)
+    own = physiology_of(32, passive_wall_factor=np.linspace(1.0, 20.0, 32))
+    model = build_model(COHORT["A"], coarse)
+    limits = (coarse.periodicity_tolerance, coarse.maximum_beats, coarse.extrapolation_memory)
+    at_once = run_to_periodic(theta * SI, model, *limits, own=own_of(own, model, coarse))
+    failed = np.flatnonzero(at_once.status != Status.PERIODIC)
+    print(f"{failed.size} of 32 fail at the coarse step")
+    assert 0 < failed.size < 32
+    beats = simulate(theta, COHORT["A"], coarse, own)
+    assert (beats.status == Status.PERIODIC).all()
+    for row in failed[:3]:
+        settings = changed_settings(coarse, "passive_wall_factor", own.passive_wall_factor[row])
+        expected = simulate(theta[row : row + 1], COHORT["A"], settings).active_stiffness_kpa
+        assert difference(beats.active_stiffness_kpa[row : row + 1], expected) <= CLOSE
+
+
+def test_blood_is_conserved_in_every_simulation() -> None:
+    theta, own = prior_draws(64, seed=17) * SI, drawn(64, seed=17)
+    model = build_model(COHORT["A"], SETTINGS)
+    x = np.repeat(model.start[None], 64, axis=0)
+    before = total_volume(x, model, own)
+    assert np.ptp(before) > 1e-5  # they have C_s of their own
+    for _ in range(20):
+        x, _ = advance(x, theta, model, own_of(own, model, SETTINGS))
+    drift_ml = 1e6 * np.abs(total_volume(x, model, own) - before).max()
+    print(f"drift over 20 beats: {drift_ml:.1e} mL")
+    assert drift_ml <= 1e-2
+
+
+def test_the_extrapolated_state_is_the_one_that_beats_lead_to() -> None:
+    tight = {"periodicity_tolerance": 1e-9, "maximum_beats": 300}
+    theta, own = prior_draws(64, seed=18), drawn(64, seed=18)
+    stiffness = [
+        simulate_active(
+            theta, COHORT["E"], SETTINGS.model_copy(update=tight | {"extrapolation_memory": memory}), own
+        ).active_stiffness_kpa
+        for memory in (0, 2)
+    ]
+    np.testing.assert_allclose(stiffness[0], stiffness[1], atol=1e-6)
+
+
+@pytest.mark.parametrize("subject", ["A", "F"])
+def test_activation_by_simulation_is_the_activation(subject: str) -> None:
+    context = COHORT[subject]
+    own = drawn(50, seed=19)
+    time_s = np.linspace(0.0, context.period_s, 801)
+    ratio = activation_duration_s(context.period_s, SETTINGS) / SETTINGS.activation_duration_s
+    window_s = own.activation_onset_s, ratio * own.activation_duration_s, own.activation_ramp_s
+    curves = activations(801, context.period_s, *window_s)
+    for row, curve in enumerate(curves):
+        names = ("activation_onset_s", "activation_duration_s", "activation_ramp_s")
+        settings = SETTINGS.model_copy(update={name: float(getattr(own, name)[row]) for name in names})
+        np.testing.assert_allclose(curve, activation(time_s, context.period_s, settings), atol=1e-13)
+
+
+def test_the_shipped_settings_lie_within_the_declared_ranges() -> None:
+    assert tuple(RANGES) == NAMES
+    own = Physiology.of_settings(SETTINGS, 2).checked(2)
+    assert own.sigma_0_pa.tolist() == [SETTINGS.sigma_0_pa] * 2
+    assert own.passive_wall_factor.tolist() == [1.0, 1.0]
+
+
+@pytest.mark.parametrize("run", [simulate, simulate_active], ids=["simulate", "simulate_active"])
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("factor", [np.nan, -1.0, 1e3])
+def test_a_value_outside_its_range_is_refused_by_row(run: object, name: str, factor: float) -> None:
+    values = np.array(getattr(physiology_of(3, destruction_alpha=1.5), name))
+    values[1] *= factor
+    low, high = RANGES[name]
+    with pytest.raises(ValueError) as refused:
+        run(prior_draws(3, seed=1), COHORT["A"], SETTINGS, physiology_of(3, **{name: values}))  # type: ignore[operator]
+    message = str(refused.value)
+    assert f"physiology row 1: {name} = {values[1]:g}" in message
+    assert f"[{low:g}, {high:g}]" in message
+
+
+@pytest.mark.parametrize("values", [np.ones(4), np.ones((3, 1)), np.array(1.0)])
+def test_a_wrong_shape_is_refused_by_name(values: np.ndarray) -> None:
+    own = replace(Physiology.of_settings(SETTINGS, 3), passive_wall_factor=values)
+    with pytest.raises(ValueError, match=r"passive_wall_factor has shape .*expected \(3,\)"):
+        simulate(prior_draws(3, seed=1), COHORT["A"], SETTINGS, own)
