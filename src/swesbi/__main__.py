@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
 
+from swesbi.config.parts import NUMBERED, option_of
 from swesbi.config.read import ConfigError, add_options, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
@@ -18,7 +19,8 @@ from swesbi.study.registry import STAGES, file_arguments, file_types, stage_code
 from swesbi.study.stages.origin import Origin
 
 EXIT_USAGE = 2
-WILDCARDS = ("subject", "experiment", "prior", "shard", "part", "batch")
+WHICH = "which "  # before the name of a wildcard among the parsed options
+WILDCARDS = ("subject", "experiment", "prior", "variant", *NUMBERED)
 COMMANDS = {
     "validate": "swesbi.study.validate",
     "template": "swesbi.recording.template",
@@ -72,11 +74,11 @@ def _run_stage(name: str, given: Sequence[str]) -> int:
     options = vars(_parser(name, run).parse_args(given))
     config: Path = options.pop("config")
     study = load_study(read_merged(config, options.pop("overlay")), str(config))
-    wildcards = {key: options.pop(key) for key in WILDCARDS if options.get(key) is not None}
-    files = {key: value for key, value in options.items() if key not in WILDCARDS}
+    chosen = {name: options.pop(WHICH + name) for name in WILDCARDS}
+    wildcards = {name: value for name, value in chosen.items() if value is not None}
     settings = get_type_hints(run)["settings"].from_plain(stage_settings(study, name, **wildcards))
     origin = Origin(study.config.seed, wildcards.get("subject", ""), stage_code(name))
-    run(**file_arguments(run, files), settings=settings, origin=origin)
+    run(**file_arguments(run, options), settings=settings, origin=origin)
     return 0
 
 
@@ -84,9 +86,11 @@ def _parser(name: str, run: Callable[..., None]) -> argparse.ArgumentParser:
     """Build a stage's parser: an option for every file of its function, and what chooses its settings."""
     parser = argparse.ArgumentParser(prog=f"python -m swesbi {name}", description=STAGES[name])
     add_options(parser)
-    for wildcard in WILDCARDS:
-        parser.add_argument(f"--{wildcard}", help=f"which {wildcard}, where the stage has several")
     parameters = inspect.signature(run).parameters
+    for wildcard in WILDCARDS:
+        which = f"which {wildcard}, where the stage has several"
+        kind = "NUMBER" if wildcard in NUMBERED else "NAME"
+        parser.add_argument(option_of(wildcard), dest=WHICH + wildcard, metavar=kind, help=which)
     for key, hint in file_types(run).items():
         default = parameters[key].default if key in parameters else inspect.Parameter.empty
         parser.add_argument(f"--{key.replace('_', '-')}", **_option(hint, default))

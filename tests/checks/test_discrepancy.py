@@ -194,9 +194,7 @@ def test_the_figure_s_text_stands_apart() -> None:
     assert_text_apart(draw_discrepancy(pd.read_csv(REFERENCE), 0.9))
 
 
-def test_the_configured_discrepancy_covers_on_the_reference_and_the_best_pair_does_not() -> (
-    None
-):
+def test_the_configured_discrepancy_covers_on_the_reference_and_the_best_pair_does_not() -> None:
     """Coverage within what chance allows of the nominal one; the pair of the highest evidence is below it."""
     config = shipped()
     table = pd.read_csv(REFERENCE)

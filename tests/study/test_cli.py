@@ -45,6 +45,22 @@ def test_ingest_and_passive_run_by_hand(tmp_path: Path) -> None:
     assert provenance.code_hash
 
 
+def test_every_stage_s_options_are_distinct_and_a_shard_is_made_by_its_number(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for stage in STAGES:
+        with pytest.raises(SystemExit) as ended:
+            main([stage, "--help"])
+        assert ended.value.code == 0, stage
+    assert "--shard-number NUMBER" in capsys.readouterr().out
+    shard = tmp_path / "shard.h5"
+    chosen = ["--subject", "A", "--prior", "paper", "--overlay", "tests/smoke.yaml", "--shard", str(shard)]
+    assert main(["simulate", *chosen]) == 2
+    assert "say which shard: --shard-number NUMBER" in capsys.readouterr().err
+    assert main(["simulate", *chosen, "--shard-number", "0"]) == 0
+    assert load(shard, "simulations")[1].subject == "A"
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

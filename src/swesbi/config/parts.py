@@ -15,6 +15,9 @@ Wildcards = Mapping[str, str]
 EXPERIMENT: Final = "experiment."
 POPULATION: Final = "population."
 
+NUMBERED: Final = ("shard", "part", "batch")
+"""Wildcards that are numbers; the others are names."""
+
 
 def shard_draws(shard: int, shards: int, draws: int) -> range:
     """Return the draw numbers of one shard: contiguous, the shards as equal in size as can be.
@@ -67,8 +70,13 @@ def named(study: Study, wildcards: Wildcards, kind: str) -> str:
 
 def _wildcard(wildcards: Wildcards, kind: str) -> str:
     if kind not in wildcards:
-        raise ConfigError(f"say which {kind}: --{kind} NAME")
+        raise ConfigError(f"say which {kind}: {option_of(kind)} {'NUMBER' if kind in NUMBERED else 'NAME'}")
     return wildcards[kind]
+
+
+def option_of(wildcard: str) -> str:
+    """Return the option by which the command line chooses a wildcard; ``--shard`` is a stage's file."""
+    return f"--{wildcard}-number" if wildcard in NUMBERED else f"--{wildcard}"
 
 
 def _at(section: Settings, path: str) -> Any:  # noqa: ANN401
