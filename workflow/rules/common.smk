@@ -7,10 +7,10 @@ from snakemake.io import expand as expand_names
 from swesbi.config.read import ConfigError
 from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
-from swesbi.show.figures.registry import (captions, figure_of, names_of)
+from swesbi.show.figures.registry import captions, figure_of, names_of
 from swesbi.population.settings import MOST_SHOWN
 from swesbi.study.running import RUN
-from swesbi.study.running import (current_run, guard_execution)
+from swesbi.study.running import current_run, guard_execution
 from swesbi.study.registry import stage_code
 
 try:
