@@ -140,7 +140,9 @@ def test_weights_and_sampler_agree_on_the_speed_model() -> None:
     one, other = (to_logit(part.phi, speed_case.settings().prior) for part in (weighted, sampled))
     sd, error = one.std(axis=0), 4.0 / np.sqrt(np.minimum(sampled.effective_draws, SETTINGS.draws))
     assert np.all(np.abs(one.mean(axis=0) - other.mean(axis=0)) / sd < error)
-    assert np.all(np.abs(other.std(axis=0) / sd - 1.0) < error)
+    # widths of the 90 % intervals, since the standard deviation of k_SR hangs on its long tail
+    width, width_of_other = (np.ptp(np.quantile(part, (0.05, 0.95), axis=0), axis=0) for part in (one, other))
+    assert np.all(np.abs(width_of_other / width - 1.0) < error)
 
 
 def test_a_proposal_far_from_the_posterior_is_no_excuse() -> None:
