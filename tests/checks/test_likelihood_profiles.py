@@ -52,7 +52,7 @@ def test_held_coordinates_stay_and_the_box_is_kept() -> None:
 
 @pytest.mark.parametrize("held", [0, 1, 2])
 def test_the_profile_of_a_linear_normal_model_is_a_parabola(held: int) -> None:
-    found = profile(problem(), held, least_squares(), 15, 21)
+    found = profile(problem(), held, least_squares(), 15, 21, 0.999)
     maximum = float(problem().log_likelihood(least_squares()[None])[0])
     sd = np.sqrt(COVARIANCE[held, held])
     expected = ((found.axes[0] - least_squares()[held]) / sd) ** 2
@@ -63,13 +63,13 @@ def test_the_profile_of_a_linear_normal_model_is_a_parabola(held: int) -> None:
 
 
 def test_the_profile_of_a_pair_is_a_quadratic_form() -> None:
-    single = [profile(problem(), j, least_squares(), 15, 9) for j in (0, 1)]
+    single = [profile(problem(), j, least_squares(), 15, 9, 0.999) for j in (0, 1)]
     found = pair_profile(problem(), *single)
     maximum = float(problem().log_likelihood(least_squares()[None])[0])
     away = np.stack(np.meshgrid(*found.axes, indexing="ij"), axis=-1) - least_squares()[:2]
     form = np.einsum("...j,jk,...k->...", away, np.linalg.inv(COVARIANCE[:2, :2]), away)
     np.testing.assert_allclose(found.deviance(maximum), form, atol=5e-3)
-    assert form.max() > chi2.ppf(0.99, 2)
+    assert form.max() > chi2.ppf(0.999, 2)
 
 
 def test_an_interval_that_reaches_the_box_is_open() -> None:
@@ -78,7 +78,7 @@ def test_an_interval_that_reaches_the_box_is_open() -> None:
         problem().moments, OBSERVED, np.array([-20.0] * 3), np.array([at, 20.0, 20.0]), 0.01
     )
     maximum = float(tight.log_likelihood(least_squares()[None])[0])
-    found = profile(tight, 0, least_squares(), 15, 21)
+    found = profile(tight, 0, least_squares(), 15, 21, 0.999)
     low, high = interval(found, least_squares(), maximum, 0.9)
     assert np.isfinite(low) and np.isnan(high)
 

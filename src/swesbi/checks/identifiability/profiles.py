@@ -25,7 +25,6 @@ from swesbi.parameters import K_0, K_ATP, PHI_COLUMNS, PHI_NAMES
 from swesbi.prior import JointPriorSettings, bounds, from_logit
 
 FloatArray = NDArray[np.float64]
-ZOOM_LEVEL: Final = 0.99  # the grid spans the region of this level for two coordinates, and of more for one
 CLOSING_ROUNDS: Final = 8
 STILL_CLOSING: Final = 0.7
 NEIGHBOUR_ROUNDS: Final = 2
@@ -58,7 +57,9 @@ def drop(level: float, held: int) -> float:
     return float(chi2.ppf(level, held))
 
 
-def profile(problem: NormalProblem, held: int, best: FloatArray, coarse_points: int, points: int) -> Profile:
+def profile(
+    problem: NormalProblem, held: int, best: FloatArray, coarse_points: int, points: int, level: float
+) -> Profile:
     """Profile along one coordinate over the whole box coarsely, then finely over the region that matters.
 
     Args:
@@ -66,16 +67,17 @@ def profile(problem: NormalProblem, held: int, best: FloatArray, coarse_points: 
         held: The coordinate.
         best: Coordinates of the maximum; (k,).
         coarse_points: Grid points over the box, and over guesses of the region until it no longer shrinks.
-        points: Grid points over the region of level ``ZOOM_LEVEL``.
+        points: Grid points over the region that matters.
+        level: Its confidence level with two coordinates held, so that it holds the region of a pair.
     """
     axis = np.linspace(problem.low[held], problem.high[held], coarse_points)
     profiled = on_grid(problem, (held,), (axis,), np.broadcast_to(best, (coarse_points, len(best))))
     for _ in range(CLOSING_ROUNDS):
-        axis = _closer(profiled, problem, best, coarse_points)
+        axis = _closer(profiled, problem, best, coarse_points, level)
         if np.ptp(axis) > STILL_CLOSING * np.ptp(profiled.axes[0]):
             break
         profiled = on_grid(problem, (held,), (axis,), _along(profiled, axis))
-    axis = _closer(profiled, problem, best, points)
+    axis = _closer(profiled, problem, best, points, level)
     return on_grid(problem, (held,), (axis,), _along(profiled, axis))
 
 
@@ -105,12 +107,14 @@ def on_grid(
     )
 
 
-def _closer(profiled: Profile, problem: NormalProblem, best: FloatArray, points: int) -> FloatArray:
-    """Return a finer axis over the region of level ``ZOOM_LEVEL``, one cell wider."""
+def _closer(
+    profiled: Profile, problem: NormalProblem, best: FloatArray, points: int, level: float
+) -> FloatArray:
+    """Return a finer axis over the region of this level for two coordinates, one cell wider."""
     axis = profiled.axes[0]
     maximum = max(profiled.log_likelihood.max(), float(problem.log_likelihood(best[None])[0]))
     near = np.abs(axis - best[profiled.held[0]]) <= axis[1] - axis[0]
-    reached = np.flatnonzero((profiled.deviance(maximum) <= drop(ZOOM_LEVEL, 2)) | near)
+    reached = np.flatnonzero((profiled.deviance(maximum) <= drop(level, 2)) | near)
     return np.linspace(axis[max(reached[0] - 1, 0)], axis[min(reached[-1] + 1, len(axis) - 1)], points)
 
 
@@ -202,7 +206,7 @@ def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int)
     problem = in_logit(model, settings.difference_step)
     maxima = maximum_likelihood(model, problem, grid.prior_starts, grid.searches, seed)
     best = maxima.x[maxima.best]
-    sizes = (grid.coarse_points, grid.points)
+    sizes = (grid.coarse_points, grid.points, max(grid.confidence_levels))
     single = [profile(problem, j, best, *sizes) for j in range(len(PHI_NAMES))]
     pair = pair_profile(problem, single[PAIR[0]], single[PAIR[1]])
     # a profile may climb a little above the search, whose steps stop at a tolerance
