@@ -1,7 +1,8 @@
 """The inferred parameters: names, units, meanings, order, declared ranges and labels, said here alone.
 
-theta = (k_0, k_ATP, k_SR) drives the forward model. phi = (theta, a) joins it with the passive scale a of
-the recording, a nuisance parameter. Arrays of parameters have them along their last axis, in this order.
+theta = (k_0, k_ATP, k_SR) drives the forward model. phi = (theta, a, nuisances) joins it with the passive scale
+a of the recording and with whatever nuisance parameters a prior frees: physiology of the heart, which its
+simulation takes, and two of the measurement. Arrays of parameters have them along their last axis, in this order.
 """
 
 from __future__ import annotations
@@ -79,10 +80,58 @@ PASSIVE_SCALE: Final = Parameter(
     "passive_scale_kpa", "kPa", "passive scale", "$a$", "<i>a</i>", "a", si=1e3, title="passive scale"
 )
 PHI: Final = (*THETA, PASSIVE_SCALE)
-"""All that is inferred from speeds: theta, and the passive scale last."""
+"""What is reported of all that is inferred from speeds: theta, and the passive scale last."""
 OF_THETA: Final = slice(len(THETA))
 SCALE: Final = len(THETA)
 """Where theta and the passive scale stand in phi."""
+REPORTED: Final = slice(len(PHI))
+"""Where all that is reported stands in phi; nuisance parameters follow."""
+
+# Declared ranges: about an order of magnitude around the shipped settings of the forward model, wide enough for
+# any prior, while a value in another unit (ms, kPa, mL/mmHg) lies outside.
+PHYSIOLOGY: Final = (
+    Parameter(
+        "activation_onset_s", "s", "onset of activation after the R peak", r"$t_\mathrm{on}$",
+        "<i>t</i><sub>on</sub>", "t_on", declared=(0.0, 0.3),
+    ),
+    Parameter(
+        "activation_duration_s", "s", "duration of activation at a period of 0.8 s", "$D$", "<i>D</i>", "D",
+        declared=(0.03, 1.5),
+    ),
+    Parameter(
+        "activation_ramp_s", "s", "width of the activation's ramps", "$w$", "<i>w</i>", "w", declared=(0.002, 0.2)
+    ),
+    Parameter(
+        "destruction_alpha", "1", "bonds destroyed per unit of strain", r"$\alpha$", "<i>α</i>", "alpha",
+        declared=(0.0, 50.0),
+    ),
+    Parameter(
+        "sigma_0_pa", "Pa", "stress of the fully activated fibre", r"$\sigma_0$", "<i>σ</i><sub>0</sub>", "sigma_0",
+        declared=(5e3, 1e6),
+    ),
+    Parameter(
+        "passive_wall_factor", "1", "factor of the passive wall's moduli", "$f_C$", "<i>f<sub>C</sub></i>", "f_C",
+        declared=(0.05, 20.0),
+    ),
+    Parameter(
+        "distal_resistance_pa_s_m3", "Pa s/m3", "distal resistance", "$R_d$", "<i>R<sub>d</sub></i>", "R_d",
+        declared=(1e7, 1.5e9),
+    ),
+    Parameter(
+        "arterial_time_constant_s", "s", "time constant of the arteries, resistance times capacitance",
+        "$R_d C_s$", "<i>R<sub>d</sub>C<sub>s</sub></i>", "R_d C_s", declared=(0.05, 15.0),
+    ),
+)  # fmt: skip
+"""Nuisance parameters that the simulation of a heart takes."""
+OPERATOR: Final = (
+    Parameter("exponent_b", "1", "exponent of the passive stiffness", "$b$", "<i>b</i>", "b", declared=(0.0, 30.0)),
+    Parameter(
+        "speed_scale", "1", "scale of all measured speeds", "$q$", "<i>q</i>", "q", declared=(0.2, 5.0)
+    ),
+)  # fmt: skip
+"""Nuisance parameters of the measurement, which need no simulation of their own."""
+NUISANCES: Final = (*PHYSIOLOGY, *OPERATOR)
+"""All that may be inferred beside phi's reported part and is integrated out, in the order of phi's columns."""
 
 THETA_NAMES: Final = tuple(parameter.name for parameter in THETA)
 THETA_UNITS: Final = tuple(parameter.unit for parameter in THETA)
@@ -92,8 +141,11 @@ THETA_SI: Final = tuple(parameter.si for parameter in THETA)
 THETA_RANGES: Final = tuple(parameter.declared for parameter in THETA)
 THETA_COLUMNS: Final = ", ".join(parameter.cf_unit for parameter in THETA)
 PHI_COLUMNS: Final = ", ".join(parameter.cf_unit for parameter in PHI)
-"""Units of the columns of theta and of phi, as artefacts say them."""
+NUISANCE_COLUMNS: Final = "as named in nuisance"
+"""Units of the columns of theta, of phi and of nuisance parameters, as artefacts say them."""
 PHI_NAMES: Final = tuple(parameter.name for parameter in PHI)
+PHYSIOLOGY_NAMES: Final = tuple(parameter.name for parameter in PHYSIOLOGY)
+OPERATOR_NAMES: Final = tuple(parameter.name for parameter in OPERATOR)
 K_0, K_ATP = (THETA_NAMES.index(name) for name in ("k0_kpa", "k_atp_per_s"))
 """Where the two parameters of the attained stiffness stand."""
 PHI_LABELS: Final = tuple(parameter.label for parameter in PHI)

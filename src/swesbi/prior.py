@@ -2,11 +2,12 @@
 
 Parameters are independent. Inside its bounds, the logarithm of each is normal around log(centre) with the
 given standard deviation; outside, the density is zero (paper, Sec. 2.4). The density is normalised over the
-box, which the logit maps onto R^d. Every function takes a prior of theta as it takes one of phi = (theta, a).
+box, which the logit maps onto R^d. Every function takes a prior of theta as it takes one of phi.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Annotated, Final, Protocol, Self
 
@@ -15,9 +16,10 @@ from pydantic import Field, model_validator
 
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.base import Settings
-from swesbi.parameters import SCALE, THETA_NAMES
+from swesbi.parameters import NUISANCES, OPERATOR_NAMES, PHI_NAMES, PHYSIOLOGY_NAMES, THETA_NAMES
 
 VARIANCE_POINTS: Final = 100_000
+SOBOL_POWER: Final = 16
 Positive = Annotated[float, Field(gt=0.0)]
 
 
@@ -36,29 +38,127 @@ class ParameterPrior(Settings):
         return self
 
 
+class NuisanceSettings(Settings):
+    """Priors of nuisance parameters; one that has none is fixed at the value of the forward model's settings.
+
+    R_d and the time constant R_d C_s are independent, so that R_d and C_s are negatively correlated; the
+    duration is that at the reference period, which a subject's heart rate scales.
+    """
+
+    activation_onset_s: ParameterPrior | None = None
+    activation_duration_s: ParameterPrior | None = None
+    activation_ramp_s: ParameterPrior | None = None
+    destruction_alpha: ParameterPrior | None = None
+    sigma_0_pa: ParameterPrior | None = None
+    passive_wall_factor: ParameterPrior | None = None
+    distal_resistance_pa_s_m3: ParameterPrior | None = None
+    arterial_time_constant_s: ParameterPrior | None = None
+    exponent_b: ParameterPrior | None = None
+    speed_scale: ParameterPrior | None = None
+
+    def freed(self, names: Iterable[str]) -> dict[str, ParameterPrior]:
+        """Return the priors of those of these names that have one, in the order of the names."""
+        return {name: prior for name in names if (prior := getattr(self, name)) is not None}
+
+    @model_validator(mode="after")
+    def _check_ranges(self) -> Self:
+        for parameter in NUISANCES:
+            prior, (low, high) = getattr(self, parameter.name), parameter.declared
+            if prior is not None and (prior.low < low or prior.high > high):
+                raise ValueError(
+                    f"{parameter.name}: bounds {prior.low:g} to {prior.high:g} leave [{low:g}, {high:g}], "
+                    "the range of the forward model; check the unit"
+                )
+        return self
+
+
 class PriorSettings(Settings):
-    """The prior of theta = (k_0, k_ATP, k_SR)."""
+    """The prior of theta = (k_0, k_ATP, k_SR), and of the nuisance parameters that are free beside it."""
 
     k0_kpa: ParameterPrior
     k_atp_per_s: ParameterPrior
     k_sr_per_s: ParameterPrior
+    nuisances: NuisanceSettings = Field(
+        default=NuisanceSettings(), description="nuisance parameters that are free, each by its prior"
+    )
 
     @property
     def parameters(self) -> tuple[ParameterPrior, ...]:
         """The priors in the order of ``THETA_NAMES``."""
         return tuple(getattr(self, name) for name in THETA_NAMES)
 
+    @property
+    def physiology_names(self) -> tuple[str, ...]:
+        """Nuisance parameters that the simulation takes; k of them."""
+        return tuple(self.nuisances.freed(PHYSIOLOGY_NAMES))
+
+
+class SimulatedPrior(Settings):
+    """What the simulation takes: theta, and the k free parameters of physiology."""
+
+    theta: PriorSettings
+
+    @property
+    def parameters(self) -> tuple[ParameterPrior, ...]:
+        """The priors of theta, then of physiology."""
+        return (*self.theta.parameters, *self.theta.nuisances.freed(PHYSIOLOGY_NAMES).values())
+
+
+class OperatorPrior(Settings):
+    """What the measurement takes: the passive scale, and the free parameters of the measurement."""
+
+    scale: ParameterPrior
+    nuisances: NuisanceSettings
+
+    @property
+    def parameters(self) -> tuple[ParameterPrior, ...]:
+        """The prior of the passive scale, then of the others."""
+        return (self.scale, *self.nuisances.freed(OPERATOR_NAMES).values())
+
 
 class JointPriorSettings(Settings):
-    """Bounded log-Gaussian priors of theta and of the passive scale a, independent."""
+    """Bounded log-Gaussian priors of phi = (theta, a, nuisances), independent; d parameters."""
 
     theta: PriorSettings
     passive_scale_kpa: ParameterPrior = Field(description="prior of the passive scale a, in kPa")
 
     @property
     def parameters(self) -> tuple[ParameterPrior, ...]:
-        """The four priors in the order of ``PHI_NAMES``."""
-        return (*self.theta.parameters, self.passive_scale_kpa)
+        """The priors in the order of ``names``."""
+        return (*self.theta.parameters, self.passive_scale_kpa, *self._nuisances.values())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the d parameters: theta, a, and the nuisance parameters that are free."""
+        return (*PHI_NAMES, *self._nuisances)
+
+    @property
+    def nuisance_names(self) -> tuple[str, ...]:
+        """Names of the d - 4 nuisance parameters that are free beside the passive scale."""
+        return tuple(self._nuisances)
+
+    @property
+    def operator(self) -> OperatorPrior:
+        """The prior of what the measurement takes."""
+        return OperatorPrior(scale=self.passive_scale_kpa, nuisances=self.theta.nuisances)
+
+    @property
+    def _nuisances(self) -> dict[str, ParameterPrior]:
+        return self.theta.nuisances.freed(parameter.name for parameter in NUISANCES)
+
+    def column(self, phi: FloatArray, name: str) -> FloatArray | None:
+        """Return one parameter of phi (..., d) by its name, of shape (...); None where it is fixed."""
+        names = self.names
+        return phi[..., names.index(name)] if name in names else None
+
+    def physiology(self, phi: FloatArray) -> FloatArray:
+        """Return the k columns of phi (..., d) that the simulation takes beside theta; (..., k)."""
+        start = len(PHI_NAMES)
+        return phi[..., start : start + len(self.theta.physiology_names)]
+
+    def joined(self, theta: FloatArray, physiology: FloatArray, operator: FloatArray) -> FloatArray:
+        """Join theta (n, 3), physiology (n, k) and operator (n, d - 3 - k), the scale first, to phi (n, d)."""
+        return np.hstack([theta, operator[:, :1], physiology, operator[:, 1:]])
 
 
 class BoxPrior(Protocol):
@@ -106,13 +206,6 @@ def draw_prior(prior: BoxPrior, draws: int, rng: np.random.Generator) -> FloatAr
     return np.asarray(np.clip(sample(draws, prior, rng), np.nextafter(low, high), np.nextafter(high, low)))
 
 
-def draw_passive_scale(count: int, prior: JointPriorSettings, rng: np.random.Generator) -> FloatArray:
-    """Draw the passive scale alone; shape (count,), in kPa."""
-    u = np.full((count, len(prior.parameters)), 0.5)
-    u[:, SCALE] = rng.random(count)
-    return quantile(u, prior)[:, SCALE]
-
-
 @lru_cache(maxsize=4)
 def even_quantiles(prior: BoxPrior) -> FloatArray:
     """Return the prior's quantiles at ``VARIANCE_POINTS`` even levels, a column each parameter."""
@@ -120,6 +213,16 @@ def even_quantiles(prior: BoxPrior) -> FloatArray:
     return quantile(np.repeat(u[:, None], len(prior.parameters), axis=1), prior)
 
 
+@lru_cache(maxsize=4)
+def spread_points(prior: BoxPrior) -> FloatArray:
+    """Return 2^16 parameters spread over the prior by a Sobol sequence; shape (65536, d)."""
+    from scipy.stats import qmc
+
+    points = qmc.Sobol(d=len(prior.parameters), scramble=False).random_base2(SOBOL_POWER)
+    return quantile(points + 0.5 / 2**SOBOL_POWER, prior)
+
+
+@lru_cache(maxsize=4)
 def prior_variance(prior: BoxPrior) -> FloatArray:
     """Return the variance of each parameter under the prior, shape (d,), from its quantile function."""
     return np.asarray(even_quantiles(prior).var(axis=0))

@@ -1,7 +1,7 @@
 """Simulations from the prior: what the network learns from. Failures are counted by reason and redrawn.
 
 Draw number i of a subject has a random stream of its own, so its theta depends on the study's seed,
-the prior, the subject and i alone: neither the shards nor the cores nor the order of jobs matter.
+the prior, the subject and i alone, and so does its physiology where that is free: neither the shards nor the cores nor the order of jobs matter.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ import numpy as np
 import xarray as xr
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
-from swesbi.artefacts import ArtefactError, Variable, from_dataset, load, register, schema_of
+from swesbi.artefacts import ArtefactError, Labels, Variable, from_dataset, load, register, schema_of
 from swesbi.artefacts import to_dataset as stored
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
+from swesbi.heart.physiology import Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
-from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
-from swesbi.prior import PriorSettings, quantile
+from swesbi.parameters import NUISANCE_COLUMNS, THETA, THETA_COLUMNS, THETA_NAMES
+from swesbi.prior import PriorSettings, SimulatedPrior, quantile
 from swesbi.seeds import generator
 
 MAXIMUM_ATTEMPTS = 100
@@ -39,6 +40,10 @@ class PriorSimulations:
 
     draw_index: Annotated[IntArray, Variable("simulation", "1", "number of the draw within the subject")]
     theta: Annotated[FloatArray, Variable("simulation parameter", THETA_COLUMNS, "active parameters")]
+    physiology: Annotated[
+        FloatArray, Variable("simulation nuisance", NUISANCE_COLUMNS, "free physiology of the simulation")
+    ]
+    nuisance_names: Annotated[tuple[str, ...], Labels("nuisance")]
     attempts: Annotated[IntArray, Variable("simulation", "1", "theta drawn until a simulation succeeded")]
     failures: Annotated[IntArray, Variable("simulation status", "1", "failed attempts by status")]
     cycle_phase: Annotated[FloatArray, Variable("cycle", "1", "fraction of the cycle from the R peak")]
@@ -71,22 +76,27 @@ def draw_simulations(
         SimulationFailure: A draw failed ``MAXIMUM_ATTEMPTS`` times.
     """
     streams = [generator(seed, "prior", context.subject, int(index)) for index in draw_index]
-    theta = np.empty((len(streams), len(THETA)))
+    simulated = SimulatedPrior(theta=prior)
+    drawn = np.empty((len(streams), len(simulated.parameters)))
     failures = np.zeros((len(streams), len(Status)), dtype=np.int64)
     pending = np.arange(len(streams))
     rounds: list[_Round] = []
     while pending.size:
-        theta[pending] = quantile(np.stack([streams[i].random(len(THETA)) for i in pending]), prior)
-        beats = simulate(theta[pending], context, forward_model)
+        uniform = np.stack([streams[i].random(len(simulated.parameters)) for i in pending])
+        drawn[pending] = quantile(uniform, simulated)
+        theta, physiology = np.split(drawn[pending], [len(THETA)], axis=1)
+        own = Physiology.of_nuisances(physiology, prior.physiology_names, forward_model)
+        beats = simulate(theta, context, forward_model, own)
         good = beats.status == Status.PERIODIC
         rounds.append(_Round(pending[good], good, beats))
         np.add.at(failures, (pending[~good], beats.status[~good]), 1)
         pending = pending[~good]
-        _check_attempts(failures, context.subject, theta)
-    return _gather(np.asarray(draw_index, dtype=np.int64), theta, failures, rounds)
+        _check_attempts(failures, context.subject, drawn)
+    names = prior.physiology_names
+    return _gather(np.asarray(draw_index, dtype=np.int64), drawn, names, failures, rounds)
 
 
-def _check_attempts(failures: IntArray, subject: str, theta: FloatArray) -> None:
+def _check_attempts(failures: IntArray, subject: str, drawn: FloatArray) -> None:
     worst = int(np.argmax(failures.sum(axis=1)))
     if failures[worst].sum() < MAXIMUM_ATTEMPTS:
         return
@@ -94,14 +104,15 @@ def _check_attempts(failures: IntArray, subject: str, theta: FloatArray) -> None
     reasons = {status.name.lower(): int(count[status]) for status in Status if count[status]}
     raise SimulationFailure(
         f"subject {subject}: {MAXIMUM_ATTEMPTS} draws in a row gave no periodic beat ({reasons}); "
-        f"the last theta was {theta[worst].tolist()}. "
+        f"the last theta was {drawn[worst, : len(THETA)].tolist()}. "
         "Narrow the prior's bounds or check the subject's context."
     )
 
 
 def _gather(
     draw_index: IntArray,
-    theta: FloatArray,
+    drawn: FloatArray,
+    nuisance_names: tuple[str, ...],
     failures: IntArray,
     rounds: list[_Round],
 ) -> PriorSimulations:
@@ -115,7 +126,9 @@ def _gather(
 
     return PriorSimulations(
         draw_index=draw_index,
-        theta=theta,
+        theta=drawn[:, : len(THETA)],
+        physiology=drawn[:, len(THETA) :],
+        nuisance_names=nuisance_names,
         attempts=1 + failures.sum(axis=1),
         failures=failures,
         cycle_phase=rounds[0].beats.cycle_phase,
@@ -127,7 +140,7 @@ def _gather(
     )
 
 
-KIND: Final = register("simulations", schema_of(PriorSimulations), LABELS)
+KIND: Final = register("simulations", schema_of(PriorSimulations), (*LABELS, "nuisance"))
 
 
 def to_dataset(simulations: PriorSimulations) -> xr.Dataset:

@@ -153,7 +153,7 @@ def make_draws(
     theta: FloatArray,
     curves: Curves,
     volumes_ml: tuple[FloatArray, FloatArray],
-    activation_duration_s: float,
+    activation_duration_s: FloatArray | float,
     failed: int = 0,
 ) -> Draws:
     """Return n predictive draws: theta (n, 3), noiseless curves, largest and smallest cavity volumes (n,)."""

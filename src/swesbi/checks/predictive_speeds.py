@@ -14,7 +14,7 @@ from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds
-from swesbi.parameters import OF_THETA, SCALE
+from swesbi.parameters import OF_THETA
 from swesbi.prior import sample
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import to_grid
@@ -72,26 +72,28 @@ class Recorder:
 
 
 def posterior_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Generator) -> Replicates:
-    """Simulate phi (n, 4) and make a new recording of each successful simulation."""
+    """Simulate phi (n, d) and make a new recording of each successful simulation."""
     model = recorder.model
     beats = model.simulate(phi)
-    predicted = model.predict_from(phi[:, SCALE], beats)
+    predicted = model.predict_from(phi, beats)
     good = beats.status == Status.PERIODIC
     volumes = (beats.end_diastolic_volume_ml[good], beats.end_systolic_volume_ml[good])
     kept = PredictedSpeeds(predicted.log_speed[good], predicted.slope[good])
-    return _record(phi[good, OF_THETA], kept, volumes, int((~good).sum()), recorder, rng)
+    return _record(phi[good], kept, volumes, int((~good).sum()), recorder, rng)
 
 
 def prior_recordings(
     simulations: PriorSimulations, number: int, recorder: Recorder, rng: np.random.Generator
 ) -> Replicates:
-    """Make a new recording of the first ``number`` stored simulations, each with its own passive scale."""
+    """Make a new recording of the first ``number`` stored simulations, each with what the measurement takes."""
     model = recorder.model
     wall = model.wall_at_phases(simulations).rows(slice(number))
-    scale = sample(len(wall.active_kpa), model.settings.prior, rng)[:, SCALE]
-    predicted = model.predict_at(scale, wall)
+    prior = model.settings.prior
+    operator = sample(len(wall.active_kpa), prior.operator, rng)
+    phi = prior.joined(simulations.theta[:number], simulations.physiology[:number], operator)
+    predicted = model.predict_at(phi, wall)
     volumes = (simulations.end_diastolic_volume_ml[:number], simulations.end_systolic_volume_ml[:number])
-    return _record(simulations.theta[:number], predicted, volumes, 0, recorder, rng)
+    return _record(phi, predicted, volumes, 0, recorder, rng)
 
 
 def feature_noise_sd(made: Replicates) -> FloatArray:
@@ -100,7 +102,7 @@ def feature_noise_sd(made: Replicates) -> FloatArray:
 
 
 def _record(
-    theta: FloatArray,
+    phi: FloatArray,
     predicted: PredictedSpeeds,
     volumes_ml: tuple[FloatArray, FloatArray],
     failed: int,
@@ -111,7 +113,7 @@ def _record(
     clean = recorder.curves(predicted.speed_m_s)
     se, discrepancy = model.recording.relative_se, model.settings.discrepancy
     return Replicates(
-        draws=make_draws(theta, clean, volumes_ml, model.activation_duration_s, failed),
+        draws=make_draws(phi[:, OF_THETA], clean, volumes_ml, model.activation_duration_s(phi), failed),
         noisy=recorder.curves(draw_speeds(predicted, se, discrepancy, rng)),
         measured=recorder.curves(draw_speeds(predicted, se, NO_DISCREPANCY, rng)),
     )

@@ -29,7 +29,7 @@ from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, summary_names
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
 from swesbi.posterior.settings import RefinementSettings
-from swesbi.prior import PriorSettings
+from swesbi.prior import NuisanceSettings, PriorSettings
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
@@ -73,6 +73,18 @@ def check_prior_ranges(config: Config) -> None:
                     f"priors.{name}.{parameter}: bounds {part.low:g} to {part.high:g} leave the range "
                     f"{low:g} to {high:g} in which the forward model is declared; check the unit"
                 )
+
+
+def check_nuisances(config: Config) -> None:
+    """Nuisance parameters are free where they are integrated out: in experiments with an exact likelihood."""
+    users = {f"experiments.{n}.prior": e.prior for n, e in config.experiments.items() if e.kind == "features"}
+    users |= {"passive_reference_prior": config.passive_reference_prior, "cmaes.prior": config.cmaes.prior}
+    for key, prior in users.items():
+        if config.priors[prior].nuisances != NuisanceSettings():
+            raise ValueError(
+                f"{key} names the prior {prior!r}, which frees nuisance parameters; only experiments of kind "
+                "speeds integrate them out: name a prior without them"
+            )
 
 
 def check_windows(config: Config) -> None:
@@ -179,6 +191,7 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_prior_names,
     check_experiment_names,
     check_prior_ranges,
+    check_nuisances,
     check_windows,
     check_feature_names,
     check_acquisition,

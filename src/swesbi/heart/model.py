@@ -17,10 +17,11 @@ from swesbi.parameters import K_0, K_ATP
 
 def activation_duration_s(period_s: float, settings: ForwardModelSettings) -> float:
     """Return D_T = D sqrt(T / T_ref), the duration of the activation at a cardiac period (Bazett 1920)."""
-    return float(settings.activation_duration_s * _duration_ratio(period_s, settings))
+    return float(settings.activation_duration_s * duration_ratio(period_s, settings))
 
 
-def _duration_ratio(period_s: float, settings: ForwardModelSettings) -> float:
+def duration_ratio(period_s: float, settings: ForwardModelSettings) -> float:
+    """Return sqrt(T / T_ref), by which the activation of a cardiac period is longer (Bazett 1920)."""
     return float(np.sqrt(period_s / settings.activation_reference_period_s))
 
 
@@ -38,7 +39,7 @@ def activation(time_s: FloatArray, period_s: float, settings: ForwardModelSettin
     return total
 
 
-def attained_share(k_atp_per_s: FloatArray, duration_s: float) -> FloatArray:
+def attained_share(k_atp_per_s: FloatArray, duration_s: FloatArray | float) -> FloatArray:
     """Return 1 - exp(-k_ATP D_T): the share of k_0 that the stiffness attains, at constant length.
 
     The solution of the bond kinetics k_c' = k_ATP (k_0 - k_c) from rest (Chapelle et al. 2012).
@@ -46,8 +47,8 @@ def attained_share(k_atp_per_s: FloatArray, duration_s: float) -> FloatArray:
     return np.asarray(-np.expm1(-k_atp_per_s * duration_s))
 
 
-def attained_stiffness_kpa(parameters: FloatArray, duration_s: float) -> FloatArray:
-    """Return k_0 (1 - exp(-k_ATP D_T)) in kPa, shape (n,), of theta (n, 3) or phi (n, 4)."""
+def attained_stiffness_kpa(parameters: FloatArray, duration_s: FloatArray | float) -> FloatArray:
+    """Return k_0 (1 - exp(-k_ATP D_T)) in kPa, shape (n,), of theta (n, 3) or phi (n, d), D_T of each or all."""
     return np.asarray(parameters[:, K_0] * attained_share(parameters[:, K_ATP], duration_s))
 
 
@@ -97,7 +98,7 @@ class Own:
 
 def own_of(physiology: Physiology, model: Model, settings: ForwardModelSettings) -> Own:
     """Return the physiology with its activation at every half step of the model's beat."""
-    duration_s = physiology.activation_duration_s * _duration_ratio(model.period_s, settings)
+    duration_s = physiology.activation_duration_s * duration_ratio(model.period_s, settings)
     window_s = physiology.activation_onset_s, duration_s, physiology.activation_ramp_s
     return Own(physiology, activations(model.drives.shape[0], model.period_s, *window_s))
 

@@ -6,7 +6,8 @@ heart, every simulation takes values of its own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Final, Self
 
 import numpy as np
@@ -14,18 +15,13 @@ from numpy.typing import NDArray
 
 from swesbi.arrays import FloatArray
 from swesbi.heart.settings import ForwardModelSettings
+from swesbi.parameters import PHYSIOLOGY
 
-# About an order of magnitude around the shipped settings, as the ranges of theta: wide enough for any prior,
-# while a value in another unit (ms, kPa, mL/mmHg) lies outside.
+TIME_CONSTANT: Final = "arterial_time_constant_s"
+CAPACITANCE: Final = "systemic_capacitance_m3_pa"
 RANGES: Final = {
-    "activation_onset_s": (0.0, 0.3),
-    "activation_duration_s": (0.03, 1.5),
-    "activation_ramp_s": (0.002, 0.2),
-    "destruction_alpha": (0.0, 50.0),
-    "sigma_0_pa": (5e3, 1e6),
-    "passive_wall_factor": (0.05, 20.0),
-    "distal_resistance_pa_s_m3": (1e7, 1.5e9),
-    "systemic_capacitance_m3_pa": (1e-9, 1e-7),
+    **{parameter.name: parameter.declared for parameter in PHYSIOLOGY if parameter.name != TIME_CONSTANT},
+    CAPACITANCE: (1e-9, 1e-7),
 }
 """Declared range of each quantity, by the name of its field of :class:`Physiology`."""
 
@@ -61,6 +57,31 @@ class Physiology:
             name: getattr(settings, name) for name in NAMES if name != "passive_wall_factor"
         }
         return cls(**{name: np.full(n, own[name]) for name in NAMES})
+
+    @classmethod
+    def of_nuisances(
+        cls, values: FloatArray, names: Sequence[str], settings: ForwardModelSettings
+    ) -> Self | None:
+        """Return the physiology that free nuisance parameters say; the settings' own where they are silent.
+
+        The capacitance follows from the time constant of the arteries, C_s = (R_d C_s) / R_d.
+
+        Args:
+            values: Their values in n simulations; shape (n, k).
+            names: Names of the k, of ``parameters.PHYSIOLOGY_NAMES``.
+            settings: Give the rest.
+
+        Returns:
+            The physiology; None where no parameter is free.
+        """
+        if not names:
+            return None
+        free = dict(zip(names, values.T, strict=True))
+        time_constant_s = free.pop(TIME_CONSTANT, None)
+        physiology = replace(cls.of_settings(settings, len(values)), **free)
+        if time_constant_s is None:
+            return physiology
+        return replace(physiology, **{CAPACITANCE: time_constant_s / physiology.distal_resistance_pa_s_m3})
 
     def rows(self, rows: NDArray[np.intp] | slice) -> Self:
         """Return the physiology of these simulations."""

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from swesbi.artefacts import ArtefactError, load
 from swesbi.base import Settings
 from swesbi.context import Context
-from swesbi.heart.model import activation_duration_s
+from swesbi.heart.model import duration_ratio
 from swesbi.heart.periodic import Status
+from swesbi.heart.physiology import Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate, simulate_active
 from swesbi.measurement import speeds
@@ -34,7 +35,7 @@ from swesbi.measurement.settings import (
     SummarySettings,
 )
 from swesbi.measurement.summary import summarise
-from swesbi.parameters import OF_THETA, SCALE
+from swesbi.parameters import OF_THETA, OPERATOR_NAMES, SCALE
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_observation
@@ -122,6 +123,24 @@ class SpeedModelSettings(Settings):
             )
         return speeds.ReferenceBeat(beats.cycle_phase, beats.stretch[0])
 
+    def physiology(self, phi: FloatArray) -> Physiology | None:
+        """Return the physiology that phi (n, d) gives n simulations; None where none of it is free."""
+        values, names = self.prior.physiology(phi), self.prior.theta.physiology_names
+        return Physiology.of_nuisances(values, names, self.forward_model)
+
+    def measured_by(self, phi: FloatArray) -> speeds.MeasuredBy:
+        """Return what turns the wall of simulations of phi (n, d) into speeds."""
+        exponent_b, speed_scale = (self.prior.column(phi, name) for name in OPERATOR_NAMES)
+        return speeds.MeasuredBy(
+            scale_kpa=phi[:, SCALE],
+            exponent_b=self.passive.exponent_b if exponent_b is None else exponent_b,
+            speed_scale=1.0 if speed_scale is None else speed_scale,
+        )
+
+    def predict(self, phi: FloatArray, wall: speeds.WallPhases) -> speeds.PredictedSpeeds:
+        """Return the noiseless log speeds of simulations of phi (n, d) whose walls are given."""
+        return speeds.predict_speeds(self.measured_by(phi), wall, self.density_kg_m3)
+
 
 @dataclass(frozen=True)
 class SpeedModel:
@@ -131,44 +150,50 @@ class SpeedModel:
     reference: speeds.ReferenceBeat | None
     settings: SpeedModelSettings
 
-    @property
-    def activation_duration_s(self) -> float:
-        """Duration D_T of activation at the subject's heart rate."""
-        return activation_duration_s(self.recording.context.period_s, self.settings.forward_model)
+    def activation_duration_s(self, phi: FloatArray) -> FloatArray:
+        """Return the duration D_T of activation at the subject's heart rate, for phi (n, d); shape (n,)."""
+        duration_s = self.settings.prior.column(phi, "activation_duration_s")
+        if duration_s is None:
+            duration_s = np.full(len(phi), self.settings.forward_model.activation_duration_s)
+        return duration_s * duration_ratio(self.recording.context.period_s, self.settings.forward_model)
 
     def simulate(self, phi: FloatArray) -> Beats:
-        """Simulate phi of shape (n, 4) in the subject's context; failed rows hold NaN."""
-        return simulate(phi[:, OF_THETA], self.recording.context, self.settings.forward_model)
+        """Simulate phi of shape (n, d) in the subject's context; failed rows hold NaN."""
+        return simulate(*self._simulated(phi))
 
     def predict(self, phi: FloatArray) -> speeds.PredictedSpeeds:
-        """Return the noiseless log speeds of phi (n, 4) at the measured phases; NaN where it failed."""
-        settings = self.settings.forward_model
-        return self.predict_from(
-            phi[:, SCALE], simulate_active(phi[:, OF_THETA], self.recording.context, settings)
-        )
+        """Return the noiseless log speeds of phi (n, d) at the measured phases; NaN where it failed."""
+        return self.predict_from(phi, simulate_active(*self._simulated(phi)))
 
-    def predict_from(self, scale_kpa: FloatArray, cycles: speeds.WallCycles) -> speeds.PredictedSpeeds:
-        """Return the noiseless log speeds of simulated cycles with passive scales (n,); NaN gives NaN."""
-        return self.predict_at(scale_kpa, self.wall_at_phases(cycles))
+    def predict_from(self, phi: FloatArray, cycles: speeds.WallCycles) -> speeds.PredictedSpeeds:
+        """Return the noiseless log speeds of simulated cycles of phi (n, d); NaN gives NaN."""
+        return self.predict_at(phi, self.wall_at_phases(cycles))
 
     def wall_at_phases(self, cycles: speeds.WallCycles) -> speeds.WallPhases:
         """Take simulated cycles at the measured phases."""
         map_name = self.settings.measurement.active_stiffness_map
         return speeds.wall_at_phases(cycles, self.recording.phase, map_name)
 
-    def predict_at(self, scale_kpa: FloatArray, wall: speeds.WallPhases) -> speeds.PredictedSpeeds:
-        """Return the noiseless log speeds of simulations taken at the measured phases, with scales (n,)."""
-        settings = self.settings
+    def predict_at(self, phi: FloatArray, wall: speeds.WallPhases) -> speeds.PredictedSpeeds:
+        """Return the noiseless log speeds of simulations of phi (n, d) taken at the measured phases."""
         if self.reference is not None:
             wall = wall.along(self.reference, self.recording.phase)
-        return speeds.predict_speeds(scale_kpa, wall, settings.passive.exponent_b, settings.density_kg_m3)
+        return self.settings.predict(phi, wall)
 
-    def stiffness_cycle(self, scale_kpa: float, cycles: speeds.WallCycles, index: int) -> FloatArray:
-        """Return the total stiffness of one simulation over its cycle in kPa; shape (M,)."""
+    def stiffness_cycle(self, phi: FloatArray, cycles: speeds.WallCycles, index: int) -> FloatArray:
+        """Return the stiffness that speeds of one simulation, of phi (d,), show over its cycle, in kPa; (M,)."""
+        by = self.settings.measured_by(phi[None])
         active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
         stretch = cycles.stretch[index] if self.reference is None else self.reference.stretch
-        passive = scale_kpa * passive_shape(stretch, self.settings.passive.exponent_b)
-        return np.asarray(passive + active(cycles.active_stiffness_kpa[index]))
+        total = by.scale_kpa * passive_shape(stretch, by.exponent_b) + active(cycles.active_stiffness_kpa[index])
+        return np.asarray(by.speed_scale**2 * total)
+
+    def _simulated(
+        self, phi: FloatArray
+    ) -> tuple[FloatArray, Context, ForwardModelSettings, Physiology | None]:
+        settings = self.settings
+        physiology = settings.physiology(phi)
+        return phi[:, OF_THETA], self.recording.context, settings.forward_model, physiology
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
@@ -211,7 +236,7 @@ class CachedModel:
         return log_likelihood(predicted, self.model.recording, self.model.settings.discrepancy)
 
     def predict(self, phi: FloatArray) -> speeds.PredictedSpeeds:
-        """Return the noiseless log speeds of phi (n, 4), cached if it is the very array seen last."""
+        """Return the noiseless log speeds of phi (n, d), cached if it is the very array seen last."""
         if self._last is not None and self._last[0] is phi:
             return self._last[1]
         return self.model.predict(phi)

@@ -94,9 +94,9 @@ class PassiveBaseline:
     ]
 
 
-def passive_shape(stretch: FloatArray, exponent_b: float) -> FloatArray:
+def passive_shape(stretch: FloatArray, exponent_b: FloatArray | float) -> FloatArray:
     """Return g(lambda) = exp(b (lambda^2 - 1)), dimensionless, for stretches of any shape."""
-    return np.exp(exponent_b * (stretch**2 - 1.0))
+    return np.asarray(np.exp(exponent_b * (stretch**2 - 1.0)))
 
 
 def passive_scale(

@@ -118,6 +118,21 @@ class WallPhases:
 
 
 @dataclass(frozen=True)
+class MeasuredBy:
+    """What turns the wall of n simulations into speeds.
+
+    Attributes:
+        scale_kpa: Passive scale a; shape (n,).
+        exponent_b: b of the passive law; shape (n,), or one for all.
+        speed_scale: q, by which every measured speed is off; likewise.
+    """
+
+    scale_kpa: FloatArray
+    exponent_b: FloatArray | float
+    speed_scale: FloatArray | float = 1.0
+
+
+@dataclass(frozen=True)
 class PredictedSpeeds:
     """Noiseless log speeds (c in m/s) of n simulations at p phases and their slope per cycle; (n, p) each."""
 
@@ -145,24 +160,28 @@ def wall_at_phases(cycles: WallCycles, phase: FloatArray, map_name: str) -> Wall
     )
 
 
-def predict_speeds(
-    scale_kpa: FloatArray, wall: WallPhases, exponent_b: float, density_kg_m3: float
-) -> PredictedSpeeds:
+def predict_speeds(by: MeasuredBy, wall: WallPhases, density_kg_m3: float) -> PredictedSpeeds:
     """Return the noiseless log speeds of n simulations, and their slopes.
 
-    E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = 1/2 log(E / (3 rho))
+    E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = log q + 1/2 log(E / (3 rho))
     and d log c / ds = 1/2 E' / E, with g = exp(b (lambda^2 - 1)) and g' = 2 b lambda lambda' g.
 
     Args:
-        scale_kpa: Passive scale a of each simulation; shape (n,).
+        by: Passive scale a, exponent b and scale of the speeds q of each simulation.
         wall: Active stiffness and stretch at the p phases.
-        exponent_b: b of the passive law.
         density_kg_m3: rho.
     """
-    passive = scale_kpa[:, None] * passive_shape(wall.stretch, exponent_b)
+    exponent_b = _column(by.exponent_b)
+    passive = by.scale_kpa[:, None] * passive_shape(wall.stretch, exponent_b)
     passive_slope = passive * (2.0 * exponent_b * wall.stretch * wall.stretch_slope)
     stiffness = np.maximum(passive + wall.active_kpa, LEAST_STIFFNESS_KPA)
+    log_speed = 0.5 * np.log(squared_speed_m2_s2(stiffness, density_kg_m3))
     return PredictedSpeeds(
-        log_speed=0.5 * np.log(squared_speed_m2_s2(stiffness, density_kg_m3)),
+        log_speed=log_speed + np.log(_column(by.speed_scale)),
         slope=0.5 * (passive_slope + wall.active_slope_kpa) / stiffness,
     )
+
+
+def _column(values: FloatArray | float) -> FloatArray:
+    """Return a value of each simulation as a column (n, 1), one for all as a scalar (1, 1)."""
+    return np.reshape(np.asarray(values, dtype=np.float64), (-1, 1))

@@ -16,7 +16,7 @@ from swesbi.arrays import FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.speeds import wall_at_phases
-from swesbi.parameters import THETA_COLUMNS
+from swesbi.parameters import NUISANCE_COLUMNS, THETA_COLUMNS
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import PopulationSettings
 from swesbi.progress import Progress
@@ -33,6 +33,9 @@ class PopulationSimulations:
 
     contexts: tuple[Context, ...]
     theta: Annotated[FloatArray, artefacts.Variable("context draw parameter", THETA_COLUMNS, "prior draws")]
+    physiology: Annotated[
+        FloatArray, artefacts.Variable("context draw nuisance", NUISANCE_COLUMNS, "free physiology of the simulation")
+    ]
     active_stiffness_kpa: Annotated[
         FloatArray, artefacts.Variable("context draw phase", "kPa", "active stiffness at the nominal phases")
     ]
@@ -95,7 +98,7 @@ def _simulate(
     if (reference := model.reference_of(context)) is not None:
         wall = wall.along(reference, phase)
     values = (np.broadcast_to(value, wall.active_kpa.shape) for value in vars(wall).values())
-    return (made.theta, *values, made.failures.sum(axis=0))
+    return (made.theta, made.physiology, *values, made.failures.sum(axis=0))
 
 
 SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(PopulationSimulations)["/"]

@@ -20,7 +20,6 @@ from swesbi.measurement.settings import (
 )
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
 from swesbi.measurement.summary import summarise
-from swesbi.parameters import SCALE
 from swesbi.prior import sample
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
@@ -42,7 +41,7 @@ class Synthetic:
     """Recordings of one subject with the phi that each was made with.
 
     Attributes:
-        phi: True parameters; shape (n, 4).
+        phi: True parameters; shape (n, d).
         recordings: The n recordings.
         refused: Recordings that ingestion refused; they are not among the n.
     """
@@ -71,7 +70,7 @@ def own_recordings(model: SpeedModel, count: int, seed: int, *name: str | int) -
     """
     phi, beats = fresh_beats(model, count, seed, *name)
     rng = generator(seed, "synthetic", "speeds", *name, model.recording.subject)
-    predicted = model.predict_from(phi[:, SCALE], beats)
+    predicted = model.predict_from(phi, beats)
     speeds = draw_speeds(predicted, model.recording.relative_se, model.settings.discrepancy, rng)
     return Synthetic(phi, tuple(replace(model.recording, speed_m_s=row) for row in speeds))
 
@@ -102,7 +101,7 @@ def acquired_recordings(
 
 
 def fresh_beats(model: SpeedModel, count: int, seed: int, *name: str | int) -> tuple[FloatArray, Beats]:
-    """Draw phi (count, 4) from the joint prior and simulate it; failing draws are replaced by later ones."""
+    """Draw phi (count, d) from the joint prior and simulate it; failing draws are replaced by later ones."""
     rng = generator(seed, "synthetic", "phi", *name, model.recording.subject)
     phi = sample(count, model.settings.prior, rng)
     beats = model.simulate(phi)
@@ -120,7 +119,7 @@ def _acquire(
     index: int,
     rng: np.random.Generator,
 ) -> Observation:
-    truth = TruthCurve(beats.cycle_phase, model.stiffness_cycle(float(phi[SCALE]), beats, index))
+    truth = TruthCurve(beats.cycle_phase, model.stiffness_cycle(phi, beats, index))
     protocol = acquisition.protocol.model_copy(update={"missing_phases": acquisition.missing_phases})
     samples = acquire(truth, model.recording.context, protocol, rng)
     moved = _with_discrepancy(samples, truth, protocol.phases, model.settings.discrepancy, rng)

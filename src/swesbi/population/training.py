@@ -8,7 +8,7 @@ import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModelSettings, draw_speeds
-from swesbi.measurement.speeds import WallPhases, predict_speeds
+from swesbi.measurement.speeds import WallPhases
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline import conditioning
 from swesbi.networks.spline.training import Rows, SplineParts, SplineTraining, fit_spline
@@ -16,7 +16,7 @@ from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.population.recordings import draw_conditions
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import PopulationSimulations
-from swesbi.prior import draw_passive_scale, to_logit
+from swesbi.prior import sample, to_logit
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings
@@ -43,21 +43,21 @@ class RowMaker:
     seed: int
 
     def raw(self, made: PopulationSimulations, *name: str | int) -> tuple[FloatArray, FloatArray]:
-        """Draw scale, conditions and noise for every simulation: eta (n, 4) and inputs (n, C)."""
+        """Draw what the measurement takes, conditions and noise for every simulation: eta (n, d), inputs (n, C)."""
         rng = generator(self.seed, "population rows", *name)
         draws = made.theta.shape[1]
         theta = _flat(made.theta)
-        scale = draw_passive_scale(len(theta), self.model.prior, rng)
+        operator = sample(len(theta), self.model.prior.operator, rng)
+        phi = self.model.prior.joined(theta, _flat(made.physiology), operator)
         taken = (made.active_stiffness_kpa, made.active_slope_kpa, made.stretch, made.stretch_slope)
-        wall, exponent_b = WallPhases(*map(_flat, taken)), self.model.passive.exponent_b
-        predicted = predict_speeds(scale, wall, exponent_b, self.model.density_kg_m3)
+        predicted = self.model.predict(phi, WallPhases(*map(_flat, taken)))
         drawn = draw_conditions(len(theta), self.conditions, self.protocol, self.recording, rng)
         speeds = draw_speeds(predicted, drawn.relative_se, self.model.discrepancy, rng)
         context = _each(np.stack([conditioning.context_inputs(context) for context in made.contexts]), draws)
         inputs = conditioning.phase_inputs(
             context, np.log(speeds), drawn.measured, drawn.relative_se, self.phases
         )
-        return to_logit(np.column_stack([theta, scale]), self.model.prior), inputs
+        return to_logit(phi, self.model.prior), inputs
 
     def rows(
         self,

@@ -6,6 +6,7 @@ reads it, with the passive scale, the weights and how the draws were obtained be
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Final, Literal
@@ -16,18 +17,19 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import Part, Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
 from swesbi.draws import interval_levels
-from swesbi.parameters import OF_THETA, PHI_NAMES, SCALE
+from swesbi.parameters import NUISANCE_COLUMNS, OF_THETA, PHI_NAMES, REPORTED, SCALE
 from swesbi.posterior import truncated
 from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, k_hat_limit, resample, weigh
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
+from swesbi.posterior.result import NUISANCE_PARAMETERS, phi_of
 from swesbi.posterior.settings import ExactSettings, McmcSettings, PosteriorSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.seeds import generator, integer_seed
 
 FloatArray = NDArray[np.float64]
 Sampler = Literal["importance", "mcmc"]
-PARAMETERS: Final = len(PHI_NAMES)
 SCALE_NAME: Final = PHI_NAMES[-1:]
+NUISANCE: Final = "nuisance"
 SEPARATOR: Final = "; "
 
 
@@ -36,11 +38,11 @@ class ExactPosterior:
     """Equally weighted draws of the exact posterior of one recording, and how they were obtained.
 
     Attributes:
-        phi: Draws; shape (n, 4).
+        phi: Draws; shape (n, d).
         reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
-        npe_phi: Draws of the proposal as they came; shape (m, 4).
+        npe_phi: Draws of the proposal as they came; shape (m, d).
         weighted: All draws of the proposal with their weights.
-        effective_draws: By parameter; shape (4,).
+        effective_draws: By parameter; shape (d,).
         converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
     """
 
@@ -108,8 +110,8 @@ def exact_posterior(
         k_hat_limit=limit,
         npe_phi=proposal_draws(weighted, settings.draws),
         weighted=weighted,
-        r_hat=np.full(PARAMETERS, np.nan),
-        effective_draws=np.full(PARAMETERS, weighted.efficiency * len(weighted.phi)),
+        r_hat=np.full(weighted.phi.shape[1], np.nan),
+        effective_draws=np.full(weighted.phi.shape[1], weighted.efficiency * len(weighted.phi)),
         mcmc_steps=0,
         converged=True,
     )
@@ -129,7 +131,7 @@ def weight_failures(weighted: WeightedDraws, limit: float, min_efficiency: float
 
 
 def proposal_draws(weighted: WeightedDraws, draws: int) -> FloatArray:
-    """Return the first draws (draws, 4) of the proposal alone, at most as many as there are."""
+    """Return the first draws (draws, d) of the proposal alone, at most as many as there are."""
     return weighted.phi[~weighted.from_prior][:draws]
 
 
@@ -169,6 +171,12 @@ def mcmc_failures(sampled: McmcDraws, settings: McmcSettings) -> tuple[str, ...]
     )
 
 
+def _nuisances(along: str) -> dict[str, Variable]:
+    """Return the dataset of nuisance parameters, of which an experiment has as many as its prior frees."""
+    meaning = "nuisance parameters, integrated out of the rest"
+    return {NUISANCE_PARAMETERS: Variable(f"{along} {NUISANCE}", NUISANCE_COLUMNS, meaning)}
+
+
 OWN: Final = schema_of(ExactPosterior)
 SCHEMA: Final = {
     "/": arranged(
@@ -181,9 +189,9 @@ SCHEMA: Final = {
             "passive_scale_interval_kpa": Variable("bound", "kPa", "credible interval of the scale a"),
         }
     ),
-    "posterior": truncated.columns_along("chain draw", SCALE_NAME),
-    "npe": truncated.columns_along("draw", PHI_NAMES, ", of the network"),
-    "weighted": truncated.columns_along("draw", PHI_NAMES) | OWN["weighted"],
+    "posterior": truncated.columns_along("chain draw", SCALE_NAME) | _nuisances("chain draw"),
+    "npe": truncated.columns_along("draw", PHI_NAMES, ", of the network") | _nuisances("draw"),
+    "weighted": truncated.columns_along("draw", PHI_NAMES) | _nuisances("draw") | OWN["weighted"],
 }
 """What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior."""
 
@@ -205,13 +213,21 @@ def exact_to_groups(
         settings: Gives the interval's mass.
     """
     groups = truncated.posterior_to_groups(_summary(exact, z_obs, component_names, prior, settings))
-    groups["/"] = xr.merge([groups["/"], _root(exact, settings.interval)], combine_attrs="no_conflicts")
-    scale = build_dataset(SCHEMA["posterior"], truncated.columns_of(exact.phi[None, :, -1:], SCALE_NAME))
-    groups["posterior"] = groups["posterior"].assign(scale.variables)
-    groups["npe"] = build_dataset(SCHEMA["npe"], truncated.columns_of(exact.npe_phi, PHI_NAMES))
-    weighted = truncated.columns_of(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
-    groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted)
+    groups["/"] = xr.merge([groups["/"], _root(exact, prior, settings.interval)], combine_attrs="no_conflicts")
+    labels = {NUISANCE: list(prior.nuisance_names)}
+    beside = _columns(exact.phi[None], SCALE_NAME)
+    added = build_dataset(SCHEMA["posterior"], beside, labels)
+    groups["posterior"] = groups["posterior"].assign(added.variables)
+    groups["npe"] = build_dataset(SCHEMA["npe"], _columns(exact.npe_phi, PHI_NAMES), labels)
+    weighted = _columns(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
+    groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted, labels)
     return groups
+
+
+def _columns(phi: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:
+    """Return columns of phi (..., d): the last of those reported by name, and the nuisance parameters."""
+    reported = phi[..., REPORTED][..., -len(names) :]
+    return truncated.columns_of(reported, names) | {NUISANCE_PARAMETERS: phi[..., REPORTED.stop :]}
 
 
 def read_exact_posterior(path: Path) -> ExactPosterior:
@@ -224,10 +240,10 @@ def read_exact_posterior(path: Path) -> ExactPosterior:
     groups = {group: load(path, truncated.POSTERIOR, group)[0] for group in SCHEMA}
     reasons = str(groups["/"]["reasons"].item())
     given = {
-        "phi": truncated.rows_of(groups["posterior"].isel(chain=0), PHI_NAMES),
+        "phi": phi_of(groups["posterior"].isel(chain=0)),
         "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
-        "npe_phi": truncated.rows_of(groups["npe"], PHI_NAMES),
-        "weighted.phi": truncated.rows_of(groups["weighted"], PHI_NAMES),
+        "npe_phi": phi_of(groups["npe"]),
+        "weighted.phi": phi_of(groups["weighted"]),
     }
     return from_groups(ExactPosterior, groups, given)
 
@@ -248,11 +264,11 @@ def _summary(
     return replace(summary, unfiltered=npe, unfiltered_in_prior=np.ones(len(npe), dtype=bool))
 
 
-def _root(exact: ExactPosterior, interval: float) -> xr.Dataset:
+def _root(exact: ExactPosterior, prior: JointPriorSettings, interval: float) -> xr.Dataset:
     scale = exact.phi[:, SCALE]
     values = values_of(exact)["/"] | {
         "reasons": SEPARATOR.join(exact.reasons),
         "passive_scale_median_kpa": np.median(scale),
         "passive_scale_interval_kpa": np.quantile(scale, interval_levels(interval)),
     }
-    return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(PHI_NAMES)})
+    return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(prior.names)})

@@ -36,17 +36,17 @@ class LikelihoodModel(Protocol):
         """Hold the prior."""
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
-        """Return log p(data | phi) of phi (n, 4), -inf where the simulation failed; shape (n,)."""
+        """Return log p(data | phi) of phi (n, d), -inf where the simulation failed; shape (n,)."""
 
 
 class Proposal(Protocol):
     """A density over phi, within the prior's box, that can be drawn from."""
 
     def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw phi; shape (draws, 4)."""
+        """Draw phi; shape (draws, d)."""
 
     def log_density(self, phi: FloatArray) -> FloatArray:
-        """Return log q(phi), per unit of phi, of phi (n, 4); shape (n,)."""
+        """Return log q(phi), per unit of phi, of phi (n, d); shape (n,)."""
 
 
 class NoLikelihoodError(ValueError):
@@ -58,7 +58,7 @@ class WeightedDraws:
     """Draws from the proposal, weighted to the exact posterior.
 
     Attributes:
-        phi: Draws; shape (n, 4).
+        phi: Draws; shape (n, d).
         log_likelihood: -inf where the simulation failed.
         k_hat: Of the largest weights; infinite where there are too few to tell.
         efficiency: Effective sample size over n: 1 / (n sum w^2).
@@ -161,7 +161,7 @@ def k_hat_limit(draws: int, largest: float = 0.7) -> float:
 
 
 def resample(weighted: WeightedDraws, draws: int, rng: np.random.Generator) -> FloatArray:
-    """Return equally weighted draws (draws, 4) by systematic resampling, in random order."""
+    """Return equally weighted draws (draws, d) by systematic resampling, in random order."""
     rows = resampled_rows(weighted.weight, draws, rng)
     return np.asarray(weighted.phi[rng.permutation(rows)])
 
@@ -187,12 +187,12 @@ class FlowProposal:
     condition: FloatArray
 
     def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw phi ~ q; shape (draws, 4)."""
+        """Draw phi ~ q; shape (draws, d)."""
         phi: FloatArray = draw_phi(self.flow, self.condition[None], draws, seed)[0]
         return phi
 
     def log_density(self, phi: FloatArray) -> FloatArray:
-        """Return log q(phi | z) of phi (n, 4); shape (n,)."""
+        """Return log q(phi | z) of phi (n, d); shape (n,)."""
         return log_q(self.flow, self.condition, phi)
 
 

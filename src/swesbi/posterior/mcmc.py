@@ -29,7 +29,7 @@ STRAY_PROBABILITY: Final = 1e-4
 def starting_points(
     model: LikelihoodModel, weighted: WeightedDraws, count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Return distinct phi (count, 4) that have a likelihood: draws of the proposal, picked at random.
+    """Return distinct phi (count, d) that have a likelihood: draws of the proposal, picked at random.
 
     Where the proposal itself has too few, over-dispersed points about the weighted draws fill up.
 
@@ -47,7 +47,7 @@ def starting_points(
 def overdispersed(
     model: LikelihoodModel, weighted: WeightedDraws, count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Return phi (count, 4) with a likelihood, normal in eta with twice the spread of the weighted draws.
+    """Return phi (count, d) with a likelihood, normal in eta with twice the spread of the weighted draws.
 
     Raises:
         ValueError: Not enough points with a likelihood are found.
@@ -138,10 +138,10 @@ class McmcDraws:
     """Draws of independent ensembles, warm-up left out.
 
     Attributes:
-        phi: Draws in the order of steps, all walkers of a step together; shape (ensembles, n, 4).
+        phi: Draws in the order of steps, all walkers of a step together; shape (ensembles, n, d).
         walkers: Walkers of an ensemble; n is a multiple of them.
-        r_hat: Rank-normalised split R-hat over the ensembles, by parameter; shape (4,).
-        effective_draws: Effective number of draws, by parameter; shape (4,).
+        r_hat: Rank-normalised split R-hat over the ensembles, by parameter; shape (d,).
+        effective_draws: Effective number of draws, by parameter; shape (d,).
         steps: Steps of each walker, warm-up included.
         converged: Every R-hat is below its limit, and there are as many effective draws as asked for.
     """
@@ -154,7 +154,7 @@ class McmcDraws:
     converged: bool
 
     def thinned(self, draws: int, rng: np.random.Generator) -> FloatArray:
-        """Return draws (draws, 4) of steps as far apart as can be, in random order.
+        """Return draws (draws, d) of steps as far apart as can be, in random order.
 
         Raises:
             ValueError: More are asked for than there are.
@@ -207,7 +207,7 @@ def sample_mcmc(
 def reference_draws(
     model: LikelihoodModel, start_phi: FloatArray, draws: int, settings: McmcSettings, seed: int
 ) -> FloatArray:
-    """Return draws (draws, 4) of the exact posterior that are as good as independent, by long MCMC.
+    """Return draws (draws, d) of the exact posterior that are as good as independent, by long MCMC.
 
     The sampler runs until its effective draws are twice as many as are kept, so that these lie about two
     autocorrelation times apart.

@@ -32,17 +32,17 @@ KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 
 @dataclass(frozen=True)
 class StudentProposal:
-    """A multivariate Student distribution; mean (4,) and scale matrix (4, 4)."""
+    """A multivariate Student distribution; mean (d,) and scale matrix (d, d)."""
 
     mean: FloatArray
     scale: FloatArray
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return eta of shape (count, 4)."""
+        """Return eta of shape (count, d)."""
         return np.asarray(self._distribution.rvs(size=count, random_state=rng))
 
     def log_density(self, eta: FloatArray) -> FloatArray:
-        """Return the log density at eta (n, 4); shape (n,)."""
+        """Return the log density at eta (n, d); shape (n,)."""
         return np.asarray(self._distribution.logpdf(eta))
 
     @property
@@ -51,7 +51,7 @@ class StudentProposal:
 
 
 def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentProposal:
-    """Return a wide proposal with the mean and covariance of weighted draws (n, 4).
+    """Return a wide proposal with the mean and covariance of weighted draws (n, d).
 
     Where few draws carry the weight, it is flattened to a power below one until enough do.
     """
@@ -80,13 +80,13 @@ class FittedProposal:
     prior: JointPriorSettings
 
     def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw phi (draws, 4), never onto the faces of the box."""
+        """Draw phi (draws, d), never onto the faces of the box."""
         low, high = bounds(self.prior)
         phi = from_logit(self.student.draw(draws, np.random.default_rng(seed)), self.prior)
         return np.asarray(np.clip(phi, np.nextafter(low, high), np.nextafter(high, low)))
 
     def log_density(self, phi: FloatArray) -> FloatArray:
-        """Return log q(phi) = log q(eta) - log |d phi / d eta| of phi (n, 4); shape (n,)."""
+        """Return log q(phi) = log q(eta) - log |d phi / d eta| of phi (n, d); shape (n,)."""
         eta = to_logit(phi, self.prior)
         return np.asarray(self.student.log_density(eta) - log_jacobian(eta, self.prior))
 
@@ -99,13 +99,13 @@ class PairProposal:
     fitted: Proposal
 
     def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw phi (draws, 4): as many from each as its share says."""
+        """Draw phi (draws, d): as many from each as its share says."""
         kept = round(KEPT_SHARE * draws)
         seeds = [integer_seed(seed, "refinement", name) for name in ("first", "fitted")]
         return np.concatenate([self.first.draw(kept, seeds[0]), self.fitted.draw(draws - kept, seeds[1])])
 
     def log_density(self, phi: FloatArray) -> FloatArray:
-        """Return the log density of the mixture at phi (n, 4); shape (n,)."""
+        """Return the log density of the mixture at phi (n, d); shape (n,)."""
         parts = [self.first.log_density(phi), self.fitted.log_density(phi)]
         shares = np.array([[KEPT_SHARE], [1.0 - KEPT_SHARE]])
         return np.asarray(logsumexp(np.stack(parts), axis=0, b=shares))

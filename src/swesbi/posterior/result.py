@@ -19,6 +19,8 @@ from swesbi.posterior.truncated import POSTERIOR
 
 FloatArray = NDArray[np.float64]
 MCMC: Final = "mcmc"
+NUISANCE_PARAMETERS: Final = "nuisance_parameters"
+"""The dataset of the nuisance parameters in each group of draws."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +28,8 @@ class ExactResult:
     """The exact posterior of one recording.
 
     Attributes:
-        phi: Equally weighted draws; shape (n, 4).
-        npe_phi: Draws of the network as they came; shape (m, 4).
+        phi: Equally weighted draws; shape (n, d).
+        npe_phi: Draws of the network as they came; shape (m, d).
         sampler: What gave ``phi``: importance or mcmc.
         k_hat: Pareto shape of the importance weights.
         k_hat_limit: Largest shape of reliable weights.
@@ -64,8 +66,8 @@ def read_exact_result(path: Path) -> ExactResult:
     """
     root, draws, npe = (load(path, POSTERIOR, group)[0] for group in ("/", "posterior", "npe"))
     return ExactResult(
-        phi=_phi(draws)[0],
-        npe_phi=_phi(npe),
+        phi=phi_of(draws.isel(chain=0)),
+        npe_phi=phi_of(npe),
         sampler=str(root["sampler"].item()),
         k_hat=float(root["k_hat"]),
         k_hat_limit=float(root["k_hat_limit"]),
@@ -82,5 +84,7 @@ def has_exact_posterior(path: Path) -> bool:
     return "sampler" in load(path, POSTERIOR)[0]
 
 
-def _phi(group: xr.Dataset) -> FloatArray:
-    return np.stack([group[name].to_numpy() for name in PHI_NAMES], axis=-1)
+def phi_of(group: xr.Dataset) -> FloatArray:
+    """Return the draws of a group: what is reported by name, nuisance parameters behind it; shape (n, d)."""
+    reported = np.stack([group[name].to_numpy() for name in PHI_NAMES], axis=-1)
+    return np.hstack([reported, group[NUISANCE_PARAMETERS].to_numpy()])

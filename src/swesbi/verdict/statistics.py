@@ -29,7 +29,7 @@ from swesbi.measurement.likelihood import SpeedModel, draw_speeds, residuals
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
 from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
-from swesbi.parameters import PHI
+from swesbi.parameters import PHI, REPORTED
 from swesbi.prior import BoxPrior, ParameterPrior, bounds
 
 FloatArray = NDArray[np.float64]
@@ -55,16 +55,23 @@ def strip_edges(prior: BoxPrior, strip_fraction: float) -> tuple[FloatArray, Flo
 
 
 def strip_mass(phi: FloatArray, weight: FloatArray, prior: BoxPrior, strip_fraction: float) -> FloatArray:
-    """Return the mass of weighted draws (n, d) in the strip at each bound; shape (d, 2), lower then upper."""
+    """Return the mass of weighted draws (n, d) in the strip at each bound of what is reported.
+
+    Nuisance parameters stay about where their prior has them, and have no strips.
+
+    Returns:
+        Shape (4, 2), lower then upper.
+    """
     lower, upper = strip_edges(prior, strip_fraction)
-    return np.stack([weight @ (phi < lower), weight @ (phi > upper)], axis=1)
+    below, above = (weight @ beyond[:, REPORTED] for beyond in (phi < lower, phi > upper))
+    return np.stack([below, above], axis=1)
 
 
 def prior_strip_mass(prior: BoxPrior, strip_fraction: float) -> FloatArray:
-    """Return the prior's mass in the strip at each bound; shape (d, 2), lower then upper."""
+    """Return the prior's mass in the strip at each bound of what is reported; (4, 2), lower then upper."""
     lower, upper = strip_edges(prior, strip_fraction)
     parts = zip(prior.parameters, lower, upper, strict=True)
-    return np.array([[_mass(p, p.low, edge), _mass(p, top, p.high)] for p, edge, top in parts])
+    return np.array([[_mass(p, p.low, edge), _mass(p, top, p.high)] for p, edge, top in parts])[REPORTED]
 
 
 def boundary_statistic(mass: FloatArray, prior_mass: FloatArray, level: float) -> FloatArray:

@@ -10,14 +10,13 @@ import xarray as xr
 
 from swesbi import artefacts
 from swesbi.checks.calibration.fresh import FreshInferred
-from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferred, Ranked
+from swesbi.checks.calibration.ranks import Diagnostics, Inferred, Ranked
 from swesbi.context import Context
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.recordings import ACQUIRED, OWN
 from swesbi.recording.observation import context_values, contexts_of
 
 LABELS: Final[dict[str, Any]] = {
-    "quantity": list(QUANTITY_NAMES),
     "parameter": list(PHI_NAMES),
     "bound": ["lower", "upper"],
 }

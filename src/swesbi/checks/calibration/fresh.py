@@ -128,6 +128,7 @@ def _join(parts: Sequence[ranks.Inferred]) -> ranks.Inferred:
         [inferred.diagnostics for inferred in parts],
     )
     values: dict[str, Any] = {name: _stacked(ranked, name) for name in ("subject", "truth", "prior_variance")}
+    values |= {"names": ranked[0].names}
     values |= {
         name: _scores([getattr(inferred, name) for inferred in ranked]) for name in ("network", "weighted")
     }
@@ -184,7 +185,7 @@ class Judge:
             for sampler in ranks.SAMPLERS:
                 ranked = part.inferred.ranked
                 checks = check_scores(
-                    ranked.of(sampler), ranked.prior_variance, ranks.QUANTITY_NAMES,
+                    ranked.of(sampler), ranked.prior_variance, ranked.names,
                     self.judgement.alpha, self.judgement.least_contraction,
                 )  # fmt: skip
                 labels = {"recordings": kind, "sampler": sampler}

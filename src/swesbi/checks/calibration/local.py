@@ -37,7 +37,7 @@ FloatArray = NDArray[np.float64]
 
 
 def classifier_accuracy(first: FloatArray, second: FloatArray, prior: JointPriorSettings, seed: int) -> float:
-    """Return the cross-validated accuracy of telling two equal samples (n, 4) of phi apart.
+    """Return the cross-validated accuracy of telling two equal samples (n, d) of phi apart.
 
     One half where the distributions are the same (Lopez-Paz and Oquab 2017); by the multilayer perceptron of
     sbi, in the logit of the prior's box. NaN where a sample holds NaN: nothing was there to compare.
@@ -102,8 +102,8 @@ class LocalRun:
         """Simulate a second recording from each draw and rank the draw in the posterior given both.
 
         Args:
-            phi: Draws from a sampler's posterior given the subject's recording; shape (r, 4).
-            references: phi around which joint coverage is taken, other draws of that posterior; (r, 4).
+            phi: Draws from a sampler's posterior given the subject's recording; shape (r, d).
+            references: phi around which joint coverage is taken, other draws of that posterior; (r, d).
             seed: Seed of the study.
             sampler: The sampler's name, for progress; random streams are the same for all.
 
@@ -130,11 +130,13 @@ class LocalRun:
     def _one(
         self, both: TwoRecordings, phi: FloatArray, reference: FloatArray, seed: int
     ) -> tuple[FloatArray, ranks.RankScore]:
-        duration_s = self.model.activation_duration_s
         drawn = exact_draws(both, self.propose(both.averaged()), self.weighted_draws, self.exact, seed)
-        truth = ranks.quantities(phi[None], both.log_likelihood(phi[None]), duration_s)[0]
-        values = ranks.quantities(drawn.phi, drawn.log_likelihood, duration_s)
+        truth = self._quantities(phi[None], both.log_likelihood(phi[None]))[0]
+        values = self._quantities(drawn.phi, drawn.log_likelihood)
         return truth, ranks.score(truth, values, drawn.weight, reference, self.model.settings.prior)
+
+    def _quantities(self, phi: FloatArray, log_likelihood: FloatArray) -> FloatArray:
+        return ranks.quantities(phi, log_likelihood, self.model.activation_duration_s(phi))
 
 
 def calibrate_locally(
@@ -165,6 +167,7 @@ def calibrate_locally(
         for name, phi in ((ranks.NETWORK, posterior.npe_phi), (ranks.WEIGHTED, posterior.phi))
     }
     return ranks.Ranked(
+        names=ranks.quantity_names(model.settings.prior),
         subject=np.full(count, model.recording.subject),
         truth=by_sampler[ranks.WEIGHTED][0],
         prior_variance=np.tile(variance_given_first(model, posterior.phi), (count, 1)),
@@ -174,11 +177,11 @@ def calibrate_locally(
 
 
 def variance_given_first(model: SpeedModel, phi: FloatArray) -> FloatArray:
-    """Return the variance of each quantity under draws (n, 4) given the first recording alone; shape (6,).
+    """Return the variance of each quantity under draws (n, d) given the first recording alone; shape (d + 2,).
 
     It takes the place of the prior's variance beside local calibration; the log-likelihood has none (NaN).
     """
-    values = ranks.quantities(phi, np.zeros(len(phi)), model.activation_duration_s)
+    values = ranks.quantities(phi, np.zeros(len(phi)), model.activation_duration_s(phi))
     variance: FloatArray = values.var(axis=0)
-    variance[-1] = np.nan
+    variance[ranks.QUANTITY_NAMES.index(ranks.LOG_LIKELIHOOD)] = np.nan
     return variance

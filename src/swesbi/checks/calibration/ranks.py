@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Part, Variable
 from swesbi.draws import effective_draws
-from swesbi.heart.model import attained_share, attained_stiffness_kpa
+from swesbi.heart.model import attained_stiffness_kpa
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES
-from swesbi.prior import BoxPrior, even_quantiles, quantile
+from swesbi.parameters import ATTAINED, PHI_NAMES, REPORTED
+from swesbi.prior import BoxPrior, JointPriorSettings, quantile, spread_points
+from swesbi.prior import prior_variance as prior_variance_of
 
 FloatArray = NDArray[np.float64]
 LOG_LIKELIHOOD: Final = "log_likelihood"
@@ -72,8 +73,15 @@ def moments(draws: FloatArray, weight: FloatArray) -> WeightedMoments:
     return WeightedMoments(mean, np.sqrt(share @ (kept - mean) ** 2))
 
 
-def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: float) -> FloatArray:
-    """Return the six quantities of ``QUANTITY_NAMES`` for n draws; shape (n, 6).
+def quantity_names(prior: JointPriorSettings) -> tuple[str, ...]:
+    """Return the names of the quantities that are ranked: ``QUANTITY_NAMES``, then nuisance parameters."""
+    return (*QUANTITY_NAMES, *prior.nuisance_names)
+
+
+def quantities(
+    phi: FloatArray, log_likelihood: FloatArray, duration_s: FloatArray | float
+) -> FloatArray:
+    """Return the quantities of ``QUANTITY_NAMES``, then the nuisance parameters, of n draws; shape (n, d + 2).
 
     k_0 (1 - exp(-k_ATP D_T)) is what the data know best of k_0 and k_ATP. The log-likelihood depends on the
     data, and so finds posteriors that are calibrated in every parameter without having seen them (Modrák
@@ -81,22 +89,20 @@ def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: float) -
     shapes sensitivity).
 
     Args:
-        phi: Draws; shape (n, 4).
+        phi: Draws; shape (n, d).
         log_likelihood: Their log-likelihood; shape (n,).
-        duration_s: Duration D_T of the activation.
+        duration_s: Duration D_T of the activation, of each draw or of all.
     """
-    return np.column_stack([phi, attained_stiffness_kpa(phi, duration_s), log_likelihood])
+    attained = attained_stiffness_kpa(phi, duration_s)
+    return np.column_stack([phi[:, REPORTED], attained, log_likelihood, phi[:, REPORTED.stop :]])
 
 
 def prior_variance(model: SpeedModel) -> FloatArray:
-    """Return the variance of each quantity under the prior; shape (6,).
-
-    From the prior's quantile functions; k_0 and k_ATP are independent. The log-likelihood has none (NaN).
-    """
-    phi = even_quantiles(model.settings.prior)
-    share = attained_share(phi[:, K_ATP], model.activation_duration_s)
-    second, first = (np.mean(phi[:, K_0] ** p) * np.mean(share**p) for p in (2, 1))
-    return np.array([*phi.var(axis=0), second - first**2, np.nan])
+    """Return the variance of each quantity under the prior; shape (d + 2,). The log-likelihood has none (NaN)."""
+    prior = model.settings.prior
+    phi, of_phi = spread_points(prior), prior_variance_of(prior)
+    attained = attained_stiffness_kpa(phi, model.activation_duration_s(phi)).var()
+    return np.array([*of_phi[REPORTED], attained, np.nan, *of_phi[REPORTED.stop :]])
 
 
 def standardised(phi: FloatArray, prior: BoxPrior) -> FloatArray:
@@ -169,14 +175,15 @@ def score(
     """Rank one truth among its posterior draws.
 
     Args:
-        truth: True quantities, the d parameters of the prior first; shape (q,).
+        truth: True quantities; shape (q,).
         draws: The quantities of n draws; shape (n, q).
         weight: Normalised weights; shape (n,).
         reference: Standardised reference point of the joint coverage; shape (d,).
         prior: Prior of the d parameters.
     """
-    d, moment = len(prior.parameters), moments(draws, weight)
-    tarp = tarp_level(truth[:d], draws[:, :d], weight, reference, prior)
+    of_phi = [*range(REPORTED.stop), *range(len(QUANTITY_NAMES), len(truth))]
+    moment = moments(draws, weight)
+    tarp = tarp_level(truth[of_phi], draws[:, of_phi], weight, reference, prior)
     return RankScore(level_of_truth(truth, draws, weight), tarp, moment.mean, moment.sd)
 
 
@@ -194,6 +201,7 @@ def stack_scores(scores: Sequence[RankScore]) -> RankScores:
 class Ranked:
     """n recordings, q quantities, with the context and protocol of ``subject``; no prior variance is NaN."""
 
+    names: Annotated[tuple[str, ...], Labels("quantity")]
     subject: Annotated[NDArray[np.str_], Labels("recording", "subject")]
     truth: Annotated[FloatArray, Variable("recording quantity", EACH, "true value")]
     prior_variance: Annotated[
@@ -209,6 +217,7 @@ class Ranked:
     def rows(self, chosen: NDArray[np.bool_]) -> Ranked:
         """Return the recordings that are chosen; shape (n,)."""
         return Ranked(
+            self.names,
             self.subject[chosen],
             self.truth[chosen],
             self.prior_variance[chosen],

@@ -16,6 +16,7 @@ from swesbi.checks.calibration.ranks import (
     RankScore,
     prior_variance,
     quantities,
+    quantity_names,
     reference_points,
     score,
     stack_scores,
@@ -57,7 +58,7 @@ class ExactDraws:
     """Weighted draws of a posterior.
 
     Attributes:
-        phi: Draws; shape (n, 4).
+        phi: Draws; shape (n, d).
         weight: Their weights, which sum to one; shape (n,).
         log_likelihood: Exact log-likelihood of each; shape (n,).
         k_hat: Pareto shape of the importance weights behind them.
@@ -160,7 +161,7 @@ def infer_recordings(
         results.append(_infer(case, network_phi[index], proposal, settings, exact, refinement))
         if progress:
             progress.step()
-    return _gather(subject, results, prior_variance(model))
+    return _gather(model, results)
 
 
 @dataclass(frozen=True)
@@ -190,12 +191,12 @@ def _infer(
     exact: ExactSettings,
     refinement: RefinementSettings | None,
 ) -> _Result:
-    model, duration_s = case.model, case.model.activation_duration_s
+    model = case.model
     phi = np.concatenate([case.phi[None], network_phi])
-    truth, *draws = quantities(phi, model.log_likelihood(phi), duration_s)
+    truth, *draws = quantities(phi, model.log_likelihood(phi), model.activation_duration_s(phi))
     cached = CachedModel(model)
     drawn = exact_draws(cached, proposal, settings.weighted_draws, exact, case.seed, refinement)
-    values = quantities(drawn.phi, drawn.log_likelihood, duration_s)
+    values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
     return _Result(
         truth=truth,
         network=case.score(truth, np.stack(draws), equal_weights(len(draws))),
@@ -222,15 +223,16 @@ def _diagnose(
     )
 
 
-def _gather(subject: str, results: Sequence[_Result], variance: FloatArray) -> Inferred:
+def _gather(model: SpeedModel, results: Sequence[_Result]) -> Inferred:
     parts = [result.diagnostics for result in results]
     arrays: dict[str, Any] = {
         field.name: np.stack([getattr(part, field.name) for part in parts]) for field in fields(Diagnostics)
     }
     ranked = Ranked(
-        subject=np.full(len(results), subject),
+        names=quantity_names(model.settings.prior),
+        subject=np.full(len(results), model.recording.subject),
         truth=np.stack([result.truth for result in results]),
-        prior_variance=np.tile(variance, (len(results), 1)),
+        prior_variance=np.tile(prior_variance(model), (len(results), 1)),
         network=stack_scores([result.network for result in results]),
         weighted=stack_scores([result.weighted for result in results]),
     )

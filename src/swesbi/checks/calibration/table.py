@@ -161,7 +161,7 @@ def check_scores(
     least_contraction: float,
     groups: int = 1,
 ) -> tuple[Check, ...]:
-    """Judge the posteriors of n recordings by ranks, coverage and contraction.
+    """Judge the posteriors of n recordings by ranks, coverage and contraction, the last of no nuisance parameter.
 
     The bands of ranks and of marginal coverage each hold over all quantities at once with probability
     1 - alpha (Bonferroni), and over ``groups`` such sets where several are looked at together.
@@ -226,7 +226,7 @@ def _uniform(
 
 def _contracted(names: Sequence[str], held: FloatArray, n: int, least: float) -> Iterator[Check]:
     for name, value in zip(names, held, strict=True):
-        if not np.isnan(value):
+        if name in QUANTITY_NAMES and not np.isnan(value):
             value = float(value)
             yield Check(CONTRACTION, name, n, value, np.nan, least, value < least, np.nan, value)
 
@@ -268,7 +268,7 @@ def _checks(
     ranked: Ranked, sampler: str, settings: JudgementSettings, least: float, groups: int
 ) -> tuple[Check, ...]:
     return check_scores(
-        ranked.of(sampler), ranked.prior_variance, QUANTITY_NAMES, settings.alpha, least, groups
+        ranked.of(sampler), ranked.prior_variance, ranked.names, settings.alpha, least, groups
     )
 
 

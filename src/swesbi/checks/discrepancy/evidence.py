@@ -21,7 +21,7 @@ from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, log_speed_sd, speed_model
 from swesbi.measurement.settings import DiscrepancySettings
-from swesbi.parameters import PHI_NAMES, THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.refine import fitted_proposal
 from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobian, sample, to_logit
 
@@ -32,10 +32,10 @@ class LogitProposal(Protocol):
     """A density of eta, the logit of phi in its box, that can be drawn from."""
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return eta of shape (count, 4)."""
+        """Return eta of shape (count, d)."""
 
     def log_density(self, eta: FloatArray) -> FloatArray:
-        """Return the log density at eta (n, 4); shape (n,)."""
+        """Return the log density at eta (n, d); shape (n,)."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class PriorProposal:
     prior: JointPriorSettings
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return eta of shape (count, 4)."""
+        """Return eta of shape (count, d)."""
         return to_logit(sample(count, self.prior, rng), self.prior)
 
     def log_density(self, eta: FloatArray) -> FloatArray:
@@ -60,7 +60,7 @@ class Bank:
     Attributes:
         model: The recording's model; its own discrepancy is not used.
         pairs: The K pairs (delta, tau).
-        eta: Draws; shape (n, 4).
+        eta: Draws; shape (n, d).
         log_likelihood: log p(speeds | eta, pair); shape (K, n).
         chi2: Sum of squared standardised residuals over the measured phases; shape (K, n).
     """
@@ -74,7 +74,7 @@ class Bank:
     _counts: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.eta = np.empty((0, len(PHI_NAMES)))
+        self.eta = np.empty((0, len(self.prior.names)))
         self.log_likelihood = np.empty((len(self.pairs), 0))
         self.chi2 = np.empty((len(self.pairs), 0))
 
@@ -85,7 +85,7 @@ class Bank:
 
     @property
     def phi(self) -> FloatArray:
-        """The draws as parameters; shape (n, 4)."""
+        """The draws as parameters; shape (n, d)."""
         return from_logit(self.eta, self.prior)
 
     def extend(self, proposal: LogitProposal, count: int, rng: np.random.Generator) -> None:
@@ -142,7 +142,7 @@ def fill_bank(
 def _likelihoods(
     model: SpeedModel, phi: FloatArray, pairs: Sequence[DiscrepancySettings]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return log likelihood and chi-squared of phi (n, 4) under each pair, (K, n).
+    """Return log likelihood and chi-squared of phi (n, d) under each pair, (K, n).
 
     They are -inf and inf where the simulation failed.
     """

@@ -211,7 +211,6 @@ class Placement:
 def expected_of_designs(
     model: SpeedModel,
     simulated: SimulatedStencil,
-    duration_s: float,
     repeat_variance: float,
     settings: DesignSettings,
 ) -> Designs:
@@ -220,7 +219,6 @@ def expected_of_designs(
     Args:
         model: Its recording's model.
         simulated: Posterior draws with their neighbours.
-        duration_s: Duration of its activation.
         repeat_variance: Squared relative standard error of one repeat.
         settings: The designs.
     """
@@ -228,7 +226,7 @@ def expected_of_designs(
     correlated, independent = (
         np.stack(
             [
-                _even(model, simulated, duration_s, variances, count, settings, reach)
+                _even(model, simulated, variances, count, settings, reach)
                 for count in settings.phases
             ],
             axis=1,
@@ -241,7 +239,6 @@ def expected_of_designs(
 def place_phases(
     models: Sequence[SpeedModel],
     simulated: Sequence[SimulatedStencil],
-    durations_s: Sequence[float],
     noise_variances: Sequence[float],
     settings: DesignSettings,
 ) -> Placement:
@@ -250,7 +247,6 @@ def place_phases(
     Args:
         models: One a subject.
         simulated: Posterior draws with their neighbours.
-        durations_s: Durations of the activations.
         noise_variances: Squared relative standard error of each subject's mean speed at a phase.
         settings: Candidates, and how many to choose.
     """
@@ -271,19 +267,19 @@ def place_phases(
         )
     ]
     counts = tuple(count for count in settings.phases if count <= settings.placement_phases)
-    parts = list(zip(models, simulated, durations_s, noise_variances, strict=True))
+    parts = list(zip(models, simulated, noise_variances, strict=True))
     reach = settings.discrepancy_range_cycle
     chosen_sd = [
         np.stack(
-            [_sd(model, stencil, duration, [variance], [chosen[:n]], reach)[:, 0] for n in counts], axis=1
+            [_sd(model, stencil, [variance], [chosen[:n]], reach)[:, 0] for n in counts], axis=1
         )
-        for model, stencil, duration, variance in parts
+        for model, stencil, variance in parts
     ]
     even = [
         np.stack(
-            [_even(model, stencil, duration, [variance], n, settings, reach)[:, 0] for n in counts], axis=1
+            [_even(model, stencil, [variance], n, settings, reach)[:, 0] for n in counts], axis=1
         )
-        for model, stencil, duration, variance in parts
+        for model, stencil, variance in parts
     ]
     return Placement(chosen, counts, np.stack(chosen_sd), np.stack(even))
 
@@ -291,7 +287,6 @@ def place_phases(
 def _even(
     model: SpeedModel,
     simulated: SimulatedStencil,
-    duration_s: float,
     variances: Sequence[float],
     count: int,
     settings: DesignSettings,
@@ -301,19 +296,18 @@ def _even(
     # a protocol sets the distance of the phases, hardly where the first one falls: averaged over its places
     offsets = uniform_phases(settings.offsets)
     sets = [uniform_phases(count, offset) for offset in offsets]
-    return _sd(model, simulated, duration_s, variances, sets, reach)
+    return _sd(model, simulated, variances, sets, reach)
 
 
 def _sd(
     model: SpeedModel,
     simulated: SimulatedStencil,
-    duration_s: float,
     variances: Sequence[float],
     sets: Sequence[FloatArray],
     reach: float | None,
 ) -> FloatArray:
     """Return the root of the expected variance (q, noise levels), averaged over sets of phases and draws."""
-    gradient = log_gradient(np.exp(simulated.log_phi[0]), duration_s)
+    gradient = log_gradient(model, np.exp(simulated.log_phi[0]))
     precision = prior_precision(model.settings.prior)
     expected = [
         expected_variance(precision, _information(model, simulated, phase, variances, reach), gradient)
@@ -329,7 +323,7 @@ def _information(
     variances: Sequence[float],
     reach: float | None,
 ) -> FloatArray:
-    """Return the information (noise levels, n, 4, 4); without a reach, model errors are independent."""
+    """Return the information (noise levels, n, d, d); without a reach, model errors are independent."""
     at = derivatives_at(model, simulated, phase)
     together = np.eye(len(phase)) if reach is None else correlation(phase, reach)
     return design_information(at, variances, model.settings.discrepancy, together[None])

@@ -15,7 +15,7 @@ from typing import Annotated, Final
 import arviz as az
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm, qmc
+from scipy.stats import norm
 
 from swesbi.artefacts import Variable
 from swesbi.checks.identifiability.likelihood import (
@@ -30,33 +30,34 @@ from swesbi.checks.identifiability.likelihood import (
 from swesbi.heart.model import attained_stiffness_kpa
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, log_speed_sd
-from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES, SCALE
-from swesbi.prior import BoxPrior, from_logit, quantile, sample, to_logit
+from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES, REPORTED
+from swesbi.prior import BoxPrior, from_logit, sample, spread_points, to_logit
 from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]
 QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED)
-QUANTITY_UNITS: Final = "kPa, s-1, s-1, kPa, kPa"
-SOBOL_POWER: Final = 16
 LOGIT_REACH: Final = 8.0
 """The search's box in logit: within 0.03 % of the prior's box at either bound."""
 
 
-def quantities(phi: FloatArray, duration_s: float) -> FloatArray:
-    """Append k_0 (1 - exp(-k_ATP D_T)) to phi (n, 4), giving (n, 5) in the order of ``QUANTITY_NAMES``."""
-    return np.column_stack([phi, attained_stiffness_kpa(phi, duration_s)])
+def quantities(model: SpeedModel, phi: FloatArray) -> FloatArray:
+    """Return the reported part of phi (n, d) and k_0 (1 - exp(-k_ATP D_T)), (n, 5), as in ``QUANTITY_NAMES``."""
+    return np.column_stack([phi[:, REPORTED], attained_stiffness_kpa(phi, model.activation_duration_s(phi))])
 
 
-def log_gradient(phi: FloatArray, duration_s: float) -> FloatArray:
-    """Return d log quantity / d log phi, shape (n, 5, 4).
+def log_gradient(model: SpeedModel, phi: FloatArray) -> FloatArray:
+    """Return d log quantity / d log phi of phi (n, d), shape (n, 5, d).
 
-    With u = k_ATP D_T, log(1 - exp(-u)) changes by u / (exp(u) - 1) for each unit of log k_ATP.
+    With u = k_ATP D_T, log(1 - exp(-u)) changes by u / (exp(u) - 1) for each unit of log k_ATP, and of log D.
     """
-    gradient = np.zeros((len(phi), len(QUANTITY_NAMES), len(PHI_NAMES)))
-    gradient[:, : len(PHI_NAMES)] = np.eye(len(PHI_NAMES))
-    exponent = phi[:, K_ATP] * duration_s
+    names = model.settings.prior.names
+    gradient = np.zeros((len(phi), len(QUANTITY_NAMES), len(names)))
+    gradient[:, : len(PHI_NAMES), : len(PHI_NAMES)] = np.eye(len(PHI_NAMES))
+    exponent = phi[:, K_ATP] * model.activation_duration_s(phi)
     gradient[:, -1, K_0] = 1.0
     gradient[:, -1, K_ATP] = exponent / np.expm1(exponent)
+    if "activation_duration_s" in names:
+        gradient[:, -1, names.index("activation_duration_s")] = gradient[:, -1, K_ATP]
     return gradient
 
 
@@ -82,10 +83,9 @@ def contraction(draws: FloatArray, prior_draws: FloatArray) -> Contraction:
     )
 
 
-def prior_quantities(prior: BoxPrior, duration_s: float) -> FloatArray:
+def prior_quantities(model: SpeedModel) -> FloatArray:
     """Return the quantities of 2^16 points spread over the prior by a Sobol sequence, (65536, 5)."""
-    points = qmc.Sobol(d=len(prior.parameters), scramble=False).random_base2(SOBOL_POWER)
-    return quantities(quantile(points + 0.5 / 2**SOBOL_POWER, prior), duration_s)
+    return quantities(model, spread_points(model.settings.prior))
 
 
 def prior_precision(prior: BoxPrior) -> FloatArray:
@@ -113,20 +113,31 @@ def interval_fold(sd_log: FloatArray, mass: float) -> FloatArray:
 
 
 def moments_of_phi(model: SpeedModel, phi: FloatArray) -> Moments:
-    """Return mean and log sd of the measured log speeds at phi (n, 4)."""
+    """Return mean and log sd of the measured log speeds at phi (n, d)."""
     predicted = model.predict(phi)
     sd = log_speed_sd(predicted, model.recording.relative_se, model.settings.discrepancy)
     return Moments(predicted.log_speed, np.log(sd))
 
 
 def in_logit(model: SpeedModel, step: float) -> NormalProblem:
-    """Return the exact likelihood in eta = logit of the prior's box, ready to be maximised."""
+    """Return the exact likelihood in eta = logit of the prior's box, ready to be maximised.
+
+    What is known of a nuisance parameter before the recording counts as a datum, the log of its prior's centre
+    with the prior's log sd: without it no recording could hold them, and nothing would be profiled but them.
+    """
+    prior = model.settings.prior
+    known = prior.parameters[REPORTED.stop :]
+    log_sd = np.log([parameter.log_sd for parameter in known])
 
     def moments(eta: FloatArray) -> Moments:
-        return moments_of_phi(model, from_logit(eta, model.settings.prior))
+        phi = from_logit(eta, prior)
+        of_speeds, nuisances = moments_of_phi(model, phi), np.log(phi[:, REPORTED.stop :])
+        spread = np.broadcast_to(log_sd, nuisances.shape)
+        return Moments(np.hstack([of_speeds.mean, nuisances]), np.hstack([of_speeds.log_sd, spread]))
 
-    reach = np.full(len(PHI_NAMES), LOGIT_REACH)
-    return NormalProblem(moments, np.log(model.recording.speed_m_s), -reach, reach, step)
+    reach = np.full(len(prior.names), LOGIT_REACH)
+    observed = np.log([*model.recording.speed_m_s, *(parameter.centre for parameter in known)])
+    return NormalProblem(moments, observed, -reach, reach, step)
 
 
 def in_log(model: SpeedModel) -> MomentFunction:
@@ -142,7 +153,7 @@ def maximum_likelihood(
     phi = sample(prior_starts, model.settings.prior, rng)
     eta = np.clip(to_logit(phi, model.settings.prior), problem.low, problem.high)
     likeliest = np.argsort(-problem.log_likelihood(eta), kind="stable")[:searches]
-    return maximise(problem, eta[likeliest], range(len(PHI_NAMES)))
+    return maximise(problem, eta[likeliest], range(eta.shape[1]))
 
 
 @dataclass(frozen=True)
@@ -150,7 +161,7 @@ class SimulatedStencil:
     """n phi with their neighbours for differences in log phi, simulated once for any set of phases.
 
     Attributes:
-        log_phi: (1 + 2 * 4, n, 4).
+        log_phi: (1 + 2 d, n, d).
         beats: Of its rows, one after the other.
         step: Of the differences.
     """
@@ -167,8 +178,8 @@ class SpeedDerivatives:
     Attributes:
         phase: (p,).
         slope: d log c / ds; (n, p).
-        log_speed_by: d log c / d log phi_j; (n, 4, p).
-        slope_by: Derivative of the slope likewise; (n, 4, p).
+        log_speed_by: d log c / d log phi_j; (n, d, p).
+        slope_by: Derivative of the slope likewise; (n, d, p).
     """
 
     phase: FloatArray
@@ -187,15 +198,16 @@ class SpeedDerivatives:
 
 
 def simulate_stencil(model: SpeedModel, phi: FloatArray, step: float) -> SimulatedStencil:
-    """Simulate phi (n, 4) and their neighbours in log phi."""
-    log_phi = stencil(np.log(phi), step, range(len(PHI_NAMES)))
-    return SimulatedStencil(log_phi, model.simulate(np.exp(log_phi).reshape(-1, len(PHI_NAMES))), step)
+    """Simulate phi (n, d) and their neighbours in log phi."""
+    log_phi = stencil(np.log(phi), step, range(phi.shape[1]))
+    return SimulatedStencil(log_phi, model.simulate(np.exp(log_phi).reshape(-1, phi.shape[1])), step)
 
 
 def derivatives_at(model: SpeedModel, simulated: SimulatedStencil, phase: FloatArray) -> SpeedDerivatives:
     """Return the derivatives at phases (p,) that the subject's recording need not have."""
     elsewhere = replace(model, recording=replace(model.recording, phase=phase))
-    predicted = elsewhere.predict_from(np.exp(simulated.log_phi[..., SCALE]).ravel(), simulated.beats)
+    flat = np.exp(simulated.log_phi).reshape(-1, simulated.log_phi.shape[-1])
+    predicted = elsewhere.predict_from(flat, simulated.beats)
     shape = (*simulated.log_phi.shape[:2], len(phase))
     log_speed, slope = predicted.log_speed.reshape(shape), predicted.slope.reshape(shape)
     return SpeedDerivatives(

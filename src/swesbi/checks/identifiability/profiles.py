@@ -1,5 +1,7 @@
 """Profiles of a recording's likelihood: its maximum over the other parameters, along one or two of them.
 
+What is known of nuisance parameters counts as data (:func:`~swesbi.checks.identifiability.information.in_logit`).
+
 The region with 2 (log L_max - log L) below the chi-square quantile is the likelihood-ratio confidence
 region (Wilks 1938; Pawitan, In All Likelihood, 2001, Secs. 2.6 and 3.4), with as many degrees of freedom
 as parameters held. Where the maximum lies on a bound of the box, its level is approximate.
@@ -21,7 +23,7 @@ from swesbi.checks.identifiability.information import in_logit, maximum_likeliho
 from swesbi.checks.identifiability.likelihood import Maxima, NormalProblem, maximise
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import K_0, K_ATP, PHI_COLUMNS, PHI_NAMES
+from swesbi.parameters import K_0, K_ATP, PHI_COLUMNS, PHI_NAMES, REPORTED
 from swesbi.prior import JointPriorSettings, bounds, from_logit
 
 FloatArray = NDArray[np.float64]
@@ -215,7 +217,7 @@ def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int)
     )
     ends, closed = _intervals(single, best, highest, settings.interval, prior)
     return Profiles(
-        maximum_phi=from_logit(best, prior),
+        maximum_phi=from_logit(best, prior)[REPORTED],
         log_likelihood=float(highest),
         value=np.stack([_phi_of(profiled.axes[0], j, prior) for j, profiled in enumerate(single)]),
         deviance=np.stack([profiled.deviance(highest) for profiled in single]),
@@ -233,9 +235,9 @@ def _intervals(
     crossings = np.array([interval(profiled, best, maximum, level) for profiled in single])
     ends = np.stack([_phi_of(row, j, prior) for j, row in enumerate(crossings)])
     closed = np.isfinite(crossings)
-    return np.where(closed, ends, np.column_stack(bounds(prior))), closed
+    return np.where(closed, ends, np.column_stack(bounds(prior))[REPORTED]), closed
 
 
 def _phi_of(eta: FloatArray, parameter: int, prior: JointPriorSettings) -> FloatArray:
     """Return the values of one parameter for its logits."""
-    return from_logit(np.repeat(eta[:, None], len(PHI_NAMES), axis=1), prior)[:, parameter]
+    return from_logit(np.repeat(eta[:, None], len(prior.names), axis=1), prior)[:, parameter]

@@ -32,7 +32,7 @@ from swesbi.checks.identifiability.likelihood import differentiate, information_
 from swesbi.checks.identifiability.profiles import Profiles, profiles_of
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import PHI_COLUMNS
+from swesbi.parameters import PHI_COLUMNS, REPORTED
 from swesbi.progress import Progress
 from swesbi.seeds import generator
 
@@ -46,7 +46,7 @@ class RecordedSubject:
 
     Attributes:
         model: The model of its speeds.
-        phi: Posterior draws; (n, 4).
+        phi: Posterior draws; (n, d).
         phase: All phases of the recording, missing ones too; (P,).
         measured: Which of them were measured; (P,).
         repeat_variance: Squared relative standard error of one repeat's mean speed.
@@ -65,8 +65,8 @@ class RecordedSubject:
 
     @property
     def duration_s(self) -> float:
-        """Duration of the activation."""
-        return self.model.activation_duration_s
+        """Duration of the activation at the posterior's median."""
+        return float(np.median(self.model.activation_duration_s(self.phi)))
 
     @property
     def equivalent_repeats(self) -> float:
@@ -134,37 +134,37 @@ def identify(
     recorded: RecordedSubject, settings: IdentifiabilitySettings, seed: int
 ) -> SubjectIdentifiability:
     """Study the identifiability of one subject."""
-    model, duration = recorded.model, recorded.duration_s
-    values = quantities(recorded.phi, duration)
+    model = recorded.model
+    values = quantities(model, recorded.phi)
     simulated = stencil_of(recorded, settings.design.draws, settings, seed)
     informing = drawn(recorded, settings.information_draws, seed, "information")
     moments = moments_of_phi(model, recorded.phi)
     return SubjectIdentifiability(
         subject=recorded.name,
         spread=_spread(recorded, informing, settings.difference_step),
-        contraction=contraction(values, prior_quantities(model.settings.prior, duration)),
+        contraction=contraction(values, prior_quantities(model)),
         profiles=profiles_of(model, settings, seed),
         phases=_phases(recorded, informing, settings.difference_step),
         left_out=leave_phases_out(
             np.log(values), log_likelihood_terms(moments, np.log(model.recording.speed_m_s))
         ),
-        designs=expected_of_designs(model, simulated, duration, recorded.repeat_variance, settings.design),
-        shown=drawn(recorded, settings.shown_draws, seed, "shown"),
+        designs=expected_of_designs(model, simulated, recorded.repeat_variance, settings.design),
+        shown=drawn(recorded, settings.shown_draws, seed, "shown")[:, REPORTED],
     )
 
 
 def _by_phase(recorded: RecordedSubject, phi: FloatArray, step: float) -> FloatArray:
-    """Return each measured phase's expected information in log phi, (n, p, 4, 4)."""
+    """Return each measured phase's expected information in log phi, (n, p, d, d)."""
     return information_by_datum(differentiate(in_log(recorded.model), np.log(phi), step))
 
 
 def _spread(recorded: RecordedSubject, phi: FloatArray, step: float) -> Spread:
-    values = quantities(recorded.phi, recorded.duration_s)
+    values = quantities(recorded.model, recorded.phi)
     at_median = np.median(recorded.phi, axis=0)[None]
     precision = prior_precision(recorded.model.settings.prior)
     over_draws, at_one = (
         expected_sd(
-            precision, _by_phase(recorded, at, step).sum(axis=1), log_gradient(at, recorded.duration_s)
+            precision, _by_phase(recorded, at, step).sum(axis=1), log_gradient(recorded.model, at)
         )
         for at in (phi, at_median)
     )
@@ -173,7 +173,7 @@ def _spread(recorded: RecordedSubject, phi: FloatArray, step: float) -> Spread:
 
 def _phases(recorded: RecordedSubject, phi: FloatArray, step: float) -> PhaseInformation:
     precision = prior_precision(recorded.model.settings.prior)
-    gradient = log_gradient(phi, recorded.duration_s)
+    gradient = log_gradient(recorded.model, phi)
     return phase_information(_by_phase(recorded, phi, step), precision, gradient)
 
 
@@ -205,7 +205,6 @@ def identify_cohort(
     placement = place_phases(
         [subject.model for subject in recorded],
         [stencil_of(subject, draws, settings, seed) for subject in recorded],
-        [subject.duration_s for subject in recorded],
         [subject.repeat_variance / subject.equivalent_repeats for subject in recorded],
         settings.design,
     )

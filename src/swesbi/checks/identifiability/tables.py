@@ -30,7 +30,7 @@ ADDED: Final = {
     },
     "profile": {
         "activation_duration_s": Variable(
-            "subject", "s", "duration D_T of the activation", after="log_likelihood"
+            "subject", "s", "duration D_T of the activation (posterior median)", after="log_likelihood"
         ),
         "confidence_level": Variable("level", "1", "levels that are marked"),
     },

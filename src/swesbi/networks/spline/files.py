@@ -15,7 +15,6 @@ from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline import conditioning
 from swesbi.networks.spline.net import TrainedSpline, build_net
 from swesbi.networks.standardisation import Standardisation
-from swesbi.parameters import PHI_NAMES
 from swesbi.prior import JointPriorSettings
 
 KIND: Final = "flow"
@@ -29,7 +28,7 @@ def save_spline(path: Path, spline: TrainedSpline, provenance: Provenance) -> No
         **provenance.attributes(),
         "flow": spline.settings.model_dump_json(),
         "prior": spline.prior.model_dump_json(),
-        "parameters": list(PHI_NAMES),
+        "parameters": list(spline.prior.names),
         "components": list(spline.components),
         **_conditioner_metadata(spline.conditioner),
         **_statistics_metadata(eta=spline.eta),
@@ -62,7 +61,7 @@ def _rebuild(content: Mapping[str, Any]) -> TrainedSpline:
     metadata = content["metadata"]
     settings = SplineSettings.model_validate_json(metadata["flow"])
     with reproducible(0):
-        net = build_net(settings, len(metadata["components"]))
+        net = build_net(settings, len(metadata["parameters"]), len(metadata["components"]))
     net.load_state_dict(dict(content["state_dict"]))
     net.eval()
     return TrainedSpline(

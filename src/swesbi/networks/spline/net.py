@@ -27,7 +27,6 @@ from swesbi.networks.determinism import reproducible
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.conditioning import RecordingConditioner
 from swesbi.networks.standardisation import Standardisation
-from swesbi.parameters import PHI_NAMES
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 
 DRAWS_PER_BATCH = 50_000
@@ -159,10 +158,10 @@ class TrainedSpline:
         return inverse_transforms(self.net)
 
 
-def build_net(settings: SplineSettings, components: int) -> zuko.flows.Flow:
-    """Build an untrained flow of the four parameters, conditioned on ``components`` numbers."""
+def build_net(settings: SplineSettings, parameters: int, components: int) -> zuko.flows.Flow:
+    """Build an untrained flow of so many parameters, conditioned on ``components`` numbers."""
     shape = {
-        "features": len(PHI_NAMES),
+        "features": parameters,
         "context": components,
         "transforms": settings.transforms,
         "hidden_features": (settings.hidden_features,) * settings.hidden_layers,
@@ -182,7 +181,7 @@ def draw_phi(spline: TrainedSpline, condition: FloatArray, draws: int, seed: int
         seed: Seed of the draws.
 
     Returns:
-        Array of shape (B, draws, 4).
+        Array of shape (B, draws, d).
 
     Raises:
         ValueError: z has another number of components than the flow, or holds NaN.
@@ -197,7 +196,7 @@ def draw_phi(spline: TrainedSpline, condition: FloatArray, draws: int, seed: int
 
 
 def log_q(spline: TrainedSpline, condition: FloatArray, phi: FloatArray) -> FloatArray:
-    """Return log q(phi | z), per unit of phi, of phi (n, 4) under one conditioning vector (C,); shape (n,).
+    """Return log q(phi | z), per unit of phi, of phi (n, d) under one conditioning vector (C,); shape (n,).
 
     Raises:
         ValueError: z has another number of components than the flow, or holds NaN.
@@ -215,7 +214,7 @@ def log_q(spline: TrainedSpline, condition: FloatArray, phi: FloatArray) -> Floa
 
 
 def _draw(spline: TrainedSpline, condition: Tensor, draws: int) -> FloatArray:
-    """Draw standardised eta for conditions (B, C); shape (B, draws, 4)."""
+    """Draw standardised eta for conditions (B, C); shape (B, draws, d)."""
     base = spline.net(condition).base.sample((draws,))
     eta = base.flatten(0, 1)
     conditions = condition.expand(draws, *condition.shape).flatten(0, 1)

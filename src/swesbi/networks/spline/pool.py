@@ -15,8 +15,8 @@ from swesbi.arrays import BoolArray, FloatArray
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.measurement.speeds import WallPhases, wall_at_phases
-from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
-from swesbi.prior import draw_passive_scale
+from swesbi.parameters import NUISANCE_COLUMNS, THETA_COLUMNS, THETA_NAMES
+from swesbi.prior import sample
 from swesbi.recording.observation import Observation
 from swesbi.simulations import PriorSimulations
 
@@ -28,35 +28,40 @@ class SubjectSimulations:
     Attributes:
         model: The subject's recording under the experiment's settings.
         theta: Parameters; shape (n, 3).
+        physiology: Free nuisance parameters of the simulation; shape (n, k).
         wall: Active stiffness and stretch at the phases.
     """
 
     model: SpeedModel
     theta: FloatArray
+    physiology: FloatArray
     wall: WallPhases
 
     def rows(self, start: int, stop: int) -> SubjectSimulations:
         """Return the simulations from ``start`` to before ``stop``."""
         rows = slice(start, stop)
-        return SubjectSimulations(self.model, self.theta[rows], self.wall.rows(rows))
+        return SubjectSimulations(self.model, self.theta[rows], self.physiology[rows], self.wall.rows(rows))
 
 
 def at_phases(simulations: PriorSimulations, model: SpeedModel) -> SubjectSimulations:
     """Take stored simulations at the measured phases of a recording."""
-    return SubjectSimulations(model, simulations.theta, model.wall_at_phases(simulations))
+    return SubjectSimulations(
+        model, simulations.theta, simulations.physiology, model.wall_at_phases(simulations)
+    )
 
 
 def noisy_speeds(simulations: SubjectSimulations, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Draw a passive scale, noise and discrepancy for each simulation.
+    """Draw what the measurement takes, noise and discrepancy for each simulation.
 
     Returns:
-        phi of shape (n, 4), and the speeds in m/s of shape (n, p).
+        phi of shape (n, d), and the speeds in m/s of shape (n, p).
     """
     model, settings = simulations.model, simulations.model.settings
-    scale = draw_passive_scale(len(simulations.theta), settings.prior, rng)
-    predicted = model.predict_at(scale, simulations.wall)
+    operator = sample(len(simulations.theta), settings.prior.operator, rng)
+    phi = settings.prior.joined(simulations.theta, simulations.physiology, operator)
+    predicted = model.predict_at(phi, simulations.wall)
     speeds = draw_speeds(predicted, model.recording.relative_se, settings.discrepancy, rng)
-    return np.column_stack([simulations.theta, scale]), speeds
+    return phi, speeds
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,9 @@ class StoredSubject:
     ]
     measured: Annotated[BoolArray, artefacts.Variable("phase", "1", "1 measured, 0 missing")]
     theta: Annotated[FloatArray, artefacts.Variable("simulation parameter", THETA_COLUMNS, "prior draws")]
+    physiology: Annotated[
+        FloatArray, artefacts.Variable("simulation nuisance", NUISANCE_COLUMNS, "free physiology of the simulation")
+    ]
     active_stiffness_kpa: Annotated[
         FloatArray, artefacts.Variable("simulation phase", "kPa", "active stiffness at the measured phases")
     ]
@@ -83,7 +91,7 @@ class StoredSubject:
 
 
 SCHEMA: Final = artefacts.schema_of(StoredSubject, along="subject")["/"]
-KIND: Final = artefacts.register("speed_pool", {"/": SCHEMA}, ("subject", "parameter"))
+KIND: Final = artefacts.register("speed_pool", {"/": SCHEMA}, ("subject", "parameter", "nuisance"))
 
 
 def pool_dataset(
@@ -99,7 +107,8 @@ def pool_dataset(
         raise ValueError(f"subjects have different numbers of phases and simulations: {sorted(shapes)}")
     values = artefacts.stacked_values([_of_subject(*pair, measurement) for pair in pairs])["/"]
     subjects = [observed.subject for observed, _ in pairs]
-    return artefacts.build_dataset(SCHEMA, values, {"subject": subjects, "parameter": list(THETA_NAMES)})
+    labels = {"subject": subjects, "parameter": list(THETA_NAMES), "nuisance": list(pairs[0][1].nuisance_names)}
+    return artefacts.build_dataset(SCHEMA, values, labels)
 
 
 def read_pool(path: Path) -> Mapping[str, StoredSubject]:
@@ -125,7 +134,9 @@ def of_subject(pool: Mapping[str, StoredSubject], model: SpeedModel, path: Path)
         raise artefacts.ArtefactError(f"{path}: holds no subject {subject!r}; it holds {', '.join(pool)}")
     row = pool[subject]
     stored = (row.active_stiffness_kpa, row.active_slope_kpa, row.stretch, row.stretch_slope)
-    return SubjectSimulations(model, row.theta, WallPhases(*(values[:, row.measured] for values in stored)))
+    return SubjectSimulations(
+        model, row.theta, row.physiology, WallPhases(*(values[:, row.measured] for values in stored))
+    )
 
 
 def _of_subject(
@@ -134,4 +145,6 @@ def _of_subject(
     wall = wall_at_phases(simulated, observed.phase, measurement.active_stiffness_map)
     for values in vars(wall).values():
         values[:, ~observed.measured] = np.nan
-    return StoredSubject(observed.phase, observed.measured, simulated.theta, *vars(wall).values())
+    return StoredSubject(
+        observed.phase, observed.measured, simulated.theta, simulated.physiology, *vars(wall).values()
+    )

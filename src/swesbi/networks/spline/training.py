@@ -40,7 +40,7 @@ MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
 
 @dataclass(frozen=True)
 class Rows:
-    """Training rows of all subjects: eta = logit(phi) of shape (N, 4), and z of shape (N, C)."""
+    """Training rows of all subjects: eta = logit(phi) of shape (N, d), and z of shape (N, C)."""
 
     eta: FloatArray
     z: FloatArray
@@ -207,7 +207,7 @@ def fit_spline(
     validation = [rows_of(held_out, "validation", k) for k in range(VALIDATION_COPIES)]
     with reproducible(integer_seed(seed, "flow", "torch")):
         rows = rows_of(training, "epoch", 1)
-        trainer = _Trainer(settings, len(rows.eta), rows.z.shape[1], label)
+        trainer = _Trainer(settings, rows, label)
         trainer.run(rows, validation)
         for number in range(2, settings.epochs + 1):
             rows = rows_of(training, "epoch", number)
@@ -230,13 +230,13 @@ def fit_spline(
 class _Trainer:
     """Trains one network: its optimiser, its schedule, and the epochs so far."""
 
-    def __init__(self, settings: SplineSettings, rows: int, components: int, label: str) -> None:
+    def __init__(self, settings: SplineSettings, rows: Rows, label: str) -> None:
         self.epochs: list[SplineEpoch] = []
         self.best_loss = float("inf")
         self._settings = settings
-        self._net = build_net(settings, components)
+        self._net = build_net(settings, rows.eta.shape[1], rows.z.shape[1])
         self._best = copy.deepcopy(self._net.state_dict())
-        self._batches = max(rows // settings.batch_size, 1)
+        self._batches = max(len(rows.eta) // settings.batch_size, 1)
         self._optimiser = torch.optim.Adam(self._net.parameters(), lr=settings.learning_rate, fused=True)
         # One cycle of the learning rate: up within the warm-up, then down (Smith and Topin 2019).
         self._schedule = torch.optim.lr_scheduler.OneCycleLR(

@@ -99,7 +99,7 @@ def _accuracies(
 
 
 def _long_chains(model: SpeedModel, exact: ExactPosterior, sizes: LocalSettings, seed: int) -> FloatArray:
-    """Return draws (n, 4) of long chains; NaN where these did not converge, which compares with nothing."""
+    """Return draws (n, d) of long chains; NaN where these did not converge, which compares with nothing."""
     count, subject = sizes.two_sample_draws, model.recording.subject
     rng = generator(seed, "calibration", "mcmc", subject)
     start = starting_points(model, exact.weighted, sizes.mcmc.start_points, rng)

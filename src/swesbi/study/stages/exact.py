@@ -25,7 +25,7 @@ from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.net import TrainedSpline
 from swesbi.networks.spline.pool import SubjectSimulations, at_phases
 from swesbi.networks.spline.training import train_spline
-from swesbi.parameters import SCALE
+from swesbi.parameters import REPORTED, SCALE
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior.exact import ExactPosterior, exact_to_groups
 from swesbi.posterior.exact import exact_posterior as infer_exactly
@@ -163,7 +163,8 @@ def _infer(
     seed = integer_seed(settings.seed, "exact", subject)
     exact = infer_exactly(model, flow_proposal(flow, model.recording), settings.exact, seed)
     by_mcmc = exact.sampler == "mcmc"
-    return VariantPosterior(subject, exact.phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)
+    phi = exact.phi[:, REPORTED]
+    return VariantPosterior(subject, phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)
 
 
 def _with_fixed_scale(
@@ -180,7 +181,7 @@ def _with_fixed_scale(
     rng = generator(settings.seed, "exact", "fixed scale", subject)
     start[:, SCALE] = quantile(rng.random(start.shape), prior)[:, SCALE]
     sampled = sample_mcmc(held, start, mcmc, seed)
-    phi = sampled.thinned(settings.exact.draws, rng)
+    phi = sampled.thinned(settings.exact.draws, rng)[:, REPORTED]
     return VariantPosterior(subject, phi, True, float("nan"), float("nan"), sampled.converged)
 
 

@@ -21,7 +21,6 @@ from swesbi.measurement.settings import SummarySettings, summary_names
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.spline.conditioning import ConditioningSettings, conditioning_of, raw_features
 from swesbi.networks.spline.files import load_spline
-from swesbi.parameters import SCALE
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.settings import NullSettings
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
@@ -277,7 +276,7 @@ def _check(
     draws = PosteriorDraws(
         phi=exact.phi,
         weight=works / works.sum(),
-        predicted=model.predict_from(exact.phi[:, SCALE], beats),
+        predicted=model.predict_from(exact.phi, beats),
         k_hat=exact.k_hat,
         efficiency=exact.efficiency,
     )
