@@ -101,10 +101,10 @@ class Case:
         return found
 
     def _score(self, phi: FloatArray, weight: FloatArray, log_likelihood: FloatArray) -> RankScore:
-        duration_s = self.model.activation_duration_s
         truth = self.truth[None]
-        known = quantities(truth, self.model.log_likelihood(truth), duration_s)[0]
-        values = quantities(phi, log_likelihood, duration_s)
+        at_truth = self.model.activation_duration_s(truth)
+        known = quantities(truth, self.model.log_likelihood(truth), at_truth)[0]
+        values = quantities(phi, log_likelihood, self.model.activation_duration_s(phi))
         return score(known, values, weight, self.reference, self.model.settings.prior)
 
 

@@ -84,7 +84,7 @@ def test_what_was_simulated_last_is_not_simulated_again() -> None:
 def test_variances_of_the_quantities_are_those_of_prior_draws() -> None:
     model = speed_case.model()
     phi = draw_prior(model.settings.prior, 200_000, np.random.default_rng(6))
-    drawn = quantities(phi, np.zeros(len(phi)), model.activation_duration_s)
+    drawn = quantities(phi, np.zeros(len(phi)), model.activation_duration_s(phi))
     variance = prior_variance(model)
     np.testing.assert_allclose(variance[:-1], drawn[:, :-1].var(axis=0), rtol=0.03)
     assert np.isnan(variance[-1])

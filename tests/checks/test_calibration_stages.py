@@ -44,6 +44,7 @@ JUDGEMENT = JudgementSettings(
 def ranked(subject: str, network: Sampler, seed: int) -> Ranked:
     scores, weighted = (simulate(RECORDINGS, sampler, 99, seed) for sampler in (network, Sampler()))
     return Ranked(
+        names=QUANTITY_NAMES,
         subject=np.full(RECORDINGS, subject),
         truth=np.ones((RECORDINGS, len(QUANTITY_NAMES))),
         prior_variance=prior_variances(RECORDINGS),

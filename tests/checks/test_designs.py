@@ -110,7 +110,7 @@ def test_the_variance_of_one_repeat() -> None:
 def test_more_repeats_help_up_to_the_floor_and_more_phases_help() -> None:
     model, settings = speed_case.model(), tiny().design
     many = settings.model_copy(update={"repeats": (1, 3, 12, 1000)})
-    found = expected_of_designs(model, _simulated(), model.activation_duration_s, 0.05**2, many)
+    found = expected_of_designs(model, _simulated(), 0.05**2, many)
     assert np.all(np.diff(found.sd_log, axis=2) < 0.0)
     assert np.all(found.floor[..., None] < found.sd_log)
     np.testing.assert_allclose(found.sd_log[..., -1], found.floor, rtol=0.02)
@@ -121,7 +121,7 @@ def test_more_repeats_help_up_to_the_floor_and_more_phases_help() -> None:
     np.testing.assert_allclose(found.sd_log[:, :2], found.sd_log_independent[:, :2], rtol=1e-6)
     exact = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
     perfect = replace(model, settings=model.settings.model_copy(update={"discrepancy": exact}))
-    none = expected_of_designs(perfect, _simulated(), model.activation_duration_s, 0.05**2, many)
+    none = expected_of_designs(perfect, _simulated(), 0.05**2, many)
     assert np.all(none.floor < 0.01 * none.sd_log[..., 0])  # without a discrepancy there is no floor
 
 
@@ -141,11 +141,10 @@ def test_the_expected_spread_is_near_the_exact_posterior_at_the_shipped_design()
     """Laplace's approximation misses the tails of theta, a quarter of their spread at most."""
     model = speed_case.model()
     draws = _exact_posterior()
-    duration = model.activation_duration_s
     some = draws[:: len(draws) // 40]
     information = information_by_datum(differentiate(in_log(model), np.log(some), 0.02)).sum(axis=1)
     prior = prior_precision(model.settings.prior)
-    expected = expected_sd(prior, information, log_gradient(some, duration))[:4]
+    expected = expected_sd(prior, information, log_gradient(model, some))[:4]
     ratio = expected / np.log(draws).std(axis=0)
     print("expected over exact posterior sd:", ratio.round(2))
     assert np.all((ratio > 0.72) & (ratio < 1.2))

@@ -111,23 +111,25 @@ def test_contraction_of_known_distributions() -> None:
 
 
 def test_prior_quantities_have_the_priors_moments() -> None:
-    prior = speed_case.settings().prior
-    values = np.log(prior_quantities(prior, 0.3))
+    model = speed_case.model()
+    prior, duration_s = model.settings.prior, model.activation_duration_s(speed_case.PHI[None])
+    values = np.log(prior_quantities(model))
     inside = [part.log_sd for part in prior.parameters]
     # truncation narrows the normal: least for k_0, whose bounds lie three standard deviations away
     assert np.all(values[:, :4].std(axis=0) < inside)
     assert values[:, 0].std() == pytest.approx(inside[0], rel=0.02)
     np.testing.assert_allclose(
-        np.exp(values[:, 4]), np.exp(values[:, 0]) * -np.expm1(-np.exp(values[:, 1]) * 0.3)
+        np.exp(values[:, 4]), np.exp(values[:, 0]) * -np.expm1(-np.exp(values[:, 1]) * duration_s)
     )
 
 
 def test_the_gradient_of_the_quantities() -> None:
-    phi, step = speed_case.PHI[None], 1e-6
-    for j in range(4):
-        up, down = (quantities(phi * np.exp(s * step * np.eye(4)[j]), 0.3) for s in (1.0, -1.0))
+    model, step = speed_case.model(prior="calibrated"), 1e-6
+    phi = speed_case.central_phi(model)[None]
+    for j, direction in enumerate(np.eye(phi.shape[1])):
+        up, down = (quantities(model, phi * np.exp(s * step * direction)) for s in (1.0, -1.0))
         numeric = np.log(up / down)[0] / (2.0 * step)
-        np.testing.assert_allclose(log_gradient(phi, 0.3)[0, :, j], numeric, atol=1e-6)
+        np.testing.assert_allclose(log_gradient(model, phi)[0, :, j], numeric, atol=1e-6)
 
 
 def test_leaving_a_datum_out_is_exact_for_a_linear_normal_model() -> None:

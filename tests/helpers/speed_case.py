@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 from study_copy import ROOT
 
 from swesbi.config.models import Config
@@ -12,6 +14,7 @@ from swesbi.config.read import parse_config, read_yaml
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import SpeedRecording
+from swesbi.prior import log_centre
 
 CONTEXT = Context("T", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
 PHI = np.array([60.0, 6.0, 29.0, 2.2])
@@ -24,12 +27,13 @@ def shipped() -> Config:
 
 
 @cache
-def settings() -> SpeedModelSettings:
+def settings(prior: str = "paper") -> SpeedModelSettings:
+    """Return the shipped model of speeds, by default with every nuisance parameter but the passive scale fixed."""
     config = shipped()
     experiment = config.speed_experiments["calibrated"]
     plain = {
         "prior": {
-            "theta": config.priors["calibrated"].to_plain(),
+            "theta": config.priors[prior].to_plain(),
             "passive_scale_kpa": experiment.passive_scale_kpa.to_plain(),
         },
         "discrepancy": experiment.observation_model.discrepancy.to_plain(),
@@ -44,10 +48,15 @@ def settings() -> SpeedModelSettings:
 
 
 @cache
-def model(phases: int = 20) -> SpeedModel:
-    """Return the model of a noiseless recording made with ``PHI``."""
+def model(phases: int = 20, prior: str = "paper") -> SpeedModel:
+    """Return the model of a noiseless recording made with ``PHI``, nuisance parameters at their centres."""
     phase = (np.arange(phases) + 0.5) / phases
     blank = SpeedRecording(CONTEXT, phase, np.ones(phases), np.full(phases, RELATIVE_SE))
-    made = speed_model(blank, settings())
-    speeds = made.predict(PHI[None]).speed_m_s[0]
-    return SpeedModel(SpeedRecording(CONTEXT, phase, speeds, blank.relative_se), made.reference, settings())
+    made = speed_model(blank, settings(prior))
+    speeds = made.predict(central_phi(made)[None]).speed_m_s[0]
+    return replace(made, recording=replace(blank, speed_m_s=speeds))
+
+
+def central_phi(model: SpeedModel) -> NDArray[np.float64]:
+    """Return ``PHI`` with the nuisance parameters of the model's prior, if any, at their centres; shape (d,)."""
+    return np.concatenate([PHI, log_centre(model.settings.prior)[len(PHI) :]])

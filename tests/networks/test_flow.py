@@ -43,7 +43,7 @@ def simulations(count: int = 2000) -> SubjectSimulations:
     beats = model.simulate(np.column_stack([theta, np.full(count, 2.2)]))
     good = beats.status == 0
     wall = wall_at_phases(beats, model.recording.phase, "identity").rows(good)
-    return SubjectSimulations(model, theta[good], wall)
+    return SubjectSimulations(model, theta[good], np.empty((good.sum(), 0)), wall)
 
 
 @cache

@@ -52,7 +52,8 @@ def write_network(path: Path) -> None:
     settings = EXPERIMENT.estimator.model_copy(
         update={"transforms": 1, "hidden_features": 16, "hidden_layers": 1, "epochs": 8, "batch_size": 64}
     )
-    flow = train_spline([SubjectSimulations(model, theta, wall)], conditioning, settings, seed=3).spline
+    simulated = SubjectSimulations(model, theta, np.empty((len(theta), 0)), wall)
+    flow = train_spline([simulated], conditioning, settings, seed=3).spline
     save_spline(path, flow, Provenance(KIND, "", 1, {}, "0" * 16))
 
 

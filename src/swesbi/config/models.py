@@ -28,7 +28,6 @@ from swesbi.config.experiments import (
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, summary_names
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
-from swesbi.posterior.settings import RefinementSettings
 from swesbi.prior import NuisanceSettings, PriorSettings
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
@@ -238,7 +237,6 @@ class NewSubjectsSettings(Settings):
     noise_level: float = Field(
         gt=0.0, lt=0.5, description="of the test that a recording has the pool's noise"
     )
-    refinement: RefinementSettings
 
 
 class ResourceSettings(Settings):

@@ -49,12 +49,12 @@ SOURCES: Final[Mapping[str, str]] = {
     "verdict": "experiment.misspecification.rule experiment.misspecification.synthetic.strip_fraction "
     "experiment.summary model",
     "population_calibration": "own=own_of_part acquired=acquired_of_part experiment.exact "
-    "sizes=experiment.calibration.recordings fresh new_subjects.refinement",
+    "sizes=experiment.calibration.recordings fresh",
     "population_scores": "prior experiment.calibration.judgement population.calibration.strata",
     "population_null": "experiment.summary experiment.misspecification.rule fresh sizes=population.nulls",
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
-    "new_subjects.refinement population.nulls.predictive_recordings",
+    "population.nulls.predictive_recordings",
     "population_cohort": "experiment=name_of_population refused cohort_title contexts prior=joint_prior "
     "experiment.exact.interval",
     "identifiability": "experiment.identifiability model",
@@ -159,7 +159,7 @@ def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         replace(study, context_rows=study.new_rows),
         wildcards,
         "stage.ingest stage.passive stage.cmaes stage.exact_posterior stage.verdict stage.predictive_speeds "
-        "stage.exact_subject_figures new_subjects.refinement new_subjects.noise_level "
+        "stage.exact_subject_figures new_subjects.noise_level "
         "experiment.misspecification.synthetic.reference_recordings",
     )
     simulated = "context prior forward_model draws=experiment.predictive.draws"

@@ -185,7 +185,9 @@ class SpeedModel:
         by = self.settings.measured_by(phi[None])
         active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
         stretch = cycles.stretch[index] if self.reference is None else self.reference.stretch
-        total = by.scale_kpa * passive_shape(stretch, by.exponent_b) + active(cycles.active_stiffness_kpa[index])
+        total = by.scale_kpa * passive_shape(stretch, by.exponent_b) + active(
+            cycles.active_stiffness_kpa[index]
+        )
         return np.asarray(by.speed_scale**2 * total)
 
     def _simulated(

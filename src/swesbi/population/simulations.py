@@ -34,8 +34,10 @@ class PopulationSimulations:
     contexts: tuple[Context, ...]
     theta: Annotated[FloatArray, artefacts.Variable("context draw parameter", THETA_COLUMNS, "prior draws")]
     physiology: Annotated[
-        FloatArray, artefacts.Variable("context draw nuisance", NUISANCE_COLUMNS, "free physiology of the simulation")
+        FloatArray,
+        artefacts.Variable("context draw nuisance", NUISANCE_COLUMNS, "free physiology of the simulation"),
     ]
+    nuisance_names: Annotated[tuple[str, ...], artefacts.Labels("nuisance")]
     active_stiffness_kpa: Annotated[
         FloatArray, artefacts.Variable("context draw phase", "kPa", "active stiffness at the nominal phases")
     ]
@@ -86,8 +88,9 @@ def simulate_population(
     for context in contexts:
         parts.append(_simulate(context, draws, nominal_phases(phases), model, seed))
         progress.step()
-    columns = zip(*parts, strict=True)
-    return PopulationSimulations(contexts, *(np.stack(column) for column in columns))
+    theta, physiology, *others = (np.stack(column) for column in zip(*parts, strict=True))
+    names = model.prior.theta.physiology_names
+    return PopulationSimulations(contexts, theta, physiology, names, *others)
 
 
 def _simulate(
@@ -103,7 +106,7 @@ def _simulate(
 
 SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(PopulationSimulations)["/"]
 KIND: Final = artefacts.register(
-    "population_simulations", {"/": SCHEMA}, (*LABELS, artefacts.Labels(ALONG, "subject"))
+    "population_simulations", {"/": SCHEMA}, (*LABELS, "nuisance", artefacts.Labels(ALONG, "subject"))
 )
 
 
@@ -111,7 +114,9 @@ def to_dataset(made: PopulationSimulations) -> xr.Dataset:
     """Return the simulations as a dataset with dimensions context, draw and phase."""
     subjects = {"subject": (ALONG, [context.subject for context in made.contexts])}
     return artefacts.build_dataset(
-        SCHEMA, artefacts.values_of(made)["/"] | context_values(made.contexts), LABELS | subjects
+        SCHEMA,
+        artefacts.values_of(made)["/"] | context_values(made.contexts),
+        LABELS | subjects | {"nuisance": list(made.nuisance_names)},
     )
 
 

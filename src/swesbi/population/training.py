@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -90,7 +90,8 @@ def split_by_context(
 
 
 def _part(made: PopulationSimulations, rows: slice) -> PopulationSimulations:
-    return PopulationSimulations(**{name: value[rows] for name, value in vars(made).items()})
+    parts = {name: value[rows] for name, value in vars(made).items() if name != "nuisance_names"}
+    return replace(made, **parts)
 
 
 def _flat(values: FloatArray) -> FloatArray:

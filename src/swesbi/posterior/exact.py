@@ -213,7 +213,9 @@ def exact_to_groups(
         settings: Gives the interval's mass.
     """
     groups = truncated.posterior_to_groups(_summary(exact, z_obs, component_names, prior, settings))
-    groups["/"] = xr.merge([groups["/"], _root(exact, prior, settings.interval)], combine_attrs="no_conflicts")
+    groups["/"] = xr.merge(
+        [groups["/"], _root(exact, prior, settings.interval)], combine_attrs="no_conflicts"
+    )
     labels = {NUISANCE: list(prior.nuisance_names)}
     beside = _columns(exact.phi[None], SCALE_NAME)
     added = build_dataset(SCHEMA["posterior"], beside, labels)

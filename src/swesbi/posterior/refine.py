@@ -23,10 +23,12 @@ from swesbi.prior import JointPriorSettings, bounds, from_logit, log_jacobian, t
 from swesbi.seeds import integer_seed
 
 FloatArray = NDArray[np.float64]
-DEGREES_OF_FREEDOM: Final = 4  # heavy tails, so that weights stay bounded
-WIDENING: Final = 1.5  # of the covariance
+DEGREES_OF_FREEDOM: Final = 8  # heavier tails than a posterior's, so that weights stay bounded
+WIDENING: Final = 1.2  # of the covariance
 RIDGE: Final = 1e-4  # least variance of a proposal, in eta
-TEMPERED_DRAWS: Final = 40.0  # effective draws behind a proposal, of a flattened posterior where it has fewer
+DRAWS_A_PARAMETER: Final = (
+    10.0  # effective ones behind a proposal, of a flattened posterior where it has fewer
+)
 KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 
 
@@ -55,16 +57,16 @@ def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentProposal:
 
     Where few draws carry the weight, it is flattened to a power below one until enough do.
     """
-    weight = normalised(_tempering(log_weight) * log_weight)
+    weight = normalised(_tempering(log_weight, DRAWS_A_PARAMETER * eta.shape[1]) * log_weight)
     mean = weight @ eta
     centred = eta - mean
     covariance = centred.T @ (centred * weight[:, None])
     return StudentProposal(mean, WIDENING * covariance + RIDGE * np.eye(len(mean)))
 
 
-def _tempering(log_weight: FloatArray) -> float:
+def _tempering(log_weight: FloatArray, least_effective: float) -> float:
     finite = log_weight[np.isfinite(log_weight)]
-    wanted = min(TEMPERED_DRAWS, 0.5 * len(finite))
+    wanted = min(least_effective, 0.5 * len(finite))
     if effective_draws(normalised(finite)) >= wanted:
         return 1.0
     return float(
@@ -152,7 +154,6 @@ def refined_posterior(
     model: LikelihoodModel,
     network: Proposal,
     settings: ExactSettings,
-    refinement: RefinementSettings,
     seed: int,
     *name: str | int,
 ) -> tuple[ExactPosterior, tuple[float, ...]]:
@@ -166,6 +167,6 @@ def refined_posterior(
         NoLikelihoodError: The likelihood is zero at every draw of a round.
     """
     seeds = [integer_seed(seed, *name, part) for part in ("refined", "exact", "npe")]
-    refined = refine(model, network, refinement, seeds[0])
+    refined = refine(model, network, settings.refinement, seeds[0])
     exact = exact_posterior(model, refined.proposal, settings, seeds[1])
     return replace(exact, npe_phi=network.draw(settings.draws, seeds[2])), refined.efficiency

@@ -39,8 +39,17 @@ class McmcSettings(Settings):
         return self.start_points * (self.steps - warm_up_steps(self.steps, self.warm_up_fraction))
 
 
+class RefinementSettings(Settings):
+    """When a proposal is refined, and how far."""
+
+    draws: int = Field(ge=200, description="draws weighted in each round")
+    prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
+    min_efficiency: float = Field(gt=0.0, lt=1.0, description="efficiency at which a proposal is good enough")
+    max_rounds: int = Field(ge=0, description="fitted proposals at most")
+
+
 class ExactSettings(Settings):
-    """Importance weighting, its criteria, and what is kept."""
+    """The refinement of a proposal, importance weighting, its criteria, and what is kept."""
 
     proposal_draws: int = Field(ge=100, description="draws from the proposal, each simulated and weighted")
     prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
@@ -48,6 +57,7 @@ class ExactSettings(Settings):
     min_efficiency: float = Field(gt=0.0, lt=1.0, description="least effective share of the draws")
     draws: int = Field(ge=1, description="equally weighted draws that are kept")
     interval: float = Field(gt=0.0, lt=1.0, description="mass of the equal-tailed credible interval")
+    refinement: RefinementSettings
     mcmc: McmcSettings
 
     @model_validator(mode="after")
@@ -58,15 +68,6 @@ class ExactSettings(Settings):
                 "raise mcmc.steps or lower draws"
             )
         return self
-
-
-class RefinementSettings(Settings):
-    """When a proposal is refined, and how far."""
-
-    draws: int = Field(ge=200, description="draws weighted in each round")
-    prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
-    min_efficiency: float = Field(gt=0.0, lt=1.0, description="efficiency at which a proposal is good enough")
-    max_rounds: int = Field(ge=0, description="fitted proposals at most")
 
 
 def warm_up_steps(steps: int, fraction: float) -> int:

@@ -21,7 +21,7 @@ from swesbi.networks.spline.net import TrainedSpline
 from swesbi.parameters import THETA_NAMES
 from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
 from swesbi.population.settings import StrataSettings
-from swesbi.posterior.settings import ExactSettings, RefinementSettings
+from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 
@@ -58,7 +58,6 @@ def infer_fresh(
     fresh: FreshSettings,
     settings: RecordingsSettings,
     exact: ExactSettings,
-    refinement: RefinementSettings,
     seed: int,
 ) -> FreshInferred:
     """Record the numbered fresh contexts once each, and infer every recording by both samplers.
@@ -70,7 +69,6 @@ def infer_fresh(
         fresh: Where contexts and recordings come from.
         settings: Draws of each posterior.
         exact: The study's own settings of the exact posterior.
-        refinement: How a proposal that fails is refined, as in the answers for subjects.
         seed: The study's seed.
 
     Raises:
@@ -86,7 +84,7 @@ def infer_fresh(
             continue
         model = recorded(subject, made)
         name = f"population {kind}"
-        parts.append(infer_recordings(model, made, flow, settings, exact, seed, name, refinement))
+        parts.append(infer_recordings(model, made, flow, settings, exact, seed, name))
         contexts.append(subject.context)
         levels.append(subject.level)
     if not parts:

@@ -78,9 +78,7 @@ def quantity_names(prior: JointPriorSettings) -> tuple[str, ...]:
     return (*QUANTITY_NAMES, *prior.nuisance_names)
 
 
-def quantities(
-    phi: FloatArray, log_likelihood: FloatArray, duration_s: FloatArray | float
-) -> FloatArray:
+def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: FloatArray | float) -> FloatArray:
     """Return the quantities of ``QUANTITY_NAMES``, then the nuisance parameters, of n draws; shape (n, d + 2).
 
     k_0 (1 - exp(-k_ATP D_T)) is what the data know best of k_0 and k_ATP. The log-likelihood depends on the

@@ -30,7 +30,7 @@ from swesbi.population.synthetic import Synthetic
 from swesbi.posterior.exact import exact_posterior, weight_failures
 from swesbi.posterior.importance import FlowProposal, LikelihoodModel, Proposal, k_hat_limit, weigh
 from swesbi.posterior.refine import refine
-from swesbi.posterior.settings import ExactSettings, RefinementSettings
+from swesbi.posterior.settings import ExactSettings
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.statistics import strip_mass
@@ -82,12 +82,11 @@ def exact_draws(
     draws: int,
     settings: ExactSettings,
     seed: int,
-    refinement: RefinementSettings | None = None,
 ) -> ExactDraws:
     """Return the exact posterior as the study reports it, with fewer weighted draws where these suffice.
 
-    Where so few draws fail the criteria of the weights, the study's own number follows, and MCMC where that
-    fails as well. No recording is left out.
+    Where so few draws fail the criteria of the weights, the proposal is refined; where as many of the refined
+    one fail too, the study's own number follows, and MCMC at last. No recording is left out.
 
     Args:
         model: Prior and exact likelihood.
@@ -95,13 +94,13 @@ def exact_draws(
         draws: Weighted draws of the first attempt.
         settings: The study's own sizes and criteria.
         seed: Seed of everything.
-        refinement: Where the answers of the study refine a proposal that fails, how.
     """
     weighted = weigh(model, proposal, draws, settings.prior_fraction, seed)
-    by_mcmc = False
-    if weight_failures(weighted, k_hat_limit(draws, settings.max_k_hat), settings.min_efficiency):
-        if refinement:
-            proposal = refine(model, proposal, refinement, seed).proposal
+    by_mcmc, limit = False, k_hat_limit(draws, settings.max_k_hat)
+    if weight_failures(weighted, limit, settings.min_efficiency):
+        proposal = refine(model, proposal, settings.refinement, seed).proposal
+        weighted = weigh(model, proposal, draws, settings.prior_fraction, integer_seed(seed, "refined"))
+    if weight_failures(weighted, limit, settings.min_efficiency):
         posterior = exact_posterior(model, proposal, settings, seed)
         weighted, by_mcmc = posterior.weighted, posterior.sampler == "mcmc"
     drawn = ExactDraws(
@@ -128,7 +127,6 @@ def infer_recordings(
     exact: ExactSettings,
     seed: int,
     name: str,
-    refinement: RefinementSettings | None = None,
 ) -> Inferred:
     """Infer every recording by both samplers.
 
@@ -140,7 +138,6 @@ def infer_recordings(
         exact: The study's own settings of the exact posterior.
         seed: Seed of the study.
         name: Name of this set of recordings, for its random streams.
-        refinement: Where the answers of the study refine a proposal that fails, how.
     """
     subject, count = model.recording.subject, len(synthetic.phi)
     condition = np.stack([flow.conditioner.condition(recording) for recording in synthetic.recordings])
@@ -158,7 +155,7 @@ def infer_recordings(
             seed=integer_seed(seed, "calibration", "exact", name, subject, index),
         )
         proposal = FlowProposal(flow, condition[index])
-        results.append(_infer(case, network_phi[index], proposal, settings, exact, refinement))
+        results.append(_infer(case, network_phi[index], proposal, settings, exact))
         if progress:
             progress.step()
     return _gather(model, results)
@@ -189,13 +186,12 @@ def _infer(
     proposal: FlowProposal,
     settings: RecordingsSettings,
     exact: ExactSettings,
-    refinement: RefinementSettings | None,
 ) -> _Result:
     model = case.model
     phi = np.concatenate([case.phi[None], network_phi])
     truth, *draws = quantities(phi, model.log_likelihood(phi), model.activation_duration_s(phi))
     cached = CachedModel(model)
-    drawn = exact_draws(cached, proposal, settings.weighted_draws, exact, case.seed, refinement)
+    drawn = exact_draws(cached, proposal, settings.weighted_draws, exact, case.seed)
     values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
     return _Result(
         truth=truth,

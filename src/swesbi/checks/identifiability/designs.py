@@ -225,10 +225,7 @@ def expected_of_designs(
     variances = [*(repeat_variance / repeats for repeats in settings.repeats), NO_NOISE]
     correlated, independent = (
         np.stack(
-            [
-                _even(model, simulated, variances, count, settings, reach)
-                for count in settings.phases
-            ],
+            [_even(model, simulated, variances, count, settings, reach) for count in settings.phases],
             axis=1,
         )
         for reach in (settings.discrepancy_range_cycle, None)
@@ -270,15 +267,11 @@ def place_phases(
     parts = list(zip(models, simulated, noise_variances, strict=True))
     reach = settings.discrepancy_range_cycle
     chosen_sd = [
-        np.stack(
-            [_sd(model, stencil, [variance], [chosen[:n]], reach)[:, 0] for n in counts], axis=1
-        )
+        np.stack([_sd(model, stencil, [variance], [chosen[:n]], reach)[:, 0] for n in counts], axis=1)
         for model, stencil, variance in parts
     ]
     even = [
-        np.stack(
-            [_even(model, stencil, [variance], n, settings, reach)[:, 0] for n in counts], axis=1
-        )
+        np.stack([_even(model, stencil, [variance], n, settings, reach)[:, 0] for n in counts], axis=1)
         for model, stencil, variance in parts
     ]
     return Placement(chosen, counts, np.stack(chosen_sd), np.stack(even))

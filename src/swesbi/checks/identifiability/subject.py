@@ -163,9 +163,7 @@ def _spread(recorded: RecordedSubject, phi: FloatArray, step: float) -> Spread:
     at_median = np.median(recorded.phi, axis=0)[None]
     precision = prior_precision(recorded.model.settings.prior)
     over_draws, at_one = (
-        expected_sd(
-            precision, _by_phase(recorded, at, step).sum(axis=1), log_gradient(recorded.model, at)
-        )
+        expected_sd(precision, _by_phase(recorded, at, step).sum(axis=1), log_gradient(recorded.model, at))
         for at in (phi, at_median)
     )
     return Spread(np.median(values, axis=0), np.log(values).std(axis=0), over_draws, at_one)

@@ -74,7 +74,8 @@ class StoredSubject:
     measured: Annotated[BoolArray, artefacts.Variable("phase", "1", "1 measured, 0 missing")]
     theta: Annotated[FloatArray, artefacts.Variable("simulation parameter", THETA_COLUMNS, "prior draws")]
     physiology: Annotated[
-        FloatArray, artefacts.Variable("simulation nuisance", NUISANCE_COLUMNS, "free physiology of the simulation")
+        FloatArray,
+        artefacts.Variable("simulation nuisance", NUISANCE_COLUMNS, "free physiology of the simulation"),
     ]
     active_stiffness_kpa: Annotated[
         FloatArray, artefacts.Variable("simulation phase", "kPa", "active stiffness at the measured phases")
@@ -107,7 +108,11 @@ def pool_dataset(
         raise ValueError(f"subjects have different numbers of phases and simulations: {sorted(shapes)}")
     values = artefacts.stacked_values([_of_subject(*pair, measurement) for pair in pairs])["/"]
     subjects = [observed.subject for observed, _ in pairs]
-    labels = {"subject": subjects, "parameter": list(THETA_NAMES), "nuisance": list(pairs[0][1].nuisance_names)}
+    labels = {
+        "subject": subjects,
+        "parameter": list(THETA_NAMES),
+        "nuisance": list(pairs[0][1].nuisance_names),
+    }
     return artefacts.build_dataset(SCHEMA, values, labels)
 
 

@@ -17,7 +17,6 @@ from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline
 from swesbi.posterior.importance import FlowProposal, flow_proposal
 from swesbi.posterior.refine import refined_posterior
-from swesbi.posterior.settings import RefinementSettings
 from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
@@ -40,7 +39,6 @@ class AnswerSettings(Settings):
     exact_posterior: ExactPosteriorStageSettings
     predictive_speeds: PredictiveSpeedsStageSettings
     verdict: VerdictStageSettings
-    refinement: RefinementSettings
 
 
 @dataclass(frozen=True)
@@ -72,9 +70,7 @@ class Answer:
         """Write the exact posterior; return the efficiency of the network's draws and of each refinement."""
         network, settings = self.knowledge.proposal(self.model.recording), self.settings.exact_posterior
         streams = (self.origin.seed, self.stream, self.origin.subject)
-        exact, efficiency = refined_posterior(
-            self.model, network, settings.exact, self.settings.refinement, *streams
-        )
+        exact, efficiency = refined_posterior(self.model, network, settings.exact, *streams)
         write_posterior(posterior, exact, network, settings, self.origin)
         return efficiency
 
@@ -93,7 +89,10 @@ class Answer:
         further: Sequence[SupportTest] = (),
     ) -> Support:
         """Write the verdict, by the tests of the reference, by ``further`` ones and by the efficiency."""
-        tests = (*further, network_test(efficiency, self.settings.refinement.min_efficiency))
+        tests = (
+            *further,
+            network_test(efficiency, self.settings.exact_posterior.exact.refinement.min_efficiency),
+        )
         judged = judge(
             posterior,
             self.model,

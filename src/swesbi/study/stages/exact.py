@@ -28,9 +28,9 @@ from swesbi.networks.spline.training import train_spline
 from swesbi.parameters import REPORTED, SCALE
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior.exact import ExactPosterior, exact_to_groups
-from swesbi.posterior.exact import exact_posterior as infer_exactly
 from swesbi.posterior.importance import FlowProposal, flow_proposal
 from swesbi.posterior.mcmc import sample_mcmc
+from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.prior import ParameterPrior, quantile
@@ -76,9 +76,11 @@ def exact_posterior(
     """
     model, (flow, _) = likelihood.read_speed_model(observation, noise, settings.model), load_spline(estimator)
     proposal = flow_proposal(flow, model.recording)
-    exact = infer_exactly(
-        model, proposal, settings.exact, integer_seed(origin.seed, "exact", model.recording.subject)
+    exact, efficiency = refined_posterior(
+        model, proposal, settings.exact, origin.seed, "exact", model.recording.subject
     )
+    rounds = ", ".join(f"{share:.0%}" for share in efficiency)
+    LOGGER.info("efficiency of the network and of each proposal fitted after it: %s", rounds)
     write_posterior(posterior, exact, proposal, settings, origin)
 
 
@@ -160,8 +162,8 @@ def _infer(
     subject = model.recording.subject
     if settings.fix_passive_scale:
         return _with_fixed_scale(model, flow, scales[subject], settings)
-    seed = integer_seed(settings.seed, "exact", subject)
-    exact = infer_exactly(model, flow_proposal(flow, model.recording), settings.exact, seed)
+    proposal = flow_proposal(flow, model.recording)
+    exact, _ = refined_posterior(model, proposal, settings.exact, settings.seed, "exact", subject)
     by_mcmc = exact.sampler == "mcmc"
     phi = exact.phi[:, REPORTED]
     return VariantPosterior(subject, phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)

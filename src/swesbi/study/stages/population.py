@@ -20,7 +20,7 @@ from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSett
 from swesbi.networks.spline.files import load_spline
 from swesbi.population.recordings import ACQUIRED, OWN, FreshSettings
 from swesbi.population.settings import StrataSettings
-from swesbi.posterior.settings import ExactSettings, RefinementSettings
+from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 from swesbi.show.csv import write_csv
 from swesbi.study.stages.origin import Origin
@@ -36,7 +36,6 @@ class PopulationCalibrationStageSettings(Settings):
     fresh: FreshSettings
     sizes: RecordingsSettings
     exact: ExactSettings
-    refinement: RefinementSettings
 
 
 def population_calibration(
@@ -58,7 +57,6 @@ def population_calibration(
                 settings.fresh,
                 settings.sizes,
                 settings.exact,
-                settings.refinement,
                 origin.seed,
             )
         )
