@@ -1,8 +1,8 @@
 """The inferred parameters: names, units, meanings, order, declared ranges and labels, said here alone.
 
-theta = (k_0, k_ATP, k_SR) drives the forward model. phi = (theta, a, nuisances) joins it with the passive scale
-a of the recording and with whatever nuisance parameters a prior frees: physiology of the heart, which its
-simulation takes, and two of the measurement. Arrays of parameters have them along their last axis, in this order.
+theta = (k_0, k_ATP, k_SR) drives the forward model. phi = (theta, a, nuisances) joins it with the passive
+scale a of the recording and with whatever nuisance parameters a prior frees: physiology of the heart, which
+its simulation takes, and two of the measurement. Arrays have them along their last axis, in this order.
 """
 
 from __future__ import annotations
@@ -87,8 +87,8 @@ SCALE: Final = len(THETA)
 REPORTED: Final = slice(len(PHI))
 """Where all that is reported stands in phi; nuisance parameters follow."""
 
-# Declared ranges: about an order of magnitude around the shipped settings of the forward model, wide enough for
-# any prior, while a value in another unit (ms, kPa, mL/mmHg) lies outside.
+# Declared ranges: about an order of magnitude around the shipped settings of the forward model, wide enough
+# for any prior, while a value in another unit (ms, kPa, mL/mmHg) lies outside.
 PHYSIOLOGY: Final = (
     Parameter(
         "activation_onset_s", "s", "onset of activation after the R peak", r"$t_\mathrm{on}$",
@@ -99,19 +99,20 @@ PHYSIOLOGY: Final = (
         declared=(0.03, 1.5),
     ),
     Parameter(
-        "activation_ramp_s", "s", "width of the activation's ramps", "$w$", "<i>w</i>", "w", declared=(0.002, 0.2)
+        "activation_ramp_s", "s", "width of the activation's ramps", "$w$", "<i>w</i>", "w",
+        declared=(0.002, 0.2),
     ),
     Parameter(
         "destruction_alpha", "1", "bonds destroyed per unit of strain", r"$\alpha$", "<i>α</i>", "alpha",
         declared=(0.0, 50.0),
     ),
     Parameter(
-        "sigma_0_pa", "Pa", "stress of the fully activated fibre", r"$\sigma_0$", "<i>σ</i><sub>0</sub>", "sigma_0",
-        declared=(5e3, 1e6),
+        "sigma_0_pa", "Pa", "stress of the fully activated fibre", r"$\sigma_0$",
+        "<i>σ</i><sub>0</sub>", "sigma_0", declared=(5e3, 1e6),
     ),
     Parameter(
-        "passive_wall_factor", "1", "factor of the passive wall's moduli", "$f_C$", "<i>f<sub>C</sub></i>", "f_C",
-        declared=(0.05, 20.0),
+        "passive_wall_factor", "1", "factor of the passive wall's moduli", "$f_C$",
+        "<i>f<sub>C</sub></i>", "f_C", declared=(0.05, 20.0),
     ),
     Parameter(
         "distal_resistance_pa_s_m3", "Pa s/m3", "distal resistance", "$R_d$", "<i>R<sub>d</sub></i>", "R_d",
@@ -124,14 +125,14 @@ PHYSIOLOGY: Final = (
 )  # fmt: skip
 """Nuisance parameters that the simulation of a heart takes."""
 OPERATOR: Final = (
-    Parameter("exponent_b", "1", "exponent of the passive stiffness", "$b$", "<i>b</i>", "b", declared=(0.0, 30.0)),
     Parameter(
-        "speed_scale", "1", "scale of all measured speeds", "$q$", "<i>q</i>", "q", declared=(0.2, 5.0)
+        "exponent_b", "1", "exponent of the passive stiffness", "$b$", "<i>b</i>", "b", declared=(0.0, 30.0)
     ),
+    Parameter("speed_scale", "1", "scale of all speeds", "$q$", "<i>q</i>", "q", declared=(0.2, 5.0)),
 )  # fmt: skip
 """Nuisance parameters of the measurement, which need no simulation of their own."""
 NUISANCES: Final = (*PHYSIOLOGY, *OPERATOR)
-"""All that may be inferred beside phi's reported part and is integrated out, in the order of phi's columns."""
+"""All that may be inferred beside what is reported and is integrated out, in the order of phi's columns."""
 
 THETA_NAMES: Final = tuple(parameter.name for parameter in THETA)
 THETA_UNITS: Final = tuple(parameter.unit for parameter in THETA)

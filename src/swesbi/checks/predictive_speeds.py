@@ -85,7 +85,7 @@ def posterior_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Gen
 def prior_recordings(
     simulations: PriorSimulations, number: int, recorder: Recorder, rng: np.random.Generator
 ) -> Replicates:
-    """Make a new recording of the first ``number`` stored simulations, each with what the measurement takes."""
+    """Make a new recording of each of the first ``number`` stored simulations."""
     model = recorder.model
     wall = model.wall_at_phases(simulations).rows(slice(number))
     prior = model.settings.prior

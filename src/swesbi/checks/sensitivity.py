@@ -26,7 +26,7 @@ COLUMNS: Final = (
 
 @dataclass(frozen=True)
 class VariantPosterior:
-    """Draws (n, 4) of what is reported of one subject's exact posterior under a variant, and how they were obtained."""
+    """Draws (n, 4) of one subject's exact posterior under a variant, and how they were obtained."""
 
     subject: str
     phi: Annotated[FloatArray, Variable("draw parameter", PHI_COLUMNS, "exact posterior draws")]

@@ -48,7 +48,7 @@ def attained_share(k_atp_per_s: FloatArray, duration_s: FloatArray | float) -> F
 
 
 def attained_stiffness_kpa(parameters: FloatArray, duration_s: FloatArray | float) -> FloatArray:
-    """Return k_0 (1 - exp(-k_ATP D_T)) in kPa, shape (n,), of theta (n, 3) or phi (n, d), D_T of each or all."""
+    """Return k_0 (1 - exp(-k_ATP D_T)) in kPa, (n,), of theta (n, 3) or phi (n, d); D_T of each or of all."""
     return np.asarray(parameters[:, K_0] * attained_share(parameters[:, K_ATP], duration_s))
 
 

@@ -181,7 +181,7 @@ class SpeedModel:
         return self.settings.predict(phi, wall)
 
     def stiffness_cycle(self, phi: FloatArray, cycles: speeds.WallCycles, index: int) -> FloatArray:
-        """Return the stiffness that speeds of one simulation, of phi (d,), show over its cycle, in kPa; (M,)."""
+        """Return the stiffness in kPa that the speeds of one simulation of phi (d,) show; shape (M,)."""
         by = self.settings.measured_by(phi[None])
         active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
         stretch = cycles.stretch[index] if self.reference is None else self.reference.stretch

@@ -163,7 +163,7 @@ def wall_at_phases(cycles: WallCycles, phase: FloatArray, map_name: str) -> Wall
 def predict_speeds(by: MeasuredBy, wall: WallPhases, density_kg_m3: float) -> PredictedSpeeds:
     """Return the noiseless log speeds of n simulations, and their slopes.
 
-    E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = log q + 1/2 log(E / (3 rho))
+    E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = log q + 1/2 log(E / 3 rho)
     and d log c / ds = 1/2 E' / E, with g = exp(b (lambda^2 - 1)) and g' = 2 b lambda lambda' g.
 
     Args:

@@ -112,7 +112,11 @@ KIND: Final = artefacts.register(
 
 def to_dataset(made: PopulationSimulations) -> xr.Dataset:
     """Return the simulations as a dataset with dimensions context, draw and phase."""
-    subjects = {"subject": (ALONG, [context.subject for context in made.contexts])}
+    labels = {
+        **LABELS,
+        "subject": (ALONG, [context.subject for context in made.contexts]),
+        "nuisance": list(made.nuisance_names),
+    }
     return artefacts.build_dataset(
         SCHEMA,
         artefacts.values_of(made)["/"] | context_values(made.contexts),

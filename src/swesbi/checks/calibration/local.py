@@ -177,7 +177,7 @@ def calibrate_locally(
 
 
 def variance_given_first(model: SpeedModel, phi: FloatArray) -> FloatArray:
-    """Return the variance of each quantity under draws (n, d) given the first recording alone; shape (d + 2,).
+    """Return the variance of each quantity under draws (n, d) given the first recording alone; (d + 2,).
 
     It takes the place of the prior's variance beside local calibration; the log-likelihood has none (NaN).
     """

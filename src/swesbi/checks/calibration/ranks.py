@@ -79,7 +79,7 @@ def quantity_names(prior: JointPriorSettings) -> tuple[str, ...]:
 
 
 def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: FloatArray | float) -> FloatArray:
-    """Return the quantities of ``QUANTITY_NAMES``, then the nuisance parameters, of n draws; shape (n, d + 2).
+    """Return the quantities of ``QUANTITY_NAMES``, then the nuisance parameters, of n draws; (n, d + 2).
 
     k_0 (1 - exp(-k_ATP D_T)) is what the data know best of k_0 and k_ATP. The log-likelihood depends on the
     data, and so finds posteriors that are calibrated in every parameter without having seen them (Modrák
@@ -96,7 +96,7 @@ def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: FloatArr
 
 
 def prior_variance(model: SpeedModel) -> FloatArray:
-    """Return the variance of each quantity under the prior; shape (d + 2,). The log-likelihood has none (NaN)."""
+    """Return the prior variance of each quantity; shape (d + 2,). The log-likelihood has none (NaN)."""
     prior = model.settings.prior
     phi, of_phi = spread_points(prior), prior_variance_of(prior)
     attained = attained_stiffness_kpa(phi, model.activation_duration_s(phi)).var()

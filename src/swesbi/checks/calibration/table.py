@@ -161,7 +161,7 @@ def check_scores(
     least_contraction: float,
     groups: int = 1,
 ) -> tuple[Check, ...]:
-    """Judge the posteriors of n recordings by ranks, coverage and contraction, the last of no nuisance parameter.
+    """Judge the posteriors of n recordings by ranks, coverage and, but for nuisances, contraction.
 
     The bands of ranks and of marginal coverage each hold over all quantities at once with probability
     1 - alpha (Bonferroni), and over ``groups`` such sets where several are looked at together.

@@ -41,7 +41,7 @@ LOGIT_REACH: Final = 8.0
 
 
 def quantities(model: SpeedModel, phi: FloatArray) -> FloatArray:
-    """Return the reported part of phi (n, d) and k_0 (1 - exp(-k_ATP D_T)), (n, 5), as in ``QUANTITY_NAMES``."""
+    """Return the reported part of phi (n, d) and k_0 (1 - exp(-k_ATP D_T)); shape (n, 5)."""
     return np.column_stack([phi[:, REPORTED], attained_stiffness_kpa(phi, model.activation_duration_s(phi))])
 
 
@@ -122,8 +122,8 @@ def moments_of_phi(model: SpeedModel, phi: FloatArray) -> Moments:
 def in_logit(model: SpeedModel, step: float) -> NormalProblem:
     """Return the exact likelihood in eta = logit of the prior's box, ready to be maximised.
 
-    What is known of a nuisance parameter before the recording counts as a datum, the log of its prior's centre
-    with the prior's log sd: without it no recording could hold them, and nothing would be profiled but them.
+    What is known of a nuisance parameter before the recording counts as a datum: the log of its prior's
+    centre, with the prior's log sd. Without it no recording could hold them.
     """
     prior = model.settings.prior
     known = prior.parameters[REPORTED.stop :]

@@ -1,6 +1,6 @@
 """Profiles of a recording's likelihood: its maximum over the other parameters, along one or two of them.
 
-What is known of nuisance parameters counts as data (:func:`~swesbi.checks.identifiability.information.in_logit`).
+What is known of nuisance parameters beforehand counts as data (``information.in_logit``).
 
 The region with 2 (log L_max - log L) below the chi-square quantile is the likelihood-ratio confidence
 region (Wilks 1938; Pawitan, In All Likelihood, 2001, Secs. 2.6 and 3.4), with as many degrees of freedom
