@@ -157,7 +157,7 @@ class JointPriorSettings(Settings):
         return phi[..., start : start + len(self.theta.physiology_names)]
 
     def joined(self, theta: FloatArray, physiology: FloatArray, operator: FloatArray) -> FloatArray:
-        """Join theta (n, 3), physiology (n, k) and operator (n, d - 3 - k), the scale first, to phi (n, d)."""
+        """Join theta (n, 3), physiology (n, k) and operator (n, d - 3 - k), scale first, to phi (n, d)."""
         return np.hstack([theta, operator[:, :1], physiology, operator[:, 1:]])
 
 

@@ -1,7 +1,8 @@
 """Simulations from the prior: what the network learns from. Failures are counted by reason and redrawn.
 
-Draw number i of a subject has a random stream of its own, so its theta depends on the study's seed,
-the prior, the subject and i alone, and so does its physiology where that is free: neither the shards nor the cores nor the order of jobs matter.
+Draw number i of a subject has a random stream of its own, so its theta, and its physiology where the prior
+frees any, depend on the study's seed, the prior, the subject and i alone: neither the shards nor the cores
+nor the order of jobs matter.
 """
 
 from __future__ import annotations

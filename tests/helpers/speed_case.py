@@ -28,7 +28,7 @@ def shipped() -> Config:
 
 @cache
 def settings(prior: str = "paper") -> SpeedModelSettings:
-    """Return the shipped model of speeds, by default with every nuisance parameter but the passive scale fixed."""
+    """Return the shipped model of speeds, by default without nuisance parameters but the passive scale."""
     config = shipped()
     experiment = config.speed_experiments["calibrated"]
     plain = {
@@ -58,5 +58,5 @@ def model(phases: int = 20, prior: str = "paper") -> SpeedModel:
 
 
 def central_phi(model: SpeedModel) -> NDArray[np.float64]:
-    """Return ``PHI`` with the nuisance parameters of the model's prior, if any, at their centres; shape (d,)."""
+    """Return ``PHI`` with the nuisance parameters of the model, if any, at their centres; shape (d,)."""
     return np.concatenate([PHI, log_centre(model.settings.prior)[len(PHI) :]])

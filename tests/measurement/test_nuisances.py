@@ -1,4 +1,4 @@
-"""Nuisance parameters: where they stand in phi, what each sets, and that one that is fixed changes nothing."""
+"""Nuisance parameters: where they stand in phi, what each sets, and that fixed ones change nothing."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def model_with(*names: str) -> SpeedModel:
     return replace(made, settings=made.settings.model_copy(update={"prior": prior}))
 
 
-def test_the_shipped_table_frees_what_its_issue_lists_and_says_where() -> None:
+def test_the_shipped_table_frees_all_and_the_prior_of_the_paper_none() -> None:
     prior = speed_case.settings("calibrated").prior
     assert prior.names == (*PHI_NAMES, *ALL)
     assert prior.nuisance_names == ALL

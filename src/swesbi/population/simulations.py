@@ -117,11 +117,8 @@ def to_dataset(made: PopulationSimulations) -> xr.Dataset:
         "subject": (ALONG, [context.subject for context in made.contexts]),
         "nuisance": list(made.nuisance_names),
     }
-    return artefacts.build_dataset(
-        SCHEMA,
-        artefacts.values_of(made)["/"] | context_values(made.contexts),
-        LABELS | subjects | {"nuisance": list(made.nuisance_names)},
-    )
+    values = artefacts.values_of(made)["/"] | context_values(made.contexts)
+    return artefacts.build_dataset(SCHEMA, values, labels)
 
 
 def read_population(shards: Sequence[Path]) -> PopulationSimulations:

@@ -43,7 +43,7 @@ class RowMaker:
     seed: int
 
     def raw(self, made: PopulationSimulations, *name: str | int) -> tuple[FloatArray, FloatArray]:
-        """Draw what the measurement takes, conditions and noise for every simulation: eta (n, d), inputs (n, C)."""
+        """Draw all but the simulation for each of them: eta (n, d) and inputs (n, C)."""
         rng = generator(self.seed, "population rows", *name)
         draws = made.theta.shape[1]
         theta = _flat(made.theta)
