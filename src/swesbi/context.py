@@ -155,12 +155,13 @@ def check_ranges(context: Context) -> None:
     low, high = RELATIVE_THICKNESS_RANGE
     if not low <= context.relative_thickness <= high:
         raise ValueError(
-            f"subject {context.subject}: {wall_in_words(context)}; expected {low:g} to {high:g}; check both units"
+            f"subject {context.subject}: {wall_in_words(context)}; expected {low:g} to {high:g}; "
+            "check both units"
         )
 
 
 def wall_in_words(context: Context) -> str:
-    """Return the wall's relative thickness: "ivsd_cm = 2 is 0.82 of the radius of a sphere of lvedv_ml = 60"."""
+    """Say how thick the wall is: "ivsd_cm = 2 is 0.823 of the radius of a sphere of lvedv_ml = 60"."""
     return (
         f"ivsd_cm = {context.ivsd_cm:g} is {context.relative_thickness:.3g} of the radius of a sphere of "
         f"lvedv_ml = {context.lvedv_ml:g}"

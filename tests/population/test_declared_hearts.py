@@ -22,6 +22,7 @@ ROOT: Final = Path(__file__).parents[2]
 STUDY: Final = load_study(read_yaml(ROOT / "config.yaml"))
 AMORTISED: Final = STUDY.config.population_experiments["amortised"]
 DECLARED: Final = AMORTISED.population.declared_range
+CORNERS: Final = list(product(DECLARED.hr_bpm, DECLARED.lvedv_ml, DECLARED.relative_thickness))
 LEAST_RECORDINGS: Final = 400
 
 
@@ -38,7 +39,7 @@ def beats_of(context: Context) -> Beats:
     return simulate(theta, context, STUDY.config.forward_model)
 
 
-@pytest.mark.parametrize("corners", product(DECLARED.hr_bpm, DECLARED.lvedv_ml, DECLARED.relative_thickness))
+@pytest.mark.parametrize("corners", CORNERS)
 def test_every_corner_of_the_declared_range_beats_and_ejects(corners: tuple[float, float, float]) -> None:
     beats = beats_of(corner(*corners))
     assert (beats.status == Status.PERIODIC).all()

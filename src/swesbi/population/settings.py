@@ -1,8 +1,8 @@
 """Settings of a population: who its contexts are, how they are recorded, and what is done with them.
 
-The prior of contexts has groups, of ages or of a disease, and by sex the distributions of body and heart. Within a group and
-a sex, log BSA, log HR, log LVEDV, log IVSd and logit EF are jointly normal. Their medians follow age; those
-of LVEDV and IVSd follow BSA besides.
+The prior of contexts has groups, of ages or of a disease, and by sex the distributions of body and heart.
+Within a group and a sex, log BSA, log HR, log LVEDV, log IVSd and logit EF are jointly normal. Their medians
+follow age; those of LVEDV and IVSd follow BSA besides.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class DeclaredRange(Settings):
     lvedv_ml: Range
     ivsd_cm: Range
     relative_thickness: Range = Field(
-        description="septal thickness over the radius of a sphere of volume LVEDV: what the two allow together"
+        description="septal thickness over the radius of a sphere of volume LVEDV, what both allow together"
     )
 
     @model_validator(mode="after")
@@ -155,6 +155,12 @@ class PopulationSettings(Settings):
         if abs(total - 1.0) > 1e-9:
             raise ValueError(f"the shares of the groups sum to {total:g}, they must sum to 1")
         return self
+
+    def context_ranges(self) -> dict[str, tuple[float, float]]:
+        """Return what a context of the population may be: the ages of its groups, and the declared range."""
+        ages = [age for group in self.groups.values() for age in group.age_years]
+        declared = {name: self.declared_range.limits(name) for name in DECLARED_NAMES}
+        return {"age_years": (min(ages), max(ages)), **declared}
 
 
 class PopulationSizes(Settings):
