@@ -172,9 +172,9 @@ def _shade_thickness(axes: Axes, declared: DeclaredRange) -> None:
     radius_cm = np.array([100.0 * sphere_radius_m(value) for value in volume])
     low, high = declared.relative_thickness
     bottom, top = axes.get_ylim()
-    ends = {"color": EXCLUDED_BACKGROUND, "zorder": 0, "linewidth": 0}
-    axes.fill_between(volume, bottom, np.clip(low * radius_cm, bottom, top), **ends)
-    axes.fill_between(volume, np.clip(high * radius_cm, bottom, top), top, **ends)
+    thinnest, thickest = (np.clip(limit * radius_cm, bottom, top) for limit in (low, high))
+    for edge, beyond in ((thinnest, bottom), (thickest, top)):
+        axes.fill_between(volume, edge, beyond, color=EXCLUDED_BACKGROUND, zorder=0, linewidth=0)
 
 
 def _limits(values: FloatArray, marks: FloatArray, name: str, declared: DeclaredRange) -> tuple[float, float]:
