@@ -92,11 +92,17 @@ CONTEXT_UNITS: Final = tuple(variable.unit for variable in CONTEXT)
 CONTEXT_RANGES: Final = {variable.name: variable.declared for variable in CONTEXT if variable.declared}
 
 
+def sphere_radius_m(volume_ml: float) -> float:
+    """Return the radius of a sphere of this volume."""
+    return float(np.cbrt(3e-6 * volume_ml / (4.0 * np.pi)))
+
+
 @dataclass(frozen=True)
 class Context:
     """One subject's context.
 
-    HR, IVSd and LVEDV set the simulator (paper, Eq. 2); the others condition the posterior only.
+    HR, IVSd and LVEDV set the simulator (paper, Eq. 2); the others condition the posterior only. The septum
+    stands for the whole sphere: its thickness is that of every part of the wall.
     """
 
     subject: str
@@ -121,7 +127,12 @@ class Context:
     @property
     def radius_m(self) -> float:
         """Reference radius R_0 of a sphere of volume LVEDV (paper, Eq. 2)."""
-        return float(np.cbrt(3e-6 * self.lvedv_ml / (4.0 * np.pi)))
+        return sphere_radius_m(self.lvedv_ml)
+
+    @property
+    def relative_thickness(self) -> float:
+        """Wall thickness over radius, d_0 / R_0."""
+        return self.thickness_m / self.radius_m
 
     def as_array(self) -> FloatArray:
         """Return the context values in the order of ``CONTEXT_NAMES``; sex, the first, is 1 for male."""
@@ -141,10 +152,17 @@ def check_ranges(context: Context) -> None:
                 f"subject {context.subject}: {name} = {value:g} is outside [{low:g}, {high:g}]; "
                 "check its unit"
             )
-    relative = context.thickness_m / context.radius_m
     low, high = RELATIVE_THICKNESS_RANGE
-    if not low <= relative <= high:
+    if not low <= context.relative_thickness <= high:
         raise ValueError(
-            f"subject {context.subject}: ivsd_cm = {context.ivsd_cm:g} is {relative:.2f} of the radius of a "
-            f"sphere of lvedv_ml = {context.lvedv_ml:g}; expected {low:g} to {high:g}; check both units"
+            f"subject {context.subject}: {wall_in_words(context)}; expected {low:g} to {high:g}; "
+            "check both units"
         )
+
+
+def wall_in_words(context: Context) -> str:
+    """Say how thick the wall is: "ivsd_cm = 2 is 0.823 of the radius of a sphere of lvedv_ml = 60"."""
+    return (
+        f"ivsd_cm = {context.ivsd_cm:g} is {context.relative_thickness:.3g} of the radius of a sphere of "
+        f"lvedv_ml = {context.lvedv_ml:g}"
+    )

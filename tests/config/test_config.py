@@ -301,6 +301,20 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
     assert parts["margin_fraction"] == SHIPPED["new_subjects"]["margin_fraction"]
 
 
+def test_over_a_population_the_verdict_takes_the_context_ranges_of_the_population() -> None:
+    study = load_study(changed())
+    own, shared = (
+        stage_settings(study, "verdict", **(WILDCARDS | {"experiment": name}))["rule"]
+        for name in ("amortised", "calibrated")
+    )
+    declared = SHIPPED["population_experiments"]["amortised"]["population"]["declared_range"]
+    ranges = own["context"].pop("ranges")
+    assert ranges.pop("age_years") == [8.0, 85.0]
+    assert ranges == {name: declared[name] for name in ("hr_bpm", "lvedv_ml", "ivsd_cm")}
+    assert shared["context"].pop("ranges")["ivsd_cm"] == [0.6, 1.0]
+    assert own == shared
+
+
 def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"new_subjects\.cohort = .*subjects.csv"):
         load_study(changed(new_subjects__cohort=str(tmp_path)))

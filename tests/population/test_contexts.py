@@ -26,6 +26,7 @@ Plain = dict[str, Any]
 
 SEED: Final = 3
 COUNT: Final = 6000
+WALL: Final = {"relative_thickness": [0.04, 1.0]}
 CORRELATION: Final = [
     [1.0, 0.3, 0.0, 0.0, 0.0],
     [0.3, 1.0, -0.4, 0.0, 0.0],
@@ -50,7 +51,7 @@ def _body(bsa: list[float], hr: float, lvedv: list[float], exponent: float, ivsd
 
 PLAIN: Final[Plain] = {
     "broad_share": 0.3,
-    "declared_range": {"hr_bpm": [30.0, 200.0], "lvedv_ml": [12.0, 450.0], "ivsd_cm": [0.3, 2.0]},
+    "declared_range": {"hr_bpm": [30.0, 200.0], "lvedv_ml": [12.0, 450.0], "ivsd_cm": [0.3, 2.0], **WALL},
     "groups": {
         "adults": {
             "share": 0.7,
@@ -82,7 +83,7 @@ def _drawn() -> tuple[DrawnContext, ...]:
 def _narrow() -> PopulationSettings:
     """The population within limits that refuse a good part of its draws."""
     return _population(
-        declared_range={"hr_bpm": [60.0, 95.0], "lvedv_ml": [60.0, 120.0], "ivsd_cm": [0.6, 0.9]}
+        declared_range={"hr_bpm": [60.0, 95.0], "lvedv_ml": [60.0, 120.0], "ivsd_cm": [0.6, 0.9], **WALL}
     )
 
 
@@ -206,7 +207,7 @@ def test_implausible_draws_are_drawn_again() -> None:
     # Over this whole range many cavities are too large or small for the body or for the wall.
     population = _population(
         broad_share=0.99,
-        declared_range={"hr_bpm": [30.0, 200.0], "lvedv_ml": [10.0, 500.0], "ivsd_cm": [0.2, 3.0]},
+        declared_range={"hr_bpm": [30.0, 200.0], "lvedv_ml": [10.0, 500.0], "ivsd_cm": [0.2, 3.0], **WALL},
     )
     drawn = draw_population(range(500), population, SEED, "training", broad=True)
     assert sum(one.redrawn for one in drawn) > 30
@@ -231,7 +232,7 @@ def test_draws_outside_the_limits_are_reported(caplog: pytest.LogCaptureFixture)
 
 def test_limits_that_no_body_meets_are_refused() -> None:
     population = _population(
-        declared_range={"hr_bpm": [190.0, 200.0], "lvedv_ml": [12.0, 450.0], "ivsd_cm": [0.3, 2.0]}
+        declared_range={"hr_bpm": [190.0, 200.0], "lvedv_ml": [12.0, 450.0], "ivsd_cm": [0.3, 2.0], **WALL}
     )
     with pytest.raises(RuntimeError, match="compare its distributions with `declared_range`"):
         draw_contexts([0], population, SEED, "calibration")
@@ -245,6 +246,21 @@ def test_the_declared_range_refuses_outside() -> None:
     problems = in_declared_range(replace(context, hr_bpm=140.0, lvedv_ml=59.9), population)
     assert problems == ("hr_bpm = 140 is outside [60, 95]", "lvedv_ml = 59.9 is outside [60, 120]")
     assert in_declared_range(replace(context, ivsd_cm=float("nan")), population) != ()
+
+
+def test_a_septum_too_thick_or_too_thin_for_its_cavity_is_outside_though_each_value_is_within() -> None:
+    declared = PLAIN["declared_range"] | {"relative_thickness": [0.15, 0.7]}
+    population = _population(declared_range=declared)
+    thick = Context("X", "F", 30.0, 1.7, 70.0, 60.0, 20.0, 1.9)
+    assert in_declared_range(thick, population) == (
+        "ivsd_cm = 1.9 is 0.782 of the radius of a sphere of lvedv_ml = 60, outside [0.15, 0.7]",
+    )
+    assert in_declared_range(replace(thick, lvedv_ml=100.0), population) == ()
+    assert in_declared_range(replace(thick, lvedv_ml=300.0, ivsd_cm=0.5), population) != ()
+    drawn = draw_population(range(300), population, SEED, "training", broad=True)
+    assert any(one.redrawn for one in drawn if one.broad)
+    thickness = [one.context.relative_thickness for one in drawn]
+    assert min(thickness) >= 0.15 and max(thickness) <= 0.7
 
 
 def test_the_broad_share_covers_the_declared_range() -> None:
@@ -284,6 +300,7 @@ def test_broad_training_leaves_the_other_contexts_alone() -> None:
         (("groups", "adults", "correlation", 0, 1), 0.2, "symmetric with ones"),
         (("declared_range", "hr_bpm"), [20.0, 130.0], "the limits of the model"),
         (("declared_range", "ivsd_cm"), [1.4, 0.4], "low < high"),
+        (("declared_range", "relative_thickness"), [0.1, 1.2], "the limits of the model"),
     ],
 )
 def test_bad_settings_are_refused(path: tuple[str | int, ...], value: object, message: str) -> None:

@@ -18,7 +18,8 @@ STATUSES = ("supported", "strained", "unsupported")
 def support(status: str, p: float) -> Support:
     tests = tuple(SupportTest(name, 2.0, p, 0.01, p <= 0.01, "") for name in TEST_NAMES)
     volumes = tuple(
-        SupportTest(name, -12.4, None, 3.0, True, "") for name in ("end_systolic_volume", "ejection_fraction")
+        SupportTest(name, -12.4, None, 3.0, True, "")
+        for name in ("end_diastolic_volume", "end_systolic_volume")
     )
     contexts = (
         SupportTest("context_leave_one_out", 1.0, 0.9, 0.01, False, ""),

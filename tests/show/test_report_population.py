@@ -20,7 +20,12 @@ SETTINGS = {
     "interval": 0.9,
     "simulations": {"contexts": 5000, "draws_per_context": 40},
     "population": {
-        "declared_range": {"hr_bpm": [40.0, 130.0], "lvedv_ml": [35.0, 200.0], "ivsd_cm": [0.4, 1.4]}
+        "declared_range": {
+            "hr_bpm": [40.0, 130.0],
+            "lvedv_ml": [35.0, 200.0],
+            "ivsd_cm": [0.4, 1.4],
+            "relative_thickness": [0.15, 0.7],
+        }
     },
 }
 
@@ -55,7 +60,8 @@ def test_the_section_says_what_it_is_and_what_came_out() -> None:
     section = make_population_section(shown(60, 6), {}, TITLE)
     assert section.base == "calibrated"
     assert section.declared == (
-        "heart rate 40 to 130 /min, LVEDV 35 to 200 mL, septal thickness 0.4 to 1.4 cm"
+        "heart rate 40 to 130 /min, LVEDV 35 to 200 mL, septal thickness 0.4 to 1.4 cm, "
+        "septal thickness over the radius 0.15 to 0.7"
     )
     facts = {fact.name: fact.value for fact in section.facts}
     assert facts["Trained on"] == "5,000 contexts, 200,000 simulations"

@@ -56,7 +56,7 @@ def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_
 
 def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
-    study.edit("config.yaml", "ivsd_cm: [0.4, 1.4]", "ivsd_cm: [0.4, 0.65]")
+    study.edit("config.yaml", "ivsd_cm: [0.4, 2.0]", "ivsd_cm: [0.4, 0.65]")
     raw = read_yaml(study.folder / "config.yaml") | {
         "cohort": str(study.folder / "data" / "virtual_volunteers")
     }

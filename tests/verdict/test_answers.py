@@ -107,6 +107,14 @@ def test_strata_of_a_value_are_a_partition_with_the_cuts_where_they_are_said() -
     assert found["sex F"].sum() == 3
 
 
+def test_hypertrophied_and_dilated_hearts_are_strata_of_their_own() -> None:
+    hearts = [(90.0, 0.8), (100.0, 1.5), (220.0, 0.9)]
+    contexts = [Context("T", "F", 50.0, 1.7, 66.0, lvedv, 0.4 * lvedv, ivsd) for lvedv, ivsd in hearts]
+    found = strata(contexts, np.full(3, 0.03), case.EXPERIMENT.calibration.strata)
+    assert found["ivsd_cm 1.2 and more"].tolist() == [False, True, False]
+    assert found["lvedv_ml 160 and more"].tolist() == [False, False, True]
+
+
 def test_distances_of_null_recordings_have_uniform_levels(tmp_path: Path) -> None:
     flow = case.trained().spline
     rule = BASE.misspecification.rule

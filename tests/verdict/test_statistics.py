@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from scipy.stats import kstest, norm
 
 from swesbi.context import Context
-from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import draw_speeds
 from swesbi.prior import quantile
 from swesbi.verdict.context import context_tests, leave_one_out
-from swesbi.verdict.settings import ContextCheckSettings, VolumeSettings
+from swesbi.verdict.settings import ContextCheckSettings
 from swesbi.verdict.statistics import (
     boundary_statistic,
     chi2_p_value,
@@ -26,16 +25,9 @@ from swesbi.verdict.statistics import (
     tail_probabilities,
     tail_scores,
 )
-from swesbi.verdict.verdict import volume_tests, volume_z
 
 FloatArray = NDArray[np.float64]
 RANGES = ContextCheckSettings(level=0.01, ranges={"ivsd_cm": (0.6, 1.0), "lvedv_ml": (46.0, 150.0)})
-VOLUMES = VolumeSettings(
-    lvesv_tolerance_fraction=0.15,
-    ejection_fraction_tolerance=0.06,
-    strained_abs_z=3.0,
-    unsupported_abs_z=6.0,
-)
 
 
 def features(count: int, seed: int) -> FloatArray:
@@ -164,21 +156,6 @@ def test_leave_one_out_p_values_are_uniform() -> None:
     assert kstest(p, "uniform").pvalue > 0.01
     same = leave_one_out(np.array([1.0, 2.0]), np.ones((4, 2)))[1]
     assert same == pytest.approx([1.0, 0.0])
-
-
-def test_volumes_are_judged_in_units_of_the_tolerance() -> None:
-    predicted = np.random.default_rng(9).normal(40.0, 3.0, 4000)
-    assert volume_z(predicted, 34.0, 4.0) == pytest.approx(6.0 / 5.0, rel=0.03)
-    theta = np.tile(speed_case.PHI[:3], (3, 1))
-    beats = simulate(theta, speed_case.CONTEXT, speed_case.settings().forward_model)
-    fits = replace(speed_case.CONTEXT, lvesv_ml=float(beats.end_systolic_volume_ml[0]))
-    volume, fraction = volume_tests(beats, fits, VOLUMES)
-    assert not volume.flagged
-    assert volume.statistic == pytest.approx(0.0, abs=1e-9)
-    assert volume.p_value is None
-    weak = replace(speed_case.CONTEXT, lvesv_ml=75.0)
-    assert all(test.flagged for test in volume_tests(beats, weak, VOLUMES))
-    assert abs(fraction.statistic) < 1.5
 
 
 def test_scores_of_uniform_tails_are_normal_up_to_what_draws_resolve() -> None:

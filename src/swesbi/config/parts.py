@@ -140,6 +140,15 @@ def _fresh(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return {source.split(".")[-1]: value_of(study, wildcards, source) for source in sources}
 
 
+def _rule_of_verdict(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return the rule of the verdict; over a population, its context ranges are those of the population."""
+    rule: dict[str, Any] = _of_experiment(study, wildcards, "misspecification.rule")
+    if wildcards["experiment"] in study.config.population_experiments:
+        ranges = _population(study, wildcards).population.context_ranges()
+        rule["context"]["ranges"] = {name: list(limits) for name, limits in ranges.items()}
+    return rule
+
+
 def _draws_of_shard(study: Study, wildcards: Wildcards) -> list[int]:
     draws = study.config.simulations_per_subject(named(study, wildcards, "prior"))
     return _share(_wildcard(wildcards, "shard"), study.config.resources.shards_per_subject, draws)
@@ -197,6 +206,7 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "joint_prior": _joint_prior,
     "model": _model,
     "fresh": _fresh,
+    "rule_of_verdict": _rule_of_verdict,
     "name": lambda study, by: named(study, by, "experiment"),
     "name_of_population": _name_of_population,
     "refused": lambda study, by: study.refused(_name_of_population(study, by)),

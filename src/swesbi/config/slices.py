@@ -46,7 +46,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "misspecification": "experiment.misspecification.synthetic experiment.summary model acquisition "
     "recording",
     "misspecification_table": "experiment.misspecification.rule",
-    "verdict": "experiment.misspecification.rule experiment.misspecification.synthetic.strip_fraction "
+    "verdict": "rule=rule_of_verdict experiment.misspecification.synthetic.strip_fraction "
     "experiment.summary model",
     "population_calibration": "own=own_of_part acquired=acquired_of_part experiment.exact "
     "sizes=experiment.calibration.recordings fresh",

@@ -1,8 +1,8 @@
 """Settings of a population: who its contexts are, how they are recorded, and what is done with them.
 
-The prior of contexts has groups of ages, and by sex the distributions of body and heart. Within a group and
-a sex, log BSA, log HR, log LVEDV, log IVSd and logit EF are jointly normal. Their medians follow age; those
-of LVEDV and IVSd follow BSA besides.
+The prior of contexts has groups, of ages or of a disease, and by sex the distributions of body and heart.
+Within a group and a sex, log BSA, log HR, log LVEDV, log IVSd and logit EF are jointly normal. Their medians
+follow age; those of LVEDV and IVSd follow BSA besides.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from swesbi.base import Settings
-from swesbi.context import CONTEXT_RANGES, Context
+from swesbi.context import CONTEXT_RANGES, RELATIVE_THICKNESS_RANGE, Context, wall_in_words
 
 QUANTITIES: Final = ("bsa_m2", "hr_bpm", "lvedv_ml", "ivsd_cm", "ejection_fraction")
 """What is drawn for one person of known age, in the order of the correlation matrices."""
@@ -85,7 +85,7 @@ class BodySettings(Settings):
 
 
 class GroupSettings(Settings):
-    """One group of ages; the sexes have equal shares, ages are uniform."""
+    """One group, of ages or of a disease; the sexes have equal shares, ages are uniform."""
 
     share: float = Field(gt=0, le=1, description="share of the population")
     age_years: Range = Field(description="ages, uniform between")
@@ -116,12 +116,15 @@ class DeclaredRange(Settings):
     hr_bpm: Range
     lvedv_ml: Range
     ivsd_cm: Range
+    relative_thickness: Range = Field(
+        description="septal thickness over the radius of a sphere of volume LVEDV, what both allow together"
+    )
 
     @model_validator(mode="after")
     def _within_the_model(self) -> Self:
-        for name in DECLARED_NAMES:
+        ranges = {name: CONTEXT_RANGES[name] for name in DECLARED_NAMES}
+        for name, (lowest, highest) in (ranges | {"relative_thickness": RELATIVE_THICKNESS_RANGE}).items():
             low, high = self.limits(name)
-            lowest, highest = CONTEXT_RANGES[name]
             if low < lowest or high > highest:
                 raise ValueError(
                     f"{name}: [{low:g}, {high:g}] exceeds [{lowest:g}, {highest:g}], the limits of the model"
@@ -129,7 +132,7 @@ class DeclaredRange(Settings):
         return self
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Return the limits of one of ``DECLARED_NAMES``."""
+        """Return the limits of one of ``DECLARED_NAMES``, or of the relative thickness."""
         limits: tuple[float, float] = getattr(self, name)
         return limits
 
@@ -152,6 +155,12 @@ class PopulationSettings(Settings):
         if abs(total - 1.0) > 1e-9:
             raise ValueError(f"the shares of the groups sum to {total:g}, they must sum to 1")
         return self
+
+    def context_ranges(self) -> dict[str, tuple[float, float]]:
+        """Return what a context of the population may be: the ages of its groups, and the declared range."""
+        ages = [age for group in self.groups.values() for age in group.age_years]
+        declared = {name: self.declared_range.limits(name) for name in DECLARED_NAMES}
+        return {"age_years": (min(ages), max(ages)), **declared}
 
 
 class PopulationSizes(Settings):
@@ -184,6 +193,8 @@ class StrataSettings(Settings):
 
     age_years: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
     hr_bpm: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
+    lvedv_ml: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
+    ivsd_cm: tuple[float, ...] = Field(min_length=1, description="ascending cuts")
     relative_se: tuple[float, ...] = Field(
         min_length=1, description="ascending cuts of the standard error of a phase without failed samples"
     )
@@ -209,4 +220,7 @@ def in_declared_range(context: Context, population: PopulationSettings) -> tuple
         low, high = population.declared_range.limits(name)
         if not low <= value <= high:
             problems.append(f"{name} = {value:g} is outside [{low:g}, {high:g}]")
+    low, high = population.declared_range.relative_thickness
+    if not low <= context.relative_thickness <= high:
+        problems.append(f"{wall_in_words(context)}, outside [{low:g}, {high:g}]")
     return tuple(problems)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from statistics import NormalDist
 from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
@@ -17,17 +18,25 @@ LEAST_TAIL_RECORDINGS: Final = 10
 class VolumeSettings(Settings):
     """How far predicted volumes, which nobody fitted, may lie from the measured ones."""
 
-    lvesv_tolerance_fraction: Positive = Field(description="sd of model and measurement, over measured LVESV")
-    ejection_fraction_tolerance: Positive = Field(description="the same, in units of ejection fraction")
-    strained_abs_z: Positive = Field(description="beyond it the subject is strained")
+    lvedv_tolerance_fraction: Positive = Field(description="sd of measured LVEDV, over LVEDV")
+    lvesv_tolerance_fraction: Positive = Field(description="sd of measured LVESV, over LVESV")
+    wall_fraction: float = Field(
+        gt=0, le=0.2, description="sd of the thickness that stands for the whole wall, over the septum's"
+    )
+    strained_level: Level = Field(description="false-alarm rate of both volumes together")
     unsupported_abs_z: Positive = Field(description="beyond it the subject is unsupported")
+
+    @property
+    def strained_abs_z(self) -> float:
+        """Standard deviations beyond which a volume strains the subject: normal, two-sided, Bonferroni."""
+        return NormalDist().inv_cdf(1.0 - self.strained_level / 4.0)
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
         if self.strained_abs_z >= self.unsupported_abs_z:
             raise ValueError(
-                f"strained_abs_z = {self.strained_abs_z:g} must be below "
-                f"unsupported_abs_z = {self.unsupported_abs_z:g}"
+                f"strained_level = {self.strained_level:g} strains beyond {self.strained_abs_z:.3g} standard "
+                f"deviations, which must be below unsupported_abs_z = {self.unsupported_abs_z:g}"
             )
         return self
 

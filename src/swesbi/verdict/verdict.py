@@ -14,12 +14,8 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.context import Context
-from swesbi.heart.periodic import Status
-from swesbi.heart.simulate import Beats
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.verdict.nulls import Judgement, Reference, Verdict
-from swesbi.verdict.settings import VolumeSettings
 from swesbi.verdict.statistics import BOUNDS, FEATURE_TESTS, TESTS, Checks, strip_ratios
 from swesbi.verdict.support import Support, SupportTest
 
@@ -45,46 +41,6 @@ def network_test(efficiency: Sequence[float], min_efficiency: float) -> SupportT
         threshold=min_efficiency,
         flagged=False,
         detail=f"{efficiency[0]:.1%} of the network's own draws are effective{after}",
-    )
-
-
-def volume_tests(beats: Beats, context: Context, settings: VolumeSettings) -> tuple[SupportTest, ...]:
-    """Compare predicted LVESV and EF, one of each posterior draw, with the measured ones."""
-    works = beats.status == Status.PERIODIC
-    fraction = (context.lvedv_ml - context.lvesv_ml) / context.lvedv_ml
-    return (
-        _volume_test(
-            "end_systolic_volume",
-            beats.end_systolic_volume_ml[works],
-            context.lvesv_ml,
-            settings.lvesv_tolerance_fraction * context.lvesv_ml,
-            settings.strained_abs_z,
-            "LVESV {0:.0f} mL predicted [{1:.0f}, {2:.0f}], {3:.0f} mL measured",
-        ),
-        _volume_test(
-            "ejection_fraction",
-            beats.ejection_fraction[works],
-            fraction,
-            settings.ejection_fraction_tolerance,
-            settings.strained_abs_z,
-            "EF {0:.2f} predicted [{1:.2f}, {2:.2f}], {3:.2f} measured",
-        ),
-    )
-
-
-def volume_z(predicted: FloatArray, measured: float, tolerance: float) -> float:
-    """Return (median - measured) / sqrt(posterior variance + tolerance^2)."""
-    return float((np.median(predicted) - measured) / np.hypot(predicted.std(), tolerance))
-
-
-def _volume_test(
-    name: str, predicted: FloatArray, measured: float, tolerance: float, limit: float, words: str
-) -> SupportTest:
-    z = volume_z(predicted, measured, tolerance)
-    low, middle, high = np.quantile(predicted, (0.05, 0.5, 0.95))
-    detail = f"{words.format(middle, low, high, measured)} (z = {z:.2f})"
-    return SupportTest(
-        name=name, statistic=z, p_value=None, threshold=limit, flagged=abs(z) > limit, detail=detail
     )
 
 

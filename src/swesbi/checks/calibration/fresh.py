@@ -101,11 +101,10 @@ def strata(
     sex = np.array([context.sex for context in contexts])
     by_stratum = {f"sex {name}": sex == name for name in ("F", "M")}
     columns = {
-        "age_years": np.array([context.age_years for context in contexts]),
-        "hr_bpm": np.array([context.hr_bpm for context in contexts]),
-        "relative_se": relative_se,
+        name: np.array([getattr(context, name) for context in contexts])
+        for name in ("age_years", "hr_bpm", "lvedv_ml", "ivsd_cm")
     }
-    for name, values in columns.items():
+    for name, values in (columns | {"relative_se": relative_se}).items():
         cuts = getattr(settings, name)
         interval = np.digitize(values, cuts)
         edges = ("", *(f"{cut:g}" for cut in cuts), "")

@@ -40,8 +40,8 @@ LABELS: Final = {
     "boundary_mass": "boundary mass",
     "context_leave_one_out": "context, others",
     "context_ranges": "values out of range",
+    "end_diastolic_volume": "LVEDV (z)",
     "end_systolic_volume": "LVESV (z)",
-    "ejection_fraction": "EF (z)",
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -17,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from swesbi.checks.calibration.ranks import NETWORK, SAMPLERS, WEIGHTED
-from swesbi.context import CONTEXT, Context
+from swesbi.context import CONTEXT, Context, sphere_radius_m
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.population.contexts import DrawnContext
 from swesbi.population.settings import DECLARED_NAMES, DeclaredRange
@@ -48,12 +49,11 @@ PAIRS: Final = (
     ("hr_bpm", "lvedv_ml"),
     ("lvedv_ml", "ivsd_cm"),
 )
-SEXES: Final[dict[Literal["F", "M"], tuple[str, str]]] = {
-    "F": ("female", "#B0307A"),
-    "M": ("male", "#0072B2"),
-}
+SEXES: Final[dict[Literal["F", "M"], tuple[str, float]]] = {"F": ("female", 0.45), "M": ("male", 0.0)}
+"""Name of a sex, and how pale its colour is."""
+HUES: Final = ("#0072B2", "#009E73", "#D55E00", "#8E2A8E")
+"""Of the groups by name, again from the first where there are more."""
 MARK: Final[Any] = {"color": OBSERVED, "markersize": 3.2, "markeredgecolor": "white", "markeredgewidth": 0.4}
-PALEST: Final = 0.6
 BINS: Final = {name: 8 if name == "age_years" else 24 for name in LABELS}
 POINTS: Final = 2000
 """How many of the contexts the pairs show; the distributions take all."""
@@ -68,6 +68,8 @@ NAMES: Final = {"all": "all", "sex F": "female", "sex M": "male"}
 QUANTITIES: Final = {
     "age_years": ("age", "years"),
     "hr_bpm": ("heart rate", "/min"),
+    "lvedv_ml": ("LVEDV", "mL"),
+    "ivsd_cm": ("septum", "cm"),
     "relative_se": ("noise of a speed", ""),
 }
 BANDS: Final = (
@@ -100,7 +102,9 @@ def population_figure(
             _distribution(axes, name, drawn, shown, declared)
         for axes, (horizontal, vertical) in zip(panels[len(LABELS) :], PAIRS, strict=True):
             _pair(axes, horizontal, vertical, drawn, shown, declared)
-        figure.legend(handles=_legend(drawn, cohort_title), loc="outside lower center", ncols=3)
+        figure.legend(
+            handles=_legend(drawn, cohort_title), loc="outside lower center", ncols=5, columnspacing=1.2
+        )
     return figure
 
 
@@ -158,6 +162,19 @@ def _shade(axes: Axes, declared: DeclaredRange, horizontal: str, vertical: str |
             low, high = declared.limits(name)
             span(limits[0], low, color=EXCLUDED_BACKGROUND, zorder=0, linewidth=0)
             span(high, limits[1], color=EXCLUDED_BACKGROUND, zorder=0, linewidth=0)
+    if (horizontal, vertical) == ("lvedv_ml", "ivsd_cm"):
+        _shade_thickness(axes, declared)
+
+
+def _shade_thickness(axes: Axes, declared: DeclaredRange) -> None:
+    """Grey walls too thin or too thick for their cavity, over LVEDV (mL) and IVSd (cm)."""
+    volume = np.linspace(*declared.lvedv_ml, 100)
+    radius_cm = np.array([100.0 * sphere_radius_m(value) for value in volume])
+    low, high = declared.relative_thickness
+    bottom, top = axes.get_ylim()
+    thinnest, thickest = (np.clip(limit * radius_cm, bottom, top) for limit in (low, high))
+    for edge, beyond in ((thinnest, bottom), (thickest, top)):
+        axes.fill_between(volume, edge, beyond, color=EXCLUDED_BACKGROUND, zorder=0, linewidth=0)
 
 
 def _limits(values: FloatArray, marks: FloatArray, name: str, declared: DeclaredRange) -> tuple[float, float]:
@@ -168,13 +185,12 @@ def _limits(values: FloatArray, marks: FloatArray, name: str, declared: Declared
 
 
 def _colours(drawn: Sequence[DrawnContext]) -> dict[tuple[str, Literal["F", "M"]], Colour]:
-    """Return a colour for every group and sex: the hue is the sex, later groups are paler."""
+    """Return a colour for every group and sex: the hue is the group, women are paler."""
     groups = sorted({person.group for person in drawn})
-    paleness = np.linspace(0.0, PALEST, len(groups))
     return {
         (group, sex): _pale(hue, pale)
-        for group, pale in zip(groups, paleness.tolist(), strict=True)
-        for sex, (_, hue) in SEXES.items()
+        for group, hue in zip(groups, cycle(HUES), strict=False)
+        for sex, (_, pale) in SEXES.items()
     }
 
 
@@ -197,7 +213,7 @@ def _legend(drawn: Sequence[DrawnContext], cohort_title: str) -> list[Line2D | P
         for (group, sex), colour in _colours(drawn).items()
     ]
     cohort = Line2D([], [], linestyle="none", marker="v", **MARK, label=cohort_title)
-    outside = Patch(color=EXCLUDED_BACKGROUND, label="outside the declared range: refused")
+    outside = Patch(color=EXCLUDED_BACKGROUND, label="refused")
     return [*people, cohort, outside]
 
 

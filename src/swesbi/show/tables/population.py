@@ -106,13 +106,14 @@ def counts_table(shown: OverPopulation, cohort_title: str, most_reasons: int | N
 
 
 def range_in_words(settings: Mapping[str, Any]) -> str:
-    """Return the declared range: "heart rate 40 to 130, LVEDV 35 to 200, septal thickness 0.4 to 1.4"."""
+    """Return the declared range: "heart rate 40 to 130 /min, LVEDV 35 to 300 mL, ..."."""
     limits = settings["population"]["declared_range"]
     units = dict(zip(DECLARED_NAMES, ("/min", "mL", "cm"), strict=True))
     parts = [
         f"{CONTEXT[name]} {limits[name][0]:g} to {limits[name][1]:g} {units[name]}" for name in DECLARED_NAMES
     ]
-    return ", ".join(parts)
+    low, high = limits["relative_thickness"]
+    return ", ".join([*parts, f"septal thickness over the radius {low:g} to {high:g}"])
 
 
 def _stratum(table: pd.DataFrame, stratum: str, sampler: str) -> Row:

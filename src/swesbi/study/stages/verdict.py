@@ -54,7 +54,8 @@ from swesbi.verdict.recordings import KIND as CHECKS
 from swesbi.verdict.settings import RuleSettings, SyntheticSettings
 from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, no_checks, prior_strip_mass
 from swesbi.verdict.support import Support, SupportTest
-from swesbi.verdict.verdict import grade, make_support, null_tests, volume_tests
+from swesbi.verdict.verdict import grade, make_support, null_tests
+from swesbi.verdict.volumes import volume_tests
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
@@ -249,7 +250,7 @@ def judge(
     beats = model.simulate(exact.phi)
     checks = _check(model, exact, beats, settings, origin)
     judgement = reference.judge(checks)
-    volumes = volume_tests(beats, context, settings.rule.volumes)
+    volumes = volume_tests(model, exact.phi, beats, settings.rule.volumes)
     contextual = (*context_tests(context, others, settings.rule.context), *further)
     status = grade(Verdict(judgement.status[0]), volumes, contextual, settings.rule.volumes.unsupported_abs_z)
     tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
