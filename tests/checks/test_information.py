@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import speed_case
-from identifiability_case import LOG_SD_SLOPES, OBSERVED, SD, SLOPES, heteroscedastic, linear, precision
+from identifiability_case import (
+    LOG_SD_SLOPES,
+    NOTHING_SHARED,
+    OBSERVED,
+    SD,
+    SLOPES,
+    heteroscedastic,
+    linear,
+    precision,
+)
 
 from swesbi.checks.identifiability.information import (
     contraction,
@@ -71,7 +80,7 @@ def test_the_information_of_speeds_is_the_covariance_of_their_score() -> None:
     repeated = type(predicted)(
         *(np.repeat(part, draws, axis=0) for part in (predicted.log_speed, predicted.slope))
     )
-    speeds = draw_speeds(repeated, model.recording.relative_se, model.settings.discrepancy, rng)
+    speeds = draw_speeds(repeated, model.recording.errors, model.settings.discrepancy, rng)
     scores = score(at, np.log(speeds))
     information = information_by_datum(at).sum(axis=1)[0]
     scale = np.sqrt(np.diag(information))
@@ -133,7 +142,7 @@ def test_the_gradient_of_the_quantities() -> None:
 def test_leaving_a_datum_out_is_exact_for_a_linear_normal_model() -> None:
     by_datum = information_by_datum(differentiate(linear, X, 0.01))
     prior = np.diag([0.5, 1.0, 2.0])
-    found = phase_information(by_datum, prior, np.eye(3)[None])
+    found = phase_information(by_datum.sum(axis=1), by_datum, prior, np.eye(3)[None])
     whole = np.sqrt(np.diag(np.linalg.inv(prior + precision())))
     rows = SLOPES / SD[:, None]
     for i in range(len(SD)):
@@ -150,7 +159,8 @@ def test_reweighted_draws_are_those_of_the_posterior_without_the_datum() -> None
     covariance = np.linalg.inv(prior + rows.T @ rows)
     mean = covariance @ rows.T @ (OBSERVED / noise)
     draws = rng.multivariate_normal(mean, covariance, 20_000)
-    moments = Moments(draws @ SLOPES.T, np.broadcast_to(np.log(noise), (len(draws), len(noise))))
+    log_sd = np.broadcast_to(np.log(noise), (len(draws), len(noise)))
+    moments = Moments(draws @ SLOPES.T, log_sd, NOTHING_SHARED)
     found = leave_phases_out(draws, log_likelihood_terms(moments, OBSERVED))
     assert found.k_hat.max() < 0.6
     sd = np.sqrt(np.diag(covariance))

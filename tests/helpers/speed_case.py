@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -47,7 +48,8 @@ def settings() -> SpeedModelSettings:
 def model(phases: int = 20) -> SpeedModel:
     """Return the model of a noiseless recording made with ``PHI``."""
     phase = (np.arange(phases) + 0.5) / phases
-    blank = SpeedRecording(CONTEXT, phase, np.ones(phases), np.full(phases, RELATIVE_SE))
+    relative_se, shared = np.full(phases, RELATIVE_SE), np.empty((phases, 0))
+    blank = SpeedRecording(CONTEXT, phase, np.ones(phases), relative_se, shared)
     made = speed_model(blank, settings())
     speeds = made.predict(PHI[None]).speed_m_s[0]
-    return SpeedModel(SpeedRecording(CONTEXT, phase, speeds, blank.relative_se), made.reference, settings())
+    return replace(made, recording=replace(blank, speed_m_s=speeds))

@@ -43,7 +43,13 @@ def test_a_recording_at_nominal_phases_is_seen_as_it_is() -> None:
     measured = np.ones(20, dtype=bool)
     measured[[4, 13]] = False
     speed, se = np.linspace(1.0, 3.0, 20), np.linspace(0.02, 0.05, 20)
-    recording = replace(RECORDING, phase=phase[measured], speed_m_s=speed[measured], relative_se=se[measured])
+    recording = replace(
+        RECORDING,
+        phase=phase[measured],
+        speed_m_s=speed[measured],
+        relative_se=se[measured],
+        shared=np.empty((18, 0)),
+    )
     expected = phase_inputs(
         context_inputs(recording.context)[None], np.log(speed)[None], measured[None], se[None], PHASES
     )
@@ -58,7 +64,11 @@ def test_a_recording_at_nominal_phases_is_seen_as_it_is() -> None:
 def test_phases_that_are_a_little_off_count_where_they_are_nearest() -> None:
     phase = (nominal_phases(20) + 0.004 * np.sin(np.arange(20))) % 1.0
     recording = replace(
-        RECORDING, phase=phase, speed_m_s=np.linspace(1.0, 2.0, 20), relative_se=np.full(20, 0.03)
+        RECORDING,
+        phase=phase,
+        speed_m_s=np.linspace(1.0, 2.0, 20),
+        relative_se=np.full(20, 0.03),
+        shared=np.empty((20, 0)),
     )
     assert np.array_equal(recording_inputs(recording, PHASES)[0, 3:23], np.log(recording.speed_m_s))
 
@@ -67,7 +77,11 @@ def test_phases_that_are_a_little_off_count_where_they_are_nearest() -> None:
 def test_other_numbers_of_phases_are_seen_too_and_none_counts_twice(phases: int, missing: int) -> None:
     speeds = np.exp(0.01 * np.arange(phases))
     other = replace(
-        RECORDING, phase=nominal_phases(phases), speed_m_s=speeds, relative_se=np.full(phases, 0.03)
+        RECORDING,
+        phase=nominal_phases(phases),
+        speed_m_s=speeds,
+        relative_se=np.full(phases, 0.03),
+        shared=np.empty((phases, 0)),
     )
     inputs = recording_inputs(other, PHASES)[0]
     assert inputs[23:43].sum() == missing

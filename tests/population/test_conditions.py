@@ -39,7 +39,7 @@ def test_a_phase_is_noisier_than_a_whole_one_by_its_failed_samples() -> None:
     drawn = draw_conditions(
         2000, EXPERIMENT.conditions, CONFIG.acquisition, CONFIG.recording, np.random.default_rng(2)
     )
-    ratio = drawn.relative_se / drawn.level[:, None]
+    ratio = drawn.errors.own / drawn.level[:, None]
     assert ratio.min() == 1.0
     # of 12 samples 11 % are lost: the share of the samples in the variance, 0.25, grows by an eighth
     assert 1.005 < ratio.mean() < 1.03

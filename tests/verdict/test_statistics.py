@@ -93,7 +93,7 @@ def recordings(count: int, factor: float) -> list[float]:
     rng, discrepancy = np.random.default_rng(5), model.settings.discrepancy
     found = []
     for _ in range(count):
-        noise = draw_speeds(predicted, model.recording.relative_se, discrepancy, rng)[0]
+        noise = draw_speeds(predicted, model.recording.errors, discrepancy, rng)[0]
         speeds = np.exp(predicted.log_speed[0] + factor * (np.log(noise) - predicted.log_speed[0]))
         own = replace(model.recording, speed_m_s=speeds)
         found.append(chi2_p_value(predicted, np.ones(1), own, discrepancy))

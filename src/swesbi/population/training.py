@@ -52,10 +52,10 @@ class RowMaker:
         wall, exponent_b = WallPhases(*map(_flat, taken)), self.model.passive.exponent_b
         predicted = predict_speeds(scale, wall, exponent_b, self.model.density_kg_m3)
         drawn = draw_conditions(len(theta), self.conditions, self.protocol, self.recording, rng)
-        speeds = draw_speeds(predicted, drawn.relative_se, self.model.discrepancy, rng)
+        speeds = draw_speeds(predicted, drawn.errors, self.model.discrepancy, rng)
         context = _each(np.stack([conditioning.context_inputs(context) for context in made.contexts]), draws)
         inputs = conditioning.phase_inputs(
-            context, np.log(speeds), drawn.measured, drawn.relative_se, self.phases
+            context, np.log(speeds), drawn.measured, drawn.errors.total, self.phases
         )
         return to_logit(np.column_stack([theta, scale]), self.model.prior), inputs
 

@@ -55,7 +55,7 @@ def noisy_speeds(simulations: SubjectSimulations, rng: np.random.Generator) -> t
     model, settings = simulations.model, simulations.model.settings
     scale = draw_passive_scale(len(simulations.theta), settings.prior, rng)
     predicted = model.predict_at(scale, simulations.wall)
-    speeds = draw_speeds(predicted, model.recording.relative_se, settings.discrepancy, rng)
+    speeds = draw_speeds(predicted, model.recording.errors, settings.discrepancy, rng)
     return np.column_stack([simulations.theta, scale]), speeds
 
 
