@@ -27,7 +27,11 @@ from swesbi.checks.identifiability.information import (
     prior_precision,
     simulate_stencil,
 )
-from swesbi.checks.identifiability.likelihood import differentiate, information_by_datum
+from swesbi.checks.identifiability.likelihood import (
+    differentiate,
+    expected_information,
+    information_by_datum,
+)
 from swesbi.checks.identifiability.noise import MeanNoise, single_repeat_noise
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.prior import from_logit, to_logit
@@ -54,6 +58,26 @@ def test_uncorrelated_errors_give_the_information_of_the_likelihood() -> None:
     # differences of the slope against differences of the log sd: the same to the second order of the step
     scale = np.sqrt(np.einsum("njj,nkk->njk", likelihood, likelihood))
     np.testing.assert_allclose(found / scale, likelihood / scale, atol=5e-3)
+
+
+def test_what_sweeps_share_is_in_the_information_of_designs() -> None:
+    model, simulated = speed_case.model(), _simulated()
+    noise = MeanNoise(speed_case.RELATIVE_SE**2, 0.03**2)
+    recording = replace(model.recording, shared=np.full((20, 1), 0.03))
+    own = derivatives_at(model, simulated, recording.phase)
+    levels = [noise, MeanNoise(noise.own), noise.of(2.0)]
+    found = design_information(own, levels, model.settings.discrepancy, np.eye(20)[None])
+    moments = in_log(replace(model, recording=recording))
+    likelihood = expected_information(differentiate(moments, simulated.log_phi[0], 0.01))
+    scale = np.sqrt(np.einsum("njj,nkk->njk", likelihood, likelihood))
+    np.testing.assert_allclose(found[0] / scale, likelihood / scale, atol=5e-3)
+    one_by_one = [
+        design_information(own, [level], model.settings.discrepancy, np.eye(20)[None])[0] for level in levels
+    ]
+    np.testing.assert_array_equal(found, one_by_one)
+    # an error that all speeds share hides their common scale, k_0 and the passive scale together
+    diagonal = np.einsum("lnjj->lj", found)
+    assert np.all(diagonal[0, [0, 3]] < diagonal[1, [0, 3]]) and np.all(diagonal[0] < diagonal[2])
 
 
 def test_the_information_of_correlated_errors_is_the_curvature_of_the_divergence() -> None:

@@ -13,10 +13,13 @@ from swesbi.config.read import parse_config, read_yaml
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import SpeedRecording
+from swesbi.recording.noise import mean_errors
+from swesbi.recording.speed import NoiseComponents
 
 CONTEXT = Context("T", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
 PHI = np.array([60.0, 6.0, 29.0, 2.2])
 RELATIVE_SE = 0.028
+SWEEPS = NoiseComponents(0.04, 0.08, 0.05)
 
 
 @cache
@@ -53,3 +56,12 @@ def model(phases: int = 20) -> SpeedModel:
     made = speed_model(blank, settings())
     speeds = made.predict(PHI[None]).speed_m_s[0]
     return replace(made, recording=replace(blank, speed_m_s=speeds))
+
+
+@cache
+def model_of_sweeps() -> SpeedModel:
+    """Return the same as recorded in three sweeps, of which one missed two phases."""
+    counts = np.full((20, 3), 12)
+    counts[[4, 11], 1], counts[7, 2] = 0, 5
+    errors, plain = mean_errors(counts, SWEEPS), model()
+    return replace(plain, recording=replace(plain.recording, relative_se=errors.own, shared=errors.shared))

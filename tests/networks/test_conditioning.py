@@ -90,6 +90,15 @@ def test_other_numbers_of_phases_are_seen_too_and_none_counts_twice(phases: int,
     assert set(seen.tolist()) <= set(np.log(speeds).tolist())
 
 
+def test_the_network_sees_the_total_standard_error() -> None:
+    recording = replace(RECORDING, shared=np.full((len(RECORDING.phase), 2), 0.01))
+    settings = PhaseSettings(phases=20, relative_se=(0.001, 0.5))
+    total = np.sqrt(RECORDING.relative_se**2 + 2.0 * 0.01**2)
+    np.testing.assert_allclose(recording_inputs(recording, settings)[0, -20:], np.log(total))
+    same = recording_inputs(replace(RECORDING, shared=np.empty((20, 0))), settings)[0, -20:]
+    np.testing.assert_array_equal(same, np.log(RECORDING.relative_se))
+
+
 def test_noise_beyond_what_was_trained_on_is_shown_at_its_limit() -> None:
     settings = PhaseSettings(phases=20, relative_se=(0.02, 0.04))
     loud = replace(RECORDING, relative_se=np.full(len(RECORDING.phase), 0.5))
