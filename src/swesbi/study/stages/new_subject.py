@@ -103,7 +103,7 @@ def _answer(
     """Ingest the recording of ``origin.subject``, infer it, judge and draw it; errors as of the stages."""
     ingest(recording=recording, observation=files.observation, settings=settings.ingest, origin=origin)
     repeats, components = read_repeats(protocol), read_noise(noise).components
-    known = components.of_separate_repeats if repeats == "separate" else components
+    known = known_noise(repeats, components)
     model = build_speed_model(files.observation, known, settings.exact_posterior.model)
     answer = Answer(model, knowledge, settings, origin, STREAM)
     # an answer is waited for: what does not need the posterior is made in a process of its own meanwhile
@@ -124,6 +124,11 @@ def _answer(
             files.predictive, files.support, files.reference_fit, files.ppc_png, title
         )
         drawn.result()
+
+
+def known_noise(repeats: Repeats, pooled: NoiseComponents) -> NoiseComponents:
+    """Return the pool's components as the recording has them: of sweeps only where its repeats are such."""
+    return pooled if repeats == "sweeps" else pooled.of_separate_repeats
 
 
 def worker_process() -> ProcessPoolExecutor:
