@@ -15,7 +15,6 @@ from swesbi.checks.identifiability.designs import (
     correlation,
     design_information,
     expected_of_designs,
-    single_repeat_variance,
     uniform_phases,
 )
 from swesbi.checks.identifiability.information import (
@@ -28,7 +27,12 @@ from swesbi.checks.identifiability.information import (
     prior_precision,
     simulate_stencil,
 )
-from swesbi.checks.identifiability.likelihood import differentiate, information_by_datum
+from swesbi.checks.identifiability.likelihood import (
+    differentiate,
+    expected_information,
+    information_by_datum,
+)
+from swesbi.checks.identifiability.noise import MeanNoise, single_repeat_noise
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.prior import from_logit, to_logit
 from swesbi.recording.speed import NoiseComponents
@@ -48,13 +52,32 @@ def test_uncorrelated_errors_give_the_information_of_the_likelihood() -> None:
     own = derivatives_at(model, simulated, model.recording.phase)
     together = correlation(model.recording.phase, 0.05)
     np.testing.assert_allclose(together, np.eye(20), atol=1e-9)
-    found = design_information(own, [speed_case.RELATIVE_SE**2], model.settings.discrepancy, together[None])[
-        0
-    ]
+    noise, discrepancy = MeanNoise(speed_case.RELATIVE_SE**2), model.settings.discrepancy
+    found = design_information(own, [noise], discrepancy, together[None])[0]
     likelihood = information_by_datum(differentiate(in_log(model), simulated.log_phi[0], 0.01)).sum(axis=1)
     # differences of the slope against differences of the log sd: the same to the second order of the step
     scale = np.sqrt(np.einsum("njj,nkk->njk", likelihood, likelihood))
     np.testing.assert_allclose(found / scale, likelihood / scale, atol=5e-3)
+
+
+def test_what_sweeps_share_is_in_the_information_of_designs() -> None:
+    model, simulated = speed_case.model(), _simulated()
+    noise = MeanNoise(speed_case.RELATIVE_SE**2, 0.03**2)
+    recording = replace(model.recording, shared=np.full((20, 1), 0.03))
+    own = derivatives_at(model, simulated, recording.phase)
+    levels = [noise, MeanNoise(noise.own), noise.of(2.0)]
+    found = design_information(own, levels, model.settings.discrepancy, np.eye(20)[None])
+    moments = in_log(replace(model, recording=recording))
+    likelihood = expected_information(differentiate(moments, simulated.log_phi[0], 0.01))
+    scale = np.sqrt(np.einsum("njj,nkk->njk", likelihood, likelihood))
+    np.testing.assert_allclose(found[0] / scale, likelihood / scale, atol=5e-3)
+    one_by_one = [
+        design_information(own, [level], model.settings.discrepancy, np.eye(20)[None])[0] for level in levels
+    ]
+    np.testing.assert_array_equal(found, one_by_one)
+    # an error that all speeds share hides their common scale, k_0 and the passive scale together
+    diagonal = np.einsum("lnjj->lj", found)
+    assert np.all(diagonal[0, [0, 3]] < diagonal[1, [0, 3]]) and np.all(diagonal[0] < diagonal[2])
 
 
 def test_the_information_of_correlated_errors_is_the_curvature_of_the_divergence() -> None:
@@ -86,7 +109,7 @@ def test_the_information_of_correlated_errors_is_the_curvature_of_the_divergence
         ]
     )
     at = SpeedDerivatives(phase, slope[None], by[None], slope_by[None])
-    found = design_information(at, [0.02**2], DISCREPANCY, together[None])[0, 0]
+    found = design_information(at, [MeanNoise(0.02**2)], DISCREPANCY, together[None])[0, 0]
     np.testing.assert_allclose(found, numeric, rtol=1e-3)
 
 
@@ -102,15 +125,17 @@ def test_the_variance_of_one_repeat() -> None:
     noise = NoiseComponents(repeat_fraction=0.04, sample_fraction=0.08)
     samples = np.array([[12, 8, 0], [12, 12, 6]])
     expected = 0.04**2 + 0.08**2 * np.mean([1 / 12, 1 / 8, 1 / 12, 1 / 12, 1 / 6])
-    assert single_repeat_variance(noise, samples) == pytest.approx(expected)
-    of_sweeps = replace(noise, sweep_fraction=0.05)
-    assert single_repeat_variance(of_sweeps, samples) == pytest.approx(expected + 0.05**2)
+    found = single_repeat_noise(noise, samples)
+    assert (found.own, found.shared) == (pytest.approx(expected), 0.0)
+    of_sweeps = single_repeat_noise(replace(noise, sweep_fraction=0.05), samples)
+    assert (of_sweeps.own, of_sweeps.shared) == (found.own, pytest.approx(0.05**2))
+    assert of_sweeps.of(4.0).total == pytest.approx((expected + 0.05**2) / 4.0)
 
 
 def test_more_repeats_help_up_to_the_floor_and_more_phases_help() -> None:
     model, settings = speed_case.model(), tiny().design
     many = settings.model_copy(update={"repeats": (1, 3, 12, 1000)})
-    found = expected_of_designs(model, _simulated(), 0.05**2, many)
+    found = expected_of_designs(model, _simulated(), MeanNoise(0.05**2), many)
     assert np.all(np.diff(found.sd_log, axis=2) < 0.0)
     assert np.all(found.floor[..., None] < found.sd_log)
     np.testing.assert_allclose(found.sd_log[..., -1], found.floor, rtol=0.02)
@@ -121,7 +146,7 @@ def test_more_repeats_help_up_to_the_floor_and_more_phases_help() -> None:
     np.testing.assert_allclose(found.sd_log[:, :2], found.sd_log_independent[:, :2], rtol=1e-6)
     exact = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
     perfect = replace(model, settings=model.settings.model_copy(update={"discrepancy": exact}))
-    none = expected_of_designs(perfect, _simulated(), 0.05**2, many)
+    none = expected_of_designs(perfect, _simulated(), MeanNoise(0.05**2), many)
     assert np.all(none.floor < 0.01 * none.sd_log[..., 0])  # without a discrepancy there is no floor
 
 
@@ -130,10 +155,10 @@ def test_phases_are_chosen_where_the_information_is() -> None:
     by = np.zeros((1, dimension, 10))
     by[0, 0, 3], by[0, 1, 7], by[0, 2, 5] = 1.0, 0.8, 0.6
     at = SpeedDerivatives(phase, np.zeros((1, 10)), by, np.zeros_like(by))
-    chosen = choose_phases([at], [0.03**2], DISCREPANCY, 0.05, PRECISION, (0, 1, 2), 4)
+    chosen = choose_phases([at], [MeanNoise(0.03**2)], DISCREPANCY, 0.05, PRECISION, (0, 1, 2), 4)
     np.testing.assert_array_equal(chosen[:3], [3, 7, 5])
     assert len(set(chosen)) == 4
-    only = choose_phases([at], [0.03**2], DISCREPANCY, 0.05, PRECISION, (2,), 1)
+    only = choose_phases([at], [MeanNoise(0.03**2)], DISCREPANCY, 0.05, PRECISION, (2,), 1)
     np.testing.assert_array_equal(only, [5])
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -9,10 +10,11 @@ import pytest
 from figure_text import assert_text_apart
 from scipy.special import logsumexp
 from scipy.stats import binom
-from speed_case import PHI, ROOT, model, settings, shipped
+from speed_case import PHI, ROOT, model, model_of_sweeps, settings, shipped
 
 from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, GeneratedSubject, draw_volunteer, generate_cohort
 from swesbi.checks.discrepancy.evidence import (
+    Bank,
     PairScore,
     PriorProposal,
     best_pair,
@@ -125,6 +127,25 @@ def test_the_discrepancy_behind_recordings_has_the_highest_evidence() -> None:
     covered = [f"coverage_{name}" for name in ("k0_kpa", "k_atp_per_s", "k_sr_per_s")]
     assert by_pair.loc[(0.03, 0.015), covered].mean() > 0.75
     assert by_pair.loc[(0.0, 0.0), covered].mean() < 0.6
+
+
+def test_a_bank_holds_the_likelihood_of_the_speed_model() -> None:
+    pairs = (model().settings.discrepancy, pair(0.01, 0.005))
+    for case in (model(), model_of_sweeps()):
+        bank = Bank(case, pairs)
+        bank.extend(PriorProposal(bank.prior), 20, np.random.default_rng(1))
+        for index, discrepancy in enumerate(pairs):
+            exact = replace(case, settings=case.settings.model_copy(update={"discrepancy": discrepancy}))
+            np.testing.assert_allclose(bank.log_likelihood[index], exact.log_likelihood(bank.phi))
+
+
+def test_a_generated_cohort_of_sweeps_has_noise_of_sweeps() -> None:
+    config = shipped()
+    protocol = config.acquisition.model_copy(update={"sweep_fraction": 0.05})
+    subjects = generate_cohort(3, settings().prior.theta, protocol, config.recording, 100, config.seed)
+    shared = np.mean([(one.recording.shared**2).sum(axis=1).mean() for one in subjects])
+    assert 0.005 < np.sqrt(shared) < 0.06  # 0.05 / sqrt(3), of nine sweeps
+    assert all(one.recording.shared.shape == (len(one.recording.phase), 3) for one in subjects)
 
 
 def test_generated_subjects_are_healthy_hearts_of_their_own() -> None:

@@ -15,6 +15,7 @@ from identifiability_case import tiny
 
 from swesbi.artefacts import load, save
 from swesbi.checks.identifiability.information import QUANTITY_NAMES
+from swesbi.checks.identifiability.noise import MeanNoise
 from swesbi.checks.identifiability.subject import (
     CohortIdentifiability,
     RecordedSubject,
@@ -45,13 +46,12 @@ def _recorded(name: str, missing: int | None = None) -> RecordedSubject:
         phase=model.recording.phase[measured],
         speed_m_s=model.recording.speed_m_s[measured],
         relative_se=model.recording.relative_se[measured],
+        shared=model.recording.shared[measured],
     )
     sd = np.array([0.1, 0.2, 0.07, 0.03])
     phi = speed_case.PHI * np.exp(np.random.default_rng(1).normal(0.0, sd, (300, 4)))
-    variance = 3.0 * speed_case.RELATIVE_SE**2
-    return RecordedSubject(
-        replace(model, recording=recording), phi, model.recording.phase, measured, variance
-    )
+    noise = MeanNoise(3.0 * speed_case.RELATIVE_SE**2)
+    return RecordedSubject(replace(model, recording=recording), phi, model.recording.phase, measured, noise)
 
 
 @cache

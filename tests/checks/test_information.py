@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import speed_case
-from identifiability_case import LOG_SD_SLOPES, OBSERVED, SD, SLOPES, heteroscedastic, linear, precision
+from identifiability_case import (
+    LOG_SD_SLOPES,
+    NOTHING_SHARED,
+    OBSERVED,
+    SD,
+    SLOPES,
+    heteroscedastic,
+    linear,
+    precision,
+)
 
 from swesbi.checks.identifiability.information import (
     contraction,
@@ -23,16 +32,20 @@ from swesbi.checks.identifiability.information import (
     quantities,
 )
 from swesbi.checks.identifiability.likelihood import (
+    MomentFunction,
     Moments,
     differentiate,
+    expected_information,
     information_by_datum,
+    log_likelihood,
     log_likelihood_terms,
     score,
 )
-from swesbi.measurement.likelihood import draw_speeds
+from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import DiscrepancySettings
 
 X = np.array([[0.2, -0.1, 0.3]])
+SHARED = np.array([[0.3, 0.0], [0.3, 0.2], [0.0, 0.2], [0.3, 0.2], [0.3, 0.0]])
 
 
 def test_the_information_of_a_linear_normal_model_is_known() -> None:
@@ -60,9 +73,10 @@ def test_the_score_is_the_gradient_of_the_likelihood() -> None:
     np.testing.assert_allclose(score(at, OBSERVED)[0], numeric, rtol=1e-6)
 
 
-def test_the_information_of_speeds_is_the_covariance_of_their_score() -> None:
+@pytest.mark.parametrize("shipped", [speed_case.model(), speed_case.model_of_sweeps()], ids=["own", "sweeps"])
+def test_the_information_of_speeds_is_the_covariance_of_their_score(shipped: SpeedModel) -> None:
     timing = DiscrepancySettings(speed_fraction=0.01, timing_cycle=0.05)  # a spread that depends much on phi
-    shipped, draws = speed_case.model(), 40_000
+    draws = 40_000
     model = replace(shipped, settings=shipped.settings.model_copy(update={"discrepancy": timing}))
     phi = np.array([[75.0, 9.0, 24.0, 2.0]])
     at = differentiate(in_log(model), np.log(phi), 0.01)
@@ -71,24 +85,81 @@ def test_the_information_of_speeds_is_the_covariance_of_their_score() -> None:
     repeated = type(predicted)(
         *(np.repeat(part, draws, axis=0) for part in (predicted.log_speed, predicted.slope))
     )
-    speeds = draw_speeds(repeated, model.recording.relative_se, model.settings.discrepancy, rng)
+    speeds = draw_speeds(repeated, model.recording.errors, model.settings.discrepancy, rng)
     scores = score(at, np.log(speeds))
-    information = information_by_datum(at).sum(axis=1)[0]
+    information = expected_information(at)[0]
     scale = np.sqrt(np.diag(information))
     # the Monte Carlo error of a covariance in units of the information is below 1 %, that of a mean 0.5 %
     np.testing.assert_allclose(scores.mean(axis=0) / scale, 0.0, atol=0.02)
     np.testing.assert_allclose(
         np.cov(scores.T) / np.outer(scale, scale), information / np.outer(scale, scale), atol=0.03
     )
-    without_spread = np.einsum("njp,nkp->jk", *2 * (at.mean_by * np.exp(-at.moments.log_sd)[:, None],))
+    without_spread = (at.mean_by @ at.moments.precision @ np.swapaxes(at.mean_by, 1, 2))[0]
     assert information[2, 2] > 1.1 * without_spread[2, 2]  # so the test would see its omission
 
 
 def test_the_moments_of_speeds_give_the_likelihood_of_the_speed_model() -> None:
-    model = speed_case.model()
     phi = np.array([[60.0, 6.0, 29.0, 2.2], [90.0, 12.0, 20.0, 1.5]])
+    for model in (speed_case.model(), speed_case.model_of_sweeps()):
+        found = log_likelihood(moments_of_phi(model, phi), np.log(model.recording.speed_m_s))
+        np.testing.assert_allclose(found, model.log_likelihood(phi), rtol=1e-12)
+    model = speed_case.model()
     terms = log_likelihood_terms(moments_of_phi(model, phi), np.log(model.recording.speed_m_s))
     np.testing.assert_allclose(terms.sum(axis=1), model.log_likelihood(phi), rtol=1e-12)
+
+
+def of_sweeps(x: np.ndarray) -> Moments:
+    """The heteroscedastic toy, its data sharing two errors."""
+    return replace(heteroscedastic(x), shared=SHARED)
+
+
+def some(data: list[int]) -> MomentFunction:
+    """Return the moments of some of the data alone."""
+
+    def moments(x: np.ndarray) -> Moments:
+        all_of_them = of_sweeps(x)
+        return Moments(all_of_them.mean[:, data], all_of_them.log_sd[:, data], SHARED[data])
+
+    return moments
+
+
+def test_the_score_of_data_that_share_errors_is_the_gradient_of_their_likelihood() -> None:
+    step = 1e-6
+    numeric = [
+        (
+            log_likelihood(of_sweeps(X + step * unit), OBSERVED)
+            - log_likelihood(of_sweeps(X - step * unit), OBSERVED)
+        )
+        / (2.0 * step)
+        for unit in np.eye(3)
+    ]
+    np.testing.assert_allclose(
+        score(differentiate(of_sweeps, X, 0.01), OBSERVED)[0], np.ravel(numeric), rtol=1e-6
+    )
+
+
+def test_a_datum_adds_what_the_others_lack() -> None:
+    at = differentiate(of_sweeps, X, 0.01)
+    whole, added = expected_information(at)[0], information_by_datum(at)[0]
+    for i in range(len(OBSERVED)):
+        others = [j for j in range(len(OBSERVED)) if j != i]
+        without = expected_information(differentiate(some(others), X, 0.01))[0]
+        np.testing.assert_allclose(added[i], whole - without, atol=1e-10)
+    assert np.abs(added.sum(axis=0) - whole).max() > 0.1  # what is shared, several tell
+    nearly = differentiate(lambda x: replace(heteroscedastic(x), shared=np.zeros((5, 1))), X, 0.01)
+    alone = differentiate(heteroscedastic, X, 0.01)
+    np.testing.assert_allclose(expected_information(nearly), expected_information(alone))
+    np.testing.assert_allclose(information_by_datum(nearly), information_by_datum(alone), atol=1e-10)
+    np.testing.assert_allclose(score(nearly, OBSERVED), score(alone, OBSERVED))
+
+
+def test_the_term_of_a_datum_is_its_density_given_the_others() -> None:
+    moments = of_sweeps(X)
+    found, whole = log_likelihood_terms(moments, OBSERVED)[0], log_likelihood(moments, OBSERVED)[0]
+    for i in range(len(OBSERVED)):
+        others = [j for j in range(len(OBSERVED)) if j != i]
+        without = log_likelihood(some(others)(X), OBSERVED[others])[0]
+        assert found[i] == pytest.approx(whole - without)
 
 
 def test_information_does_not_depend_on_the_step_of_the_differences() -> None:
@@ -135,7 +206,7 @@ def test_the_gradient_of_the_quantities() -> None:
 def test_leaving_a_datum_out_is_exact_for_a_linear_normal_model() -> None:
     by_datum = information_by_datum(differentiate(linear, X, 0.01))
     prior = np.diag([0.5, 1.0, 2.0])
-    found = phase_information(by_datum, prior, np.eye(3)[None])
+    found = phase_information(by_datum.sum(axis=1), by_datum, prior, np.eye(3)[None])
     whole = np.sqrt(np.diag(np.linalg.inv(prior + precision())))
     rows = SLOPES / SD[:, None]
     for i in range(len(SD)):
@@ -152,7 +223,8 @@ def test_reweighted_draws_are_those_of_the_posterior_without_the_datum() -> None
     covariance = np.linalg.inv(prior + rows.T @ rows)
     mean = covariance @ rows.T @ (OBSERVED / noise)
     draws = rng.multivariate_normal(mean, covariance, 20_000)
-    moments = Moments(draws @ SLOPES.T, np.broadcast_to(np.log(noise), (len(draws), len(noise))))
+    log_sd = np.broadcast_to(np.log(noise), (len(draws), len(noise)))
+    moments = Moments(draws @ SLOPES.T, log_sd, NOTHING_SHARED)
     found = leave_phases_out(draws, log_likelihood_terms(moments, OBSERVED))
     assert found.k_hat.max() < 0.6
     sd = np.sqrt(np.diag(covariance))

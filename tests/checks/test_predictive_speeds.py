@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -117,6 +118,12 @@ def test_standard_errors_shown_are_those_of_the_observation_model() -> None:
     target = recorder().target(np.zeros(2))
     expected = 2.0 * recorder().model.recording.relative_se * target.stiffness_kpa[target.measured]
     np.testing.assert_allclose(target.stiffness_se_kpa[target.measured], expected)
+    ones = np.ones((target.measured.sum(), 1))
+    recording = replace(recorder().model.recording, shared=0.03 * ones)
+    of_sweeps = replace(recorder(), model=replace(recorder().model, recording=recording))
+    total = np.hypot(recording.relative_se, 0.03) / recording.relative_se
+    wider = of_sweeps.target(np.zeros(2)).stiffness_se_kpa[target.measured]
+    np.testing.assert_allclose(wider, total * expected)
     assert np.isnan(target.stiffness_se_kpa[MISSING])
 
 

@@ -14,17 +14,18 @@ LOG_SD_SLOPES = np.array(
     [[0.6, 0.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, -0.7], [0.3, 0.2, 0.0], [0.0, 0.5, 0.1]]
 )
 SD = np.array([0.3, 0.2, 0.5, 0.4, 0.25])
+NOTHING_SHARED = np.empty((5, 0))
 OBSERVED = np.array([0.4, -0.1, 0.7, 1.2, 0.2])
 
 
 def linear(x: FloatArray) -> Moments:
     """Mean A x and a fixed sd."""
-    return Moments(x @ SLOPES.T, np.broadcast_to(np.log(SD), (len(x), len(SD))))
+    return Moments(x @ SLOPES.T, np.broadcast_to(np.log(SD), (len(x), len(SD))), NOTHING_SHARED)
 
 
 def heteroscedastic(x: FloatArray) -> Moments:
     """Mean A x and log sd B x: both tell of x."""
-    return Moments(x @ SLOPES.T, np.log(SD) + x @ LOG_SD_SLOPES.T)
+    return Moments(x @ SLOPES.T, np.log(SD) + x @ LOG_SD_SLOPES.T, NOTHING_SHARED)
 
 
 def problem(reach: float = 20.0) -> NormalProblem:

@@ -52,7 +52,7 @@ class Bank:
     def recordings(self, count: int, seed: int, noise: float = 1.0) -> FloatArray:
         """Draw speeds (count, p) of recordings, well-specified if ``noise`` is one."""
         clean, rng = self.clean(count, seed), np.random.default_rng(seed + 1)
-        noisy = draw_speeds(clean, self.model.recording.relative_se, self.model.settings.discrepancy, rng)
+        noisy = draw_speeds(clean, self.model.recording.errors, self.model.settings.discrepancy, rng)
         return np.asarray(np.exp(clean.log_speed + noise * (np.log(noisy) - clean.log_speed)))
 
     def _simulate(self, count: int, seed: int) -> tuple[FloatArray, PredictedSpeeds]:

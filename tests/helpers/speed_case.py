@@ -15,10 +15,13 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.prior import log_centre
+from swesbi.recording.noise import mean_errors
+from swesbi.recording.speed import NoiseComponents
 
 CONTEXT = Context("T", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
 PHI = np.array([60.0, 6.0, 29.0, 2.2])
 RELATIVE_SE = 0.028
+SWEEPS = NoiseComponents(0.04, 0.08, 0.05)
 
 
 @cache
@@ -51,7 +54,8 @@ def settings(prior: str = "paper") -> SpeedModelSettings:
 def model(phases: int = 20, prior: str = "paper") -> SpeedModel:
     """Return the model of a noiseless recording made with ``PHI``, nuisance parameters at their centres."""
     phase = (np.arange(phases) + 0.5) / phases
-    blank = SpeedRecording(CONTEXT, phase, np.ones(phases), np.full(phases, RELATIVE_SE))
+    relative_se, shared = np.full(phases, RELATIVE_SE), np.empty((phases, 0))
+    blank = SpeedRecording(CONTEXT, phase, np.ones(phases), relative_se, shared)
     made = speed_model(blank, settings(prior))
     speeds = made.predict(central_phi(made)[None]).speed_m_s[0]
     return replace(made, recording=replace(blank, speed_m_s=speeds))
@@ -60,3 +64,12 @@ def model(phases: int = 20, prior: str = "paper") -> SpeedModel:
 def central_phi(model: SpeedModel) -> NDArray[np.float64]:
     """Return ``PHI`` with the nuisance parameters of the model, if any, at their centres; shape (d,)."""
     return np.concatenate([PHI, log_centre(model.settings.prior)[len(PHI) :]])
+
+
+@cache
+def model_of_sweeps() -> SpeedModel:
+    """Return the same as recorded in three sweeps, of which one missed two phases."""
+    counts = np.full((20, 3), 12)
+    counts[[4, 11], 1], counts[7, 2] = 0, 5
+    errors, plain = mean_errors(counts, SWEEPS), model()
+    return replace(plain, recording=replace(plain.recording, relative_se=errors.own, shared=errors.shared))

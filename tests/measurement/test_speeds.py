@@ -132,7 +132,7 @@ def test_drawn_speeds_have_standard_normal_residuals() -> None:
     model = speed_case.model()
     rng = np.random.default_rng(4)
     predicted = model.predict(np.repeat(PHI[None], 300, axis=0))
-    speeds = draw_speeds(predicted, model.recording.relative_se, model.settings.discrepancy, rng)
+    speeds = draw_speeds(predicted, model.recording.errors, model.settings.discrepancy, rng)
     one = model.predict(PHI[None])
     z = [
         residuals(one, replace(model.recording, speed_m_s=row), model.settings.discrepancy)[0]

@@ -43,7 +43,13 @@ def test_a_recording_at_nominal_phases_is_seen_as_it_is() -> None:
     measured = np.ones(20, dtype=bool)
     measured[[4, 13]] = False
     speed, se = np.linspace(1.0, 3.0, 20), np.linspace(0.02, 0.05, 20)
-    recording = replace(RECORDING, phase=phase[measured], speed_m_s=speed[measured], relative_se=se[measured])
+    recording = replace(
+        RECORDING,
+        phase=phase[measured],
+        speed_m_s=speed[measured],
+        relative_se=se[measured],
+        shared=np.empty((18, 0)),
+    )
     expected = phase_inputs(
         context_inputs(recording.context)[None], np.log(speed)[None], measured[None], se[None], PHASES
     )
@@ -58,7 +64,11 @@ def test_a_recording_at_nominal_phases_is_seen_as_it_is() -> None:
 def test_phases_that_are_a_little_off_count_where_they_are_nearest() -> None:
     phase = (nominal_phases(20) + 0.004 * np.sin(np.arange(20))) % 1.0
     recording = replace(
-        RECORDING, phase=phase, speed_m_s=np.linspace(1.0, 2.0, 20), relative_se=np.full(20, 0.03)
+        RECORDING,
+        phase=phase,
+        speed_m_s=np.linspace(1.0, 2.0, 20),
+        relative_se=np.full(20, 0.03),
+        shared=np.empty((20, 0)),
     )
     assert np.array_equal(recording_inputs(recording, PHASES)[0, 3:23], np.log(recording.speed_m_s))
 
@@ -67,13 +77,26 @@ def test_phases_that_are_a_little_off_count_where_they_are_nearest() -> None:
 def test_other_numbers_of_phases_are_seen_too_and_none_counts_twice(phases: int, missing: int) -> None:
     speeds = np.exp(0.01 * np.arange(phases))
     other = replace(
-        RECORDING, phase=nominal_phases(phases), speed_m_s=speeds, relative_se=np.full(phases, 0.03)
+        RECORDING,
+        phase=nominal_phases(phases),
+        speed_m_s=speeds,
+        relative_se=np.full(phases, 0.03),
+        shared=np.empty((phases, 0)),
     )
     inputs = recording_inputs(other, PHASES)[0]
     assert inputs[23:43].sum() == missing
     seen = inputs[3:23][inputs[23:43] == 0.0]
     assert len(set(seen.tolist())) == len(seen)
     assert set(seen.tolist()) <= set(np.log(speeds).tolist())
+
+
+def test_the_network_sees_the_total_standard_error() -> None:
+    recording = replace(RECORDING, shared=np.full((len(RECORDING.phase), 2), 0.01))
+    settings = PhaseSettings(phases=20, relative_se=(0.001, 0.5))
+    total = np.sqrt(RECORDING.relative_se**2 + 2.0 * 0.01**2)
+    np.testing.assert_allclose(recording_inputs(recording, settings)[0, -20:], np.log(total))
+    same = recording_inputs(replace(RECORDING, shared=np.empty((20, 0))), settings)[0, -20:]
+    np.testing.assert_array_equal(same, np.log(RECORDING.relative_se))
 
 
 def test_noise_beyond_what_was_trained_on_is_shown_at_its_limit() -> None:

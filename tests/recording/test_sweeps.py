@@ -294,7 +294,16 @@ def test_separate_repeats_share_nothing_and_keep_their_standard_errors_to_the_bi
     before = np.sqrt(per_repeat.sum(axis=1)) / (counts > 0).sum(axis=1)
     np.testing.assert_array_equal(relative_se(counts, noise), before)
     np.testing.assert_array_equal(found.own, before)
-    np.testing.assert_array_equal(found.shared, np.zeros((3, 3)))
+    assert found.shared.shape == (3, 0)
+    np.testing.assert_array_equal(found.total, before)
+
+
+def test_separate_repeats_have_the_same_standard_errors_of_components_of_sweeps() -> None:
+    counts = np.array([[12, 12, 12], [12, 3, 0], [7, 5, 1]])
+    separate = mean_errors(counts, TRUE.of_separate_repeats)
+    assert separate.shared.shape == (3, 0)
+    np.testing.assert_allclose(separate.own, relative_se(counts, TRUE))
+    np.testing.assert_allclose(mean_errors(counts, TRUE).total, relative_se(counts, TRUE))
 
 
 def test_the_covariance_is_that_of_recordings() -> None:

@@ -173,8 +173,8 @@ CONTROLS = (
     ),
     Mutation(
         "another local in the likelihood",
-        "total = normal_log_density(z, np.log(sd)).sum(axis=1)",
-        "terms = normal_log_density(z, np.log(sd))\n    total = terms.sum(axis=1)",
+        "total = standardise(predicted, recording, discrepancy).log_density",
+        "found = standardise(predicted, recording, discrepancy)\n    total = found.log_density",
         (EXACT_OF_A,),
         "",
     ),

@@ -26,9 +26,10 @@ from swesbi.posterior.refine import FittedProposal, StudentProposal, refine
 from swesbi.posterior.settings import RefinementSettings
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
-from swesbi.recording.noise import compare_noise
+from swesbi.recording.noise import compare_noise, mean_errors
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study.new_subject import OUTPUTS
+from swesbi.study.stages.new_subject import known_noise
 from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
 from swesbi.verdict.recordings import NULL, OWN, SubjectChecks
@@ -147,6 +148,15 @@ def test_noise_like_the_cohort_s_is_accepted_and_other_noise_found() -> None:
     assert 0.3 < np.median(alike) < 0.7
     assert np.quantile(p_values(0.08, 0.08), 0.9) < 1e-3
     assert p_values(0.04, 0.12).max() < 1e-6
+
+
+def test_separate_repeats_share_nothing_though_the_cohort_s_are_sweeps() -> None:
+    pooled, counts = NoiseComponents(0.04, 0.08, 0.05), np.full((20, 3), 12)
+    sweeps, separate = (
+        mean_errors(counts, known_noise(repeats, pooled)) for repeats in ("sweeps", "separate")
+    )
+    assert (sweeps.shared.shape, separate.shared.shape) == ((20, 3), (20, 0))
+    np.testing.assert_allclose(separate.total, sweeps.total)
 
 
 @pytest.fixture(scope="module")

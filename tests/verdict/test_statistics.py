@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import kstest, norm
 
 from swesbi.context import Context
-from swesbi.measurement.likelihood import draw_speeds
+from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.prior import quantile
 from swesbi.verdict.context import context_tests, leave_one_out
 from swesbi.verdict.settings import ContextCheckSettings
@@ -78,14 +78,13 @@ def test_mmd_of_one_recording_is_the_two_sample_formula() -> None:
     assert space.discrepancy(features(1, 7))[0] == pytest.approx(expected, rel=1e-9)
 
 
-def recordings(count: int, factor: float) -> list[float]:
+def recordings(count: int, factor: float, model: SpeedModel) -> list[float]:
     """Posterior predictive p-values of chi2 at the true phi, of noise ``factor`` times as large."""
-    model = speed_case.model()
     predicted = model.predict(speed_case.PHI[None])
     rng, discrepancy = np.random.default_rng(5), model.settings.discrepancy
     found = []
     for _ in range(count):
-        noise = draw_speeds(predicted, model.recording.relative_se, discrepancy, rng)[0]
+        noise = draw_speeds(predicted, model.recording.errors, discrepancy, rng)[0]
         speeds = np.exp(predicted.log_speed[0] + factor * (np.log(noise) - predicted.log_speed[0]))
         own = replace(model.recording, speed_m_s=speeds)
         found.append(chi2_p_value(predicted, np.ones(1), own, discrepancy))
@@ -93,9 +92,10 @@ def recordings(count: int, factor: float) -> list[float]:
 
 
 def test_chi2_of_replicated_noise_is_uniform_and_larger_noise_is_found() -> None:
-    assert kstest(recordings(400, 1.0), "uniform").pvalue > 0.01
-    assert kstest(recordings(400, 1.2), "uniform").pvalue < 1e-4
-    assert np.mean(np.array(recordings(200, 2.0)) < 0.01) > 0.8
+    for model in (speed_case.model(), speed_case.model_of_sweeps()):
+        assert kstest(recordings(400, 1.0, model), "uniform").pvalue > 0.01
+        assert kstest(recordings(400, 1.2, model), "uniform").pvalue < 1e-4
+        assert np.mean(np.array(recordings(200, 2.0, model)) < 0.01) > 0.8
 
 
 def test_tail_probabilities_weigh_the_draws_and_halve_ties() -> None:

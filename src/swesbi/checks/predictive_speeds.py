@@ -66,7 +66,7 @@ class Recorder:
         se = np.full(len(observation.phase), np.nan)
         # E is proportional to c^2: its relative error is twice that of the speed.
         se[observation.measured] = (
-            2.0 * self.model.recording.relative_se * observation.stiffness_kpa[observation.measured]
+            2.0 * self.model.recording.errors.total * observation.stiffness_kpa[observation.measured]
         )
         return make_target(observation, self.features, se, noise_sd)
 
@@ -111,11 +111,11 @@ def _record(
 ) -> Replicates:
     model = recorder.model
     clean = recorder.curves(predicted.speed_m_s)
-    se, discrepancy = model.recording.relative_se, model.settings.discrepancy
+    errors, discrepancy = model.recording.errors, model.settings.discrepancy
     return Replicates(
         draws=make_draws(phi[:, OF_THETA], clean, volumes_ml, model.activation_duration_s(phi), failed),
-        noisy=recorder.curves(draw_speeds(predicted, se, discrepancy, rng)),
-        measured=recorder.curves(draw_speeds(predicted, se, NO_DISCREPANCY, rng)),
+        noisy=recorder.curves(draw_speeds(predicted, errors, discrepancy, rng)),
+        measured=recorder.curves(draw_speeds(predicted, errors, NO_DISCREPANCY, rng)),
     )
 
 

@@ -1,4 +1,9 @@
-"""The likelihood of measured speeds, and reading a subject's recording with it."""
+"""The likelihood of measured speeds, and reading a subject's recording with it.
+
+Given phi, the log speeds of a recording are normal with covariance diag(s^2) + W W^T: s^2 is the variance of
+what each phase has for itself, noise and discrepancy, and W the factor of what the phases of a sweep share
+(``shared_error``).
+"""
 
 from __future__ import annotations
 
@@ -34,10 +39,11 @@ from swesbi.measurement.settings import (
     PassiveSettings,
     SummarySettings,
 )
+from swesbi.measurement.shared_error import Innovations, draw_shared, innovations
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import OF_THETA, OPERATOR_NAMES, SCALE
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise import MeanErrors, read_noise
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.recording.speed import NoiseComponents
 
@@ -45,26 +51,36 @@ from swesbi.recording.speed import NoiseComponents
 def log_speed_sd(
     predicted: speeds.PredictedSpeeds, relative_se: FloatArray, discrepancy: DiscrepancySettings
 ) -> FloatArray:
-    """Return the standard deviation of the measured log speeds about the predicted ones; shape (n, p).
+    """Return the standard deviation of what each measured log speed has for itself; shape (n, p).
 
     sd^2 = se^2 + delta^2 + (tau d log c / ds)^2: the relative standard error of the mean speed, the
     model's relative error, and its error in phase carried over by the slope (first order in each).
 
     Args:
         predicted: Log speeds and slopes of n simulations.
-        relative_se: Standard error over mean, at the p phases; shape (p,) or (n, p).
+        relative_se: Standard error over mean, at the p phases, without what they share; (p,) or (n, p).
         discrepancy: delta and tau.
     """
     timing = discrepancy.timing_cycle * predicted.slope
     return np.asarray(np.sqrt(relative_se**2 + discrepancy.speed_fraction**2 + timing**2))
 
 
+def standardise(
+    predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
+) -> Innovations:
+    """Return log c_obs - log c at the measured phases, each given the phases before it; (n, p)."""
+    sd = log_speed_sd(predicted, recording.relative_se, discrepancy)
+    return innovations(np.log(recording.speed_m_s) - predicted.log_speed, sd, recording.shared)
+
+
 def residuals(
     predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
 ) -> FloatArray:
-    """Return the standardised residuals (log c_obs - log c) / sd at the measured phases; shape (n, p)."""
-    sd = log_speed_sd(predicted, recording.relative_se, discrepancy)
-    return np.asarray((np.log(recording.speed_m_s) - predicted.log_speed) / sd)
+    """Return residuals at the measured phases that are independent standard normals at the true phi; (n, p).
+
+    They are (log c_obs - log c) / sd, where phases share errors those of each phase given the phases before.
+    """
+    return standardise(predicted, recording, discrepancy).z
 
 
 def log_likelihood(
@@ -74,26 +90,27 @@ def log_likelihood(
 
     Simulations that failed (NaN) have likelihood zero.
     """
-    sd = log_speed_sd(predicted, recording.relative_se, discrepancy)
-    z = (np.log(recording.speed_m_s) - predicted.log_speed) / sd
-    total = normal_log_density(z, np.log(sd)).sum(axis=1)
+    total = standardise(predicted, recording, discrepancy).log_density
     return np.where(np.isnan(total), -np.inf, total)
-
-
-def normal_log_density(z: FloatArray, log_sd: FloatArray) -> FloatArray:
-    """Return the normal log density of data whose standardised residuals are z; of the data's shape."""
-    return np.asarray(-0.5 * z**2 - log_sd - 0.5 * np.log(2.0 * np.pi))
 
 
 def draw_speeds(
     predicted: speeds.PredictedSpeeds,
-    relative_se: FloatArray,
+    errors: MeanErrors,
     discrepancy: DiscrepancySettings,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Draw one recording's speeds (n, p), in m/s, for each of n simulations."""
-    sd = log_speed_sd(predicted, relative_se, discrepancy)
-    return np.asarray(np.exp(predicted.log_speed + sd * rng.standard_normal(sd.shape)))
+    """Draw one recording's speeds (n, p), in m/s, for each of n simulations.
+
+    Args:
+        predicted: Log speeds and slopes of n simulations.
+        errors: Relative errors of the means, one recording's (p, ...) for all or one each (n, p, ...).
+        discrepancy: delta and tau.
+        rng: Source of the errors; what phases share is drawn last, once a recording and sweep.
+    """
+    sd = log_speed_sd(predicted, errors.own, discrepancy)
+    own = sd * rng.standard_normal(sd.shape)
+    return np.asarray(np.exp(predicted.log_speed + own + draw_shared(errors.shared, len(sd), rng)))
 
 
 class SpeedModelSettings(Settings):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.measurement.operator import active_stiffness_map, passive_shape
-from swesbi.recording.noise import relative_se
+from swesbi.recording.noise import MeanErrors, mean_errors
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle, slope_cycle
 from swesbi.recording.speed import NoiseComponents, squared_speed_m2_s2
@@ -31,13 +31,21 @@ class SpeedRecording:
         context: The subject's context.
         phase: Measured phases in [0, 1), ascending; shape (p,).
         speed_m_s: Mean shear-wave speed there; shape (p,).
-        relative_se: Standard error of each mean as a fraction of it; shape (p,).
+        relative_se: Standard error of each mean as a fraction of it, without what it shares; shape (p,).
+        shared: Factor W of the relative errors that the means share, whose covariance is W W^T; shape (p, R),
+            a column for each sweep, R = 0 where repeats are separate.
     """
 
     context: Context
     phase: FloatArray
     speed_m_s: FloatArray
     relative_se: FloatArray
+    shared: FloatArray
+
+    @property
+    def errors(self) -> MeanErrors:
+        """The relative errors of the means, own and shared."""
+        return MeanErrors(self.relative_se, self.shared)
 
     @property
     def subject(self) -> str:
@@ -51,15 +59,18 @@ def measured_speeds(observation: Observation, noise: NoiseComponents | None = No
     Args:
         observation: The observed curve.
         noise: Components of the cohort, from which the standard errors follow by the recording's own
-            numbers of repeats and samples; without them, those of the recording itself.
+            numbers of repeats and samples, and what the phases share by which of them each sweep has;
+            without them, those of the recording itself, which knows of no sweeps.
     """
     measured = observation.measured
     components = observation.noise if noise is None else noise
+    errors = mean_errors(observation.samples_by_repeat[measured], components)
     return SpeedRecording(
         context=observation.context,
         phase=observation.phase[measured],
         speed_m_s=observation.speed_m_s[measured],
-        relative_se=relative_se(observation.samples_by_repeat[measured], components),
+        relative_se=errors.own,
+        shared=errors.shared,
     )
 
 

@@ -16,7 +16,7 @@ from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import ConditionSettings, PopulationSettings
 from swesbi.population.synthetic import Acquisition, Synthetic, acquired_recordings, own_recordings
 from swesbi.recording.ingest import BEAT_VARIATION
-from swesbi.recording.noise import relative_se
+from swesbi.recording.noise import MeanErrors, mean_errors, relative_se
 from swesbi.recording.phases import nominal_phases
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
@@ -34,12 +34,12 @@ class Conditions:
 
     Attributes:
         level: Standard error of the mean speed of a phase without failed samples, over the speed; shape (n,).
-        relative_se: Standard error at each phase, with its own number of failed samples; shape (n, P).
+        errors: Own and shared errors at each phase, with its own number of failed samples; (n, P), (n, P, R).
         measured: Which phases were measured; shape (n, P).
     """
 
     level: FloatArray
-    relative_se: FloatArray
+    errors: MeanErrors
     measured: BoolArray
 
 
@@ -53,7 +53,8 @@ def draw_conditions(
     """Draw the conditions of recordings that ingestion would admit.
 
     The noise of a whole phase is drawn; how it varies from phase to phase follows from the protocol's
-    failed samples, those whose wave was not found and those that quality control takes for outliers.
+    failed samples, those whose wave was not found and those that quality control takes for outliers. Sweeps,
+    repeats and samples have the ratio that they have in the protocol; no repeat fails as a whole.
     """
     low, high = np.log(settings.relative_se)
     level = np.exp(rng.uniform(low, high, number))
@@ -61,11 +62,24 @@ def draw_conditions(
     counts = rng.binomial(
         protocol.samples_per_repeat, 1.0 - lost, (number, protocol.phases, protocol.repeats)
     )
-    unit = NoiseComponents(protocol.repeat_sd_fraction, protocol.sample_sd_fraction)
+    flat = mean_errors(np.maximum(counts, 1).reshape(-1, protocol.repeats), _unit(protocol))
+    whole, shape = _whole_phase_se(protocol), (number, protocol.phases)
+    errors = MeanErrors(
+        level[:, None] * (flat.own.reshape(shape) / whole),
+        level[:, None, None] * (flat.shared.reshape(*shape, flat.shared.shape[1]) / whole),
+    )
+    return Conditions(level, errors, _draw_measured(number, settings, recording, rng))
+
+
+def _unit(protocol: AcquisitionSettings) -> NoiseComponents:
+    """Return the noise components that the protocol itself has."""
+    return NoiseComponents(protocol.repeat_sd_fraction, protocol.sample_sd_fraction, protocol.sweep_fraction)
+
+
+def _whole_phase_se(protocol: AcquisitionSettings) -> float:
+    """Return the relative standard error that it gives the mean speed of a phase without failed samples."""
     whole = np.full((1, protocol.repeats), protocol.samples_per_repeat)
-    flat = relative_se(np.maximum(counts, 1).reshape(-1, protocol.repeats), unit)
-    ratio = flat.reshape(number, protocol.phases) / relative_se(whole, unit)
-    return Conditions(level, level[:, None] * ratio, _draw_measured(number, settings, recording, rng))
+    return float(relative_se(whole, _unit(protocol))[0])
 
 
 def admitted(measured: BoolArray, phase: FloatArray, recording: RecordingSettings) -> BoolArray:
@@ -142,7 +156,8 @@ def fresh_subject(index: int, settings: FreshSettings, seed: int, name: str) -> 
         context=context,
         phase=nominal_phases(settings.acquisition.phases)[measured],
         speed_m_s=np.ones(int(measured.sum())),
-        relative_se=drawn.relative_se[0, measured],
+        relative_se=drawn.errors.own[0, measured],
+        shared=drawn.errors.shared[0, measured],
     )
     missing = tuple(np.flatnonzero(~measured).tolist())
     return FreshSubject(speed_model(recording, settings.model), float(drawn.level[0]), missing)
@@ -169,11 +184,15 @@ def recorded(subject: FreshSubject, made: Synthetic) -> SpeedModel:
 def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:
     """Return the protocol whose whole phases have the subject's standard error."""
     protocol = settings.acquisition
-    unit = NoiseComponents(protocol.repeat_sd_fraction, protocol.sample_sd_fraction)
-    whole = np.full((1, protocol.repeats), protocol.samples_per_repeat)
-    factor = subject.level / float(relative_se(whole, unit)[0])
-    noise = NoiseComponents(factor * unit.repeat_fraction, factor * unit.sample_fraction)
-    changes = {"repeat_sd_fraction": noise.repeat_fraction, "sample_sd_fraction": noise.sample_fraction}
+    unit, factor = _unit(protocol), subject.level / _whole_phase_se(protocol)
+    noise = NoiseComponents(
+        factor * unit.repeat_fraction, factor * unit.sample_fraction, factor * unit.sweep_fraction
+    )
+    changes = {
+        "repeat_sd_fraction": noise.repeat_fraction,
+        "sample_sd_fraction": noise.sample_fraction,
+        "sweep_fraction": noise.sweep_fraction,
+    }
     return Acquisition(
         protocol.model_copy(update=changes),
         settings.recording,

@@ -22,6 +22,7 @@ from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_
 from swesbi.measurement.summary import summarise
 from swesbi.prior import sample
 from swesbi.recording.ingest import ingest
+from swesbi.recording.noise import MeanErrors
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import nominal_phases, sample_cycle, slope_cycle, to_grid
 from swesbi.recording.problems import RecordingError
@@ -65,13 +66,13 @@ class Acquisition:
 def own_recordings(model: SpeedModel, count: int, seed: int, *name: str | int) -> Synthetic:
     """Draw phi from the prior and speeds under the model's own noise and discrepancy.
 
-    The recordings have the phases and standard errors of the model's recording. The stream depends on
-    the seed, the name and the subject; theta that fail are redrawn.
+    The recordings have the phases and errors of the model's recording. The stream depends on the seed, the
+    name and the subject; theta that fail are redrawn.
     """
     phi, beats = fresh_beats(model, count, seed, *name)
     rng = generator(seed, "synthetic", "speeds", *name, model.recording.subject)
     predicted = model.predict_from(phi, beats)
-    speeds = draw_speeds(predicted, model.recording.relative_se, model.settings.discrepancy, rng)
+    speeds = draw_speeds(predicted, model.recording.errors, model.settings.discrepancy, rng)
     return Synthetic(phi, tuple(replace(model.recording, speed_m_s=row) for row in speeds))
 
 
@@ -138,7 +139,7 @@ def _with_discrepancy(
     stiffness = sample_cycle(truth.cycle_phase, truth.stiffness_kpa[None], at)
     slope = 0.5 * slope_cycle(truth.cycle_phase, truth.stiffness_kpa[None], at) / stiffness
     predicted = PredictedSpeeds(np.zeros_like(slope), slope)
-    factor = draw_speeds(predicted, np.zeros(phases), discrepancy, rng)[0]
+    factor = draw_speeds(predicted, MeanErrors.separate(np.zeros(phases)), discrepancy, rng)[0]
     return replace(samples, speed_m_s=samples.speed_m_s * factor[samples.phase_index])
 
 

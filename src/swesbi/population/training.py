@@ -52,10 +52,10 @@ class RowMaker:
         taken = (made.active_stiffness_kpa, made.active_slope_kpa, made.stretch, made.stretch_slope)
         predicted = self.model.predict(phi, WallPhases(*map(_flat, taken)))
         drawn = draw_conditions(len(theta), self.conditions, self.protocol, self.recording, rng)
-        speeds = draw_speeds(predicted, drawn.relative_se, self.model.discrepancy, rng)
+        speeds = draw_speeds(predicted, drawn.errors, self.model.discrepancy, rng)
         context = _each(np.stack([conditioning.context_inputs(context) for context in made.contexts]), draws)
         inputs = conditioning.phase_inputs(
-            context, np.log(speeds), drawn.measured, drawn.relative_se, self.phases
+            context, np.log(speeds), drawn.measured, drawn.errors.total, self.phases
         )
         return to_logit(phi, self.model.prior), inputs
 

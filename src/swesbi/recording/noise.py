@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -199,19 +198,29 @@ def relative_se(samples_by_repeat: IntArray, noise: NoiseFractions) -> FloatArra
 
 @dataclass(frozen=True)
 class MeanErrors:
-    """Errors of a recording's mean log speeds at p phases, from K sweeps.
+    """Errors of a recording's mean log speeds at p phases, from K sweeps; or of n recordings, (n, ...).
 
     Attributes:
         own: Standard deviation of what each mean has for itself; shape (p,).
-        shared: Factor of what they share; shape (p, K). All zero where repeats are separate.
+        shared: Factor W of what they share; shape (p, K), with K = 0 where repeats are separate.
     """
 
     own: FloatArray
     shared: FloatArray
 
+    @classmethod
+    def separate(cls, own: FloatArray) -> MeanErrors:
+        """Return errors that share nothing."""
+        return cls(own, np.empty((*own.shape, 0)))
+
+    @property
+    def total(self) -> FloatArray:
+        """Standard error of each mean, sqrt(own^2 + sum_k W_k^2); shape (p,)."""
+        return np.asarray(np.sqrt(self.own**2 + (self.shared**2).sum(axis=-1)))
+
     @property
     def covariance(self) -> FloatArray:
-        """The covariance of the means, diag(own^2) + shared shared^T; shape (p, p)."""
+        """The covariance of the means of one recording, diag(own^2) + shared shared^T; shape (p, p)."""
         return np.diag(self.own**2) + self.shared @ self.shared.T
 
 
@@ -236,6 +245,8 @@ def mean_errors(samples_by_repeat: IntArray, noise: NoiseFractions) -> MeanError
         NaN at phases without an accepted sample.
     """
     own = relative_se(samples_by_repeat, NoiseComponents(noise.repeat_fraction, noise.sample_fraction))
+    if noise.sweep_fraction == 0.0:
+        return MeanErrors.separate(own)
     counted = (samples_by_repeat > 0).astype(np.float64)
     repeats = counted.sum(axis=1, keepdims=True)
     weights = np.where(repeats > 0.0, counted / np.maximum(repeats, 1.0), np.nan)
@@ -276,11 +287,12 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
 
 
 def _log_likelihood(levels: RepeatLevels, noise: NoiseComponents) -> float:
-    """Return the restricted log likelihood; what sweeps differ by, separate repeats differ by as well."""
-    repeat, sample, sweep = noise.repeat_fraction, noise.sample_fraction, noise.sweep_fraction
     if isinstance(levels, SweepLevels):
-        return log_restricted_likelihood_of_sweeps(levels, repeat, sample, sweep)
-    return log_restricted_likelihood(levels, math.hypot(repeat, sweep), sample)
+        return log_restricted_likelihood_of_sweeps(
+            levels, noise.repeat_fraction, noise.sample_fraction, noise.sweep_fraction
+        )
+    separate = noise.of_separate_repeats
+    return log_restricted_likelihood(levels, separate.repeat_fraction, separate.sample_fraction)
 
 
 COUNTS: Final = artefacts.schema_of(NoiseEstimate)["/"]

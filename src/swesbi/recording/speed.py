@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Final
 
@@ -45,6 +46,11 @@ class NoiseComponents:
         float, Variable("", "1", "relative standard deviation between samples", "sample_noise_fraction")
     ]
     sweep_fraction: float = 0.0
+
+    @property
+    def of_separate_repeats(self) -> NoiseComponents:
+        """The same where each phase is repeated by itself: what sweeps differ by, its repeats do as well."""
+        return NoiseComponents(math.hypot(self.repeat_fraction, self.sweep_fraction), self.sample_fraction)
 
 
 @dataclass(frozen=True)

@@ -187,8 +187,8 @@ def chi2_p_value(
 ) -> float:
     """Return the posterior predictive p-value of chi2 = sum z^2 over the p measured phases.
 
-    At given phi the replicated chi2 has p degrees of freedom, so its tail probability is known and is
-    averaged over the posterior.
+    At given phi the replicated z are independent standard normals, also where phases share errors, so chi2
+    has p degrees of freedom: its tail probability is known and is averaged over the posterior.
     """
     z = residuals(predicted, recording, discrepancy)
     tail = chi2.sf((z**2).sum(axis=1), z.shape[1])
@@ -209,7 +209,7 @@ def replicate_speeds(
     """
     kept = weight > 0.0
     part = PredictedSpeeds(predicted.log_speed[kept], predicted.slope[kept])
-    return draw_speeds(part, recording.relative_se, discrepancy, rng), weight[kept] / weight[kept].sum()
+    return draw_speeds(part, recording.errors, discrepancy, rng), weight[kept] / weight[kept].sum()
 
 
 def tail_probabilities(observed: FloatArray, replicated: FloatArray, weight: FloatArray) -> FloatArray:

@@ -113,7 +113,7 @@ class LocalRun:
         recording, settings = self.model.recording, self.model.settings
         rng = generator(seed, "calibration", "local", "speeds", recording.subject)
         predicted = self.model.predict(phi)
-        speeds = draw_speeds(predicted, recording.relative_se, settings.discrepancy, rng)
+        speeds = draw_speeds(predicted, recording.errors, settings.discrepancy, rng)
         points = ranks.standardised(references, settings.prior)
         progress = Progress(f"calibration {recording.subject} (local, {sampler})", len(phi), unit="replicate")
         truths: list[FloatArray] = []

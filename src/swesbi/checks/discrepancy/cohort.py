@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 from swesbi.context import Context
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.prior import PriorSettings, sample
-from swesbi.recording.components import RepeatLevels, repeat_levels
+from swesbi.recording.components import RepeatLevels
 from swesbi.recording.ingest import ingest
 from swesbi.recording.noise import fit_noise
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.protocol import Repeats
 from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.sweeps import levels_by
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.acquisition import acquire
 from swesbi.virtual_cohort.settings import AcquisitionSettings
@@ -101,8 +103,9 @@ def generate_cohort(
     recorded = [
         record_subject(index, prior, acquisition, recording, grid_points, seed) for index in range(count)
     ]
+    repeats: Repeats = "sweeps" if acquisition.sweep_fraction > 0.0 else "separate"
     noise = fit_noise(
-        {subject.observation.subject: _levels(subject, recording) for subject in recorded}
+        {subject.observation.subject: _levels(subject, recording, repeats) for subject in recorded}
     ).components
     return tuple(
         GeneratedSubject(measured_speeds(subject.observation, noise), np.array(subject.volunteer.theta))
@@ -156,5 +159,5 @@ def record_subject(
     raise RuntimeError(f"generated subject {index}: no usable recording in {MAX_ATTEMPTS} attempts")
 
 
-def _levels(subject: GeneratedRecording, recording: RecordingSettings) -> RepeatLevels:
-    return repeat_levels(subject.samples, rejection(subject.samples, recording) == ACCEPTED)
+def _levels(subject: GeneratedRecording, recording: RecordingSettings, repeats: Repeats) -> RepeatLevels:
+    return levels_by(repeats, subject.samples, rejection(subject.samples, recording) == ACCEPTED)

@@ -19,7 +19,7 @@ from scipy.special import logsumexp
 from swesbi.checks.discrepancy.cohort import GeneratedSubject
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.draws import effective_draws, normalised
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, log_speed_sd, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model, standardise
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.refine import fitted_proposal
@@ -146,13 +146,11 @@ def _likelihoods(
 
     They are -inf and inf where the simulation failed.
     """
-    recording, predicted = model.recording, model.predict(phi)
-    distance = np.log(recording.speed_m_s) - predicted.log_speed
+    predicted = model.predict(phi)
     log_likelihood, chi2 = np.empty((2, len(pairs), len(phi)))
     for index, pair in enumerate(pairs):
-        sd = log_speed_sd(predicted, recording.relative_se, pair)
-        chi2[index] = ((distance / sd) ** 2).sum(axis=1)
-        log_likelihood[index] = -0.5 * chi2[index] - np.log(sd * np.sqrt(2.0 * np.pi)).sum(axis=1)
+        found = standardise(predicted, model.recording, pair)
+        log_likelihood[index], chi2[index] = found.log_density, found.chi_squared
     failed = np.isnan(log_likelihood)
     return np.where(failed, -np.inf, log_likelihood), np.where(failed, np.inf, chi2)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Final
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,32 +24,19 @@ from swesbi.checks.identifiability.information import (
     log_gradient,
     prior_precision,
 )
+from swesbi.checks.identifiability.noise import NO_NOISE, MeanNoise
 from swesbi.checks.identifiability.settings import DesignSettings
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
-from swesbi.recording.speed import NoiseComponents
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-NO_NOISE: Final = 1e-10
-"""Squared relative standard error of infinitely many repeats: invertible even without a discrepancy."""
 
 
 def uniform_phases(count: int, offset: float = 0.5) -> FloatArray:
     """Return ``count`` evenly spaced phases; the first lies at ``offset`` of their distance."""
     return (np.arange(count) + offset) / count
-
-
-def single_repeat_variance(noise: NoiseComponents, samples_by_repeat: IntArray) -> float:
-    """Return the squared relative standard error of the mean speed of one repeat, of its usual size.
-
-    s_rep^2 + s_swp^2 + s_sam^2 / n, averaged over the repeats (P, R) that have accepted samples n. What the
-    phases of a sweep share counts as if they had it each for itself.
-    """
-    samples = samples_by_repeat[samples_by_repeat > 0]
-    of_repeat = noise.repeat_fraction**2 + noise.sweep_fraction**2
-    return float(of_repeat + noise.sample_fraction**2 * np.mean(1.0 / samples))
 
 
 def correlation(phase: FloatArray, range_cycle: float) -> FloatArray:
@@ -62,20 +49,21 @@ def correlation(phase: FloatArray, range_cycle: float) -> FloatArray:
 
 def design_information(
     at: SpeedDerivatives,
-    noise_variances: Sequence[float],
+    noises: Sequence[MeanNoise],
     discrepancy: DiscrepancySettings,
     error_correlation: FloatArray,
 ) -> FloatArray:
     """Return the expected information about log phi of speeds at the phases of ``at``, by noise.
 
-    For log speeds ~ N(m, C) with C = se^2 1 + K (delta^2 + tau^2 s s'), s the slopes and K the
-    correlation of model errors, I_jk = m_j' C^-1 m_k + 1/2 tr(C^-1 C_j C^-1 C_k), where an index is a
-    derivative (Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, Eq. 3.31).
-    In the eigenvectors of the second term of C, the matrix is diagonal whatever the noise.
+    For log speeds ~ N(m, C) with C = se^2 1 + u^2 J + K (delta^2 + tau^2 s s'), s the slopes, K the
+    correlation of model errors, and J all ones for what sweeps share, of variance u^2,
+    I_jk = m_j' C^-1 m_k + 1/2 tr(C^-1 C_j C^-1 C_k), where an index is a derivative (Kay, Fundamentals of
+    Statistical Signal Processing: Estimation Theory, 1993, Eq. 3.31).
+    In the eigenvectors of C without its first term, the matrix is diagonal whatever se.
 
     Args:
         at: Derivatives at the phases; (..., p) and (..., d, p).
-        noise_variances: Squared relative standard errors of the mean speed at each phase; r of them.
+        noises: Noise of the mean speeds; r levels.
         discrepancy: delta and tau.
         error_correlation: K, (..., p, p).
 
@@ -84,16 +72,26 @@ def design_information(
     """
     timing, slope = discrepancy.timing_cycle**2, at.slope
     model_error = discrepancy.speed_fraction**2 + timing * slope[..., :, None] * slope[..., None, :]
-    # equal noise at all phases leaves the eigenvectors as they are: one decomposition serves all levels
-    value, vector = np.linalg.eigh(error_correlation * model_error)
     half = at.slope_by[..., :, None] * slope[..., None, None, :]
     change = timing * error_correlation[..., None, :, :] * (half + np.swapaxes(half, -1, -2))
-    turned = vector[..., None, :, :]
-    change = np.swapaxes(turned, -1, -2) @ change @ turned
-    mean_by = at.log_speed_by @ vector
+    # own noise, equal at all phases, leaves the eigenvectors as they are: one decomposition serves its levels
+    turned = {
+        shared: _turned(error_correlation * model_error + shared, at.log_speed_by, change)
+        for shared in dict.fromkeys(noise.shared for noise in noises)
+    }
+    levels = [(noise.own, *turned[noise.shared]) for noise in noises]
     return np.stack(
-        [_in_eigenvectors(mean_by, change, 1.0 / (np.maximum(value, 0.0) + v)) for v in noise_variances]
+        [_in_eigenvectors(mean, by, 1.0 / (np.maximum(value, 0.0) + own)) for own, value, mean, by in levels]
     )
+
+
+def _turned(
+    matrix: FloatArray, mean_by: FloatArray, change: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return eigenvalues (..., p) of a matrix, and m_j and C_j in its eigenvectors."""
+    value, vector = np.linalg.eigh(matrix)
+    turned = vector[..., None, :, :]
+    return value, mean_by @ vector, np.swapaxes(turned, -1, -2) @ change @ turned
 
 
 def _in_eigenvectors(mean_by: FloatArray, change: FloatArray, weight: FloatArray) -> FloatArray:
@@ -107,7 +105,7 @@ def _in_eigenvectors(mean_by: FloatArray, change: FloatArray, weight: FloatArray
 
 def choose_phases(
     candidates: Sequence[SpeedDerivatives],
-    noise_variance: Sequence[float],
+    noises: Sequence[MeanNoise],
     discrepancy: DiscrepancySettings,
     range_cycle: float,
     precision: FloatArray,
@@ -121,7 +119,7 @@ def choose_phases(
 
     Args:
         candidates: Each subject's derivatives at the same candidate phases.
-        noise_variance: Of each subject's mean speed at a phase.
+        noises: Of each subject's mean speeds.
         discrepancy: delta and tau.
         range_cycle: Distance over which model errors are correlated.
         precision: Of the prior; (d, d).
@@ -137,8 +135,8 @@ def choose_phases(
         left = np.setdiff1d(np.arange(len(candidates[0].phase)), chosen)
         sets = np.column_stack([np.tile(chosen, (len(left), 1)).astype(np.int64), left])
         cost = sum(
-            _cost(one, sets, variance, discrepancy, range_cycle, precision, wanted)
-            for one, variance in zip(candidates, noise_variance, strict=True)
+            _cost(one, sets, noise, discrepancy, range_cycle, precision, wanted)
+            for one, noise in zip(candidates, noises, strict=True)
         )
         chosen.append(int(left[np.argmin(cost)]))
     return np.array(chosen)
@@ -147,7 +145,7 @@ def choose_phases(
 def _cost(
     candidates: SpeedDerivatives,
     sets: IntArray,
-    noise_variance: float,
+    noise: MeanNoise,
     discrepancy: DiscrepancySettings,
     range_cycle: float,
     precision: FloatArray,
@@ -158,7 +156,7 @@ def _cost(
     slope, log_speed_by, slope_by = (np.moveaxis(part[..., sets], -2, 0) for part in parts)
     at = SpeedDerivatives(candidates.phase[sets], slope, log_speed_by, slope_by)
     error_correlation = correlation(at.phase, range_cycle)[:, None]
-    information = design_information(at, [noise_variance], discrepancy, error_correlation)[0]
+    information = design_information(at, [noise], discrepancy, error_correlation)[0]
     gradient = np.broadcast_to(
         np.eye(len(precision))[list(wanted)], (slope.shape[1], len(wanted), len(precision))
     )
@@ -211,7 +209,7 @@ class Placement:
 def expected_of_designs(
     model: SpeedModel,
     simulated: SimulatedStencil,
-    repeat_variance: float,
+    repeat: MeanNoise,
     settings: DesignSettings,
 ) -> Designs:
     """Judge evenly spaced designs for one subject.
@@ -219,13 +217,13 @@ def expected_of_designs(
     Args:
         model: Its recording's model.
         simulated: Posterior draws with their neighbours.
-        repeat_variance: Squared relative standard error of one repeat.
+        repeat: Noise of one repeat's mean speed.
         settings: The designs.
     """
-    variances = [*(repeat_variance / repeats for repeats in settings.repeats), NO_NOISE]
+    noises = [*(repeat.of(repeats) for repeats in settings.repeats), NO_NOISE]
     correlated, independent = (
         np.stack(
-            [_even(model, simulated, variances, count, settings, reach) for count in settings.phases],
+            [_even(model, simulated, noises, count, settings, reach) for count in settings.phases],
             axis=1,
         )
         for reach in (settings.discrepancy_range_cycle, None)
@@ -236,7 +234,7 @@ def expected_of_designs(
 def place_phases(
     models: Sequence[SpeedModel],
     simulated: Sequence[SimulatedStencil],
-    noise_variances: Sequence[float],
+    noises: Sequence[MeanNoise],
     settings: DesignSettings,
 ) -> Placement:
     """Choose phases for a cohort, at its own repeats, for the three active parameters together.
@@ -244,7 +242,7 @@ def place_phases(
     Args:
         models: One a subject.
         simulated: Posterior draws with their neighbours.
-        noise_variances: Squared relative standard error of each subject's mean speed at a phase.
+        noises: Noise of each subject's mean speeds.
         settings: Candidates, and how many to choose.
     """
     candidates = uniform_phases(settings.placement_candidates)
@@ -255,7 +253,7 @@ def place_phases(
     chosen = candidates[
         choose_phases(
             at,
-            noise_variances,
+            noises,
             discrepancy,
             settings.discrepancy_range_cycle,
             prior_precision(prior),
@@ -264,15 +262,15 @@ def place_phases(
         )
     ]
     counts = tuple(count for count in settings.phases if count <= settings.placement_phases)
-    parts = list(zip(models, simulated, noise_variances, strict=True))
+    parts = list(zip(models, simulated, noises, strict=True))
     reach = settings.discrepancy_range_cycle
     chosen_sd = [
-        np.stack([_sd(model, stencil, [variance], [chosen[:n]], reach)[:, 0] for n in counts], axis=1)
-        for model, stencil, variance in parts
+        np.stack([_sd(model, stencil, [noise], [chosen[:n]], reach)[:, 0] for n in counts], axis=1)
+        for model, stencil, noise in parts
     ]
     even = [
-        np.stack([_even(model, stencil, [variance], n, settings, reach)[:, 0] for n in counts], axis=1)
-        for model, stencil, variance in parts
+        np.stack([_even(model, stencil, [noise], n, settings, reach)[:, 0] for n in counts], axis=1)
+        for model, stencil, noise in parts
     ]
     return Placement(chosen, counts, np.stack(chosen_sd), np.stack(even))
 
@@ -280,7 +278,7 @@ def place_phases(
 def _even(
     model: SpeedModel,
     simulated: SimulatedStencil,
-    variances: Sequence[float],
+    noises: Sequence[MeanNoise],
     count: int,
     settings: DesignSettings,
     reach: float | None,
@@ -289,13 +287,13 @@ def _even(
     # a protocol sets the distance of the phases, hardly where the first one falls: averaged over its places
     offsets = uniform_phases(settings.offsets)
     sets = [uniform_phases(count, offset) for offset in offsets]
-    return _sd(model, simulated, variances, sets, reach)
+    return _sd(model, simulated, noises, sets, reach)
 
 
 def _sd(
     model: SpeedModel,
     simulated: SimulatedStencil,
-    variances: Sequence[float],
+    noises: Sequence[MeanNoise],
     sets: Sequence[FloatArray],
     reach: float | None,
 ) -> FloatArray:
@@ -303,7 +301,7 @@ def _sd(
     gradient = log_gradient(model, np.exp(simulated.log_phi[0]))
     precision = prior_precision(model.settings.prior)
     expected = [
-        expected_variance(precision, _information(model, simulated, phase, variances, reach), gradient)
+        expected_variance(precision, _information(model, simulated, phase, noises, reach), gradient)
         for phase in sets
     ]
     return np.asarray(np.sqrt(np.mean(expected, axis=(0, 2))).T)
@@ -313,10 +311,10 @@ def _information(
     model: SpeedModel,
     simulated: SimulatedStencil,
     phase: FloatArray,
-    variances: Sequence[float],
+    noises: Sequence[MeanNoise],
     reach: float | None,
 ) -> FloatArray:
     """Return the information (noise levels, n, d, d); without a reach, model errors are independent."""
     at = derivatives_at(model, simulated, phase)
     together = np.eye(len(phase)) if reach is None else correlation(phase, reach)
-    return design_information(at, variances, model.settings.discrepancy, together[None])
+    return design_information(at, noises, model.settings.discrepancy, together[None])

@@ -116,7 +116,7 @@ def moments_of_phi(model: SpeedModel, phi: FloatArray) -> Moments:
     """Return mean and log sd of the measured log speeds at phi (n, d)."""
     predicted = model.predict(phi)
     sd = log_speed_sd(predicted, model.recording.relative_se, model.settings.discrepancy)
-    return Moments(predicted.log_speed, np.log(sd))
+    return Moments(predicted.log_speed, np.log(sd), model.recording.shared)
 
 
 def in_logit(model: SpeedModel, step: float) -> NormalProblem:
@@ -133,7 +133,11 @@ def in_logit(model: SpeedModel, step: float) -> NormalProblem:
         phi = from_logit(eta, prior)
         of_speeds, nuisances = moments_of_phi(model, phi), np.log(phi[:, REPORTED.stop :])
         spread = np.broadcast_to(log_sd, nuisances.shape)
-        return Moments(np.hstack([of_speeds.mean, nuisances]), np.hstack([of_speeds.log_sd, spread]))
+        return Moments(
+            np.hstack([of_speeds.mean, nuisances]),
+            np.hstack([of_speeds.log_sd, spread]),
+            np.pad(of_speeds.shared, ((0, len(known)), (0, 0))),
+        )
 
     reach = np.full(len(prior.names), LOGIT_REACH)
     observed = np.log([*model.recording.speed_m_s, *(parameter.centre for parameter in known)])
@@ -223,7 +227,8 @@ class PhaseInformation:
     """What p phases tell of q quantities; (q, p) each.
 
     Attributes:
-        share: Share of the phase in the expected information about the quantity, all else known.
+        share: Share of the phase in the expected information about the quantity, all else known; where
+            phases share errors, in the sum of what each adds to the others.
         sd_increase: By what fraction the expected posterior sd of the log grows without the phase.
     """
 
@@ -246,18 +251,20 @@ class LeftOut:
     k_hat: FloatArray
 
 
-def phase_information(by_phase: FloatArray, precision: FloatArray, gradient: FloatArray) -> PhaseInformation:
+def phase_information(
+    total: FloatArray, by_phase: FloatArray, precision: FloatArray, gradient: FloatArray
+) -> PhaseInformation:
     """Compare the information with and without each phase.
 
     Args:
-        by_phase: Each phase's expected information in log phi, at n draws; (n, p, d, d).
+        total: Expected information of all phases in log phi, at n draws; (n, d, d).
+        by_phase: What each phase adds to the others; (n, p, d, d).
         precision: Of the prior; (d, d).
         gradient: d log quantity / d log phi; (n, q, d).
 
     The share of a phase in the information about a quantity with gradient g is that along the direction
     g / |g|^2, in which the log quantity rises by its own amount.
     """
-    total = by_phase.sum(axis=1)
     without = np.moveaxis(total[:, None] - by_phase, 1, 0)
     whole = expected_sd(precision, total, gradient)
     direction = gradient / np.sum(gradient**2, axis=2, keepdims=True)
@@ -269,14 +276,14 @@ def phase_information(by_phase: FloatArray, precision: FloatArray, gradient: Flo
 
 
 def leave_phases_out(log_quantities: FloatArray, log_likelihood_by_phase: FloatArray) -> LeftOut:
-    """Reweight posterior draws by 1 / p(y_i | phi), which is the posterior without datum i.
+    """Reweight posterior draws by 1 / p(y_i | the other data, phi), which is the posterior without datum i.
 
     Gelfand, Dey and Chang (Bayesian Statistics 4, 1992); the weights are Pareto-smoothed (Vehtari,
     Gelman and Gabry, Stat Comput 27:1413, 2017).
 
     Args:
         log_quantities: Posterior draws of log quantities; (n, q).
-        log_likelihood_by_phase: log p(y_i | phi) at the draws; (n, p).
+        log_likelihood_by_phase: log p(y_i | the other data, phi) at the draws; (n, p).
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # k-hat is reported beside the results

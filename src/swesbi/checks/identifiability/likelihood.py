@@ -1,12 +1,13 @@
 """Normal data whose mean and spread both depend on the parameters, and maximising their likelihood.
 
-For y_i ~ N(m_i(x), s_i(x)^2), with z_i = (y_i - m_i) / s_i, the score and the expected information are
+For y ~ N(m(x), C(x)), C = diag(s(x)^2) + W W^T, with Q = C^-1, q = Q (y - m) and l_i = log s_i, the score
+and the expected information are
 
-    d log L / dx_j = sum_i z_i / s_i  dm_i/dx_j + (z_i^2 - 1) d log s_i / dx_j
-    I_jk = sum_i 1 / s_i^2  dm_i/dx_j dm_i/dx_k + 2  d log s_i / dx_j  d log s_i / dx_k
+    d log L / dx_j = sum_i q_i dm_i/dx_j + s_i^2 (q_i^2 - Q_ii) dl_i/dx_j
+    I_jk = sum_il Q_il dm_i/dx_j dm_l/dx_k + 2 Q_il^2 s_i^2 s_l^2 dl_i/dx_j dl_l/dx_k
 
-(Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, Eq. 3.31, for a diagonal
-covariance). The second terms are what the spread of the data tells beside their mean.
+(Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, Eqs. 3.31 and 3C.5). The second
+terms are what the spread of the data tells beside their mean. Where nothing is shared, Q is diag(1 / s^2).
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.measurement.likelihood import normal_log_density
+from swesbi.measurement.shared_error import innovations, normal_log_density, precision
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -32,10 +33,27 @@ HARDEN: Final = 5.0
 
 @dataclass(frozen=True)
 class Moments:
-    """Mean and log standard deviation of p data at n parameters; (n, p) each, NaN where undefined."""
+    """What p normal data are expected to be at n parameters; NaN where undefined.
+
+    Attributes:
+        mean: Means m; (n, p).
+        log_sd: Log standard deviations of their own errors, log s; (n, p).
+        shared: Factor W of the errors that they share; (p, R), R = 0 where they are independent.
+    """
 
     mean: FloatArray
     log_sd: FloatArray
+    shared: FloatArray
+
+    @property
+    def independent(self) -> bool:
+        """Whether the data share nothing."""
+        return not self.shared.shape[1]
+
+    @property
+    def precision(self) -> FloatArray:
+        """Q at every parameter; (n, p, p)."""
+        return precision(np.exp(self.log_sd), self.shared)
 
 
 MomentFunction = Callable[[FloatArray], Moments]
@@ -73,7 +91,9 @@ def differentiate(
         values.reshape(-1, *x.shape[:1], values.shape[1]) for values in (moments.mean, moments.log_sd)
     )
     return Differentiated(
-        Moments(mean[0], log_sd[0]), central_difference(mean, step), central_difference(log_sd, step)
+        Moments(mean[0], log_sd[0], moments.shared),
+        central_difference(mean, step),
+        central_difference(log_sd, step),
     )
 
 
@@ -92,24 +112,77 @@ def central_difference(values: FloatArray, step: float) -> FloatArray:
 
 
 def log_likelihood_terms(moments: Moments, observed: FloatArray) -> FloatArray:
-    """Return log p(y_i | x) of every datum, (n, p)."""
-    z = (observed - moments.mean) * np.exp(-moments.log_sd)
-    return normal_log_density(z, moments.log_sd)
+    """Return log p(y_i | the other data, x) of every datum, (n, p); of independent ones, log p(y_i | x).
+
+    Given the others, y_i is normal with variance 1 / Q_ii and mean y_i - q_i / Q_ii (Rue and Held, Gaussian
+    Markov Random Fields, 2005, Theorem 2.3). Terms of data that share errors do not add up to log p(y | x).
+    """
+    if moments.independent:
+        z = (observed - moments.mean) * np.exp(-moments.log_sd)
+        return normal_log_density(z, moments.log_sd)
+    whole = moments.precision
+    own = np.diagonal(whole, axis1=1, axis2=2)
+    z = np.einsum("npq,nq->np", whole, observed - moments.mean) / np.sqrt(own)
+    return normal_log_density(z, -0.5 * np.log(own))
+
+
+def log_likelihood(moments: Moments, observed: FloatArray) -> FloatArray:
+    """Return log p(y | x) of all data, (n,)."""
+    if moments.independent:
+        return np.asarray(log_likelihood_terms(moments, observed).sum(axis=1))
+    return innovations(observed - moments.mean, np.exp(moments.log_sd), moments.shared).log_density
 
 
 def score(at: Differentiated, observed: FloatArray) -> FloatArray:
     """Return the gradient of the log likelihood, (n, f)."""
-    inverse_sd = np.exp(-at.moments.log_sd)
-    z = (observed - at.moments.mean) * inverse_sd
-    by_mean = np.einsum("np,njp->nj", z * inverse_sd, at.mean_by)
-    return np.asarray(by_mean + np.einsum("np,njp->nj", z**2 - 1.0, at.log_sd_by))
+    distance = observed - at.moments.mean
+    if at.moments.independent:
+        inverse_sd = np.exp(-at.moments.log_sd)
+        z = distance * inverse_sd
+        pull, by_spread = z * inverse_sd, z**2 - 1.0
+    else:
+        whole = at.moments.precision
+        pull = np.einsum("npq,nq->np", whole, distance)
+        by_spread = np.exp(2.0 * at.moments.log_sd) * (pull**2 - np.diagonal(whole, axis1=1, axis2=2))
+    by_mean = np.einsum("np,njp->nj", pull, at.mean_by)
+    return np.asarray(by_mean + np.einsum("np,njp->nj", by_spread, at.log_sd_by))
+
+
+def expected_information(at: Differentiated) -> FloatArray:
+    """Return the expected information of all data, (n, f, f)."""
+    if at.moments.independent:
+        return np.asarray(information_by_datum(at).sum(axis=1))
+    whole, spread = at.moments.precision, _spread_by(at)
+    from_mean = at.mean_by @ whole @ np.swapaxes(at.mean_by, 1, 2)
+    return np.asarray(from_mean + 2.0 * spread @ whole**2 @ np.swapaxes(spread, 1, 2))
 
 
 def information_by_datum(at: Differentiated) -> FloatArray:
-    """Return each datum's part of the expected information, (n, p, f, f)."""
+    """Return what each datum adds to the expected information of the others, (n, p, f, f).
+
+    What independent data add is the information of all. Without datum i, the precision of the others is
+    Q - Q_.i Q_i. / Q_ii (Rue and Held, Gaussian Markov Random Fields, 2005, Sec. 2.2).
+    """
+    if not at.moments.independent:
+        return _added_by_datum(at)
     mean_by = at.mean_by * np.exp(-at.moments.log_sd)[:, None]
     from_mean = np.einsum("njp,nkp->npjk", mean_by, mean_by)
     return np.asarray(from_mean + 2.0 * np.einsum("njp,nkp->npjk", at.log_sd_by, at.log_sd_by))
+
+
+def _added_by_datum(at: Differentiated) -> FloatArray:
+    whole, spread = at.moments.precision, _spread_by(at)
+    own = np.diagonal(whole, axis1=1, axis2=2)
+    pull = at.mean_by @ whole / np.sqrt(own)[:, None]
+    lost = whole[:, :, :, None] * whole[:, :, None, :] / own[:, :, None, None]
+    squares = whole[:, None] ** 2 - (whole[:, None] - lost) ** 2
+    from_spread = spread[:, None] @ squares @ np.swapaxes(spread, 1, 2)[:, None]
+    return np.asarray(np.einsum("njp,nkp->npjk", pull, pull) + 2.0 * from_spread)
+
+
+def _spread_by(at: Differentiated) -> FloatArray:
+    """Return s^2 d log s / d x_j, half the change of C's diagonal; (n, f, p)."""
+    return np.asarray(at.log_sd_by * np.exp(2.0 * at.moments.log_sd)[:, None])
 
 
 @dataclass(frozen=True)
@@ -117,7 +190,7 @@ class NormalProblem:
     """Normal data and the box in which their parameters are searched.
 
     Attributes:
-        moments: Parameters (n, k) to mean and log sd of the data.
+        moments: Parameters (n, k) to the moments of the data.
         observed: The data; (p,).
         low: Lower bounds of the search; (k,).
         high: Upper bounds; (k,).
@@ -132,7 +205,7 @@ class NormalProblem:
 
     def log_likelihood(self, x: FloatArray) -> FloatArray:
         """Return log L of parameters (n, k), shape (n,); -inf where the moments are undefined."""
-        total = log_likelihood_terms(self.moments(x), self.observed).sum(axis=1)
+        total = log_likelihood(self.moments(x), self.observed)
         return np.where(np.isnan(total), -np.inf, total)
 
 
@@ -168,7 +241,7 @@ def maximise(problem: NormalProblem, start: FloatArray, free: Sequence[int]) -> 
         if stale.any():
             at = differentiate(problem.moments, x[stale], problem.step, free)
             gradient[stale] = np.nan_to_num(score(at, problem.observed))
-            information[stale] = np.nan_to_num(information_by_datum(at).sum(axis=1))
+            information[stale] = np.nan_to_num(expected_information(at))
         rows = np.flatnonzero(~done)
         trial, promise = _step(problem, x[rows], gradient[rows], information[rows], damping[rows], free)
         done[rows] = (promise * (1.0 + damping[rows]) < TOLERANCE) | (damping[rows] > GREATEST_DAMPING)

@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Part, Variable
-from swesbi.checks.identifiability.designs import Designs, Placement, expected_of_designs, place_phases
+from swesbi.checks.identifiability.designs import (
+    Designs,
+    Placement,
+    expected_of_designs,
+    place_phases,
+)
 from swesbi.checks.identifiability.information import (
     Contraction,
     LeftOut,
@@ -28,7 +33,14 @@ from swesbi.checks.identifiability.information import (
     quantities,
     simulate_stencil,
 )
-from swesbi.checks.identifiability.likelihood import differentiate, information_by_datum, log_likelihood_terms
+from swesbi.checks.identifiability.likelihood import (
+    Differentiated,
+    differentiate,
+    expected_information,
+    information_by_datum,
+    log_likelihood_terms,
+)
+from swesbi.checks.identifiability.noise import MeanNoise
 from swesbi.checks.identifiability.profiles import Profiles, profiles_of
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.measurement.likelihood import SpeedModel
@@ -49,14 +61,14 @@ class RecordedSubject:
         phi: Posterior draws; (n, d).
         phase: All phases of the recording, missing ones too; (P,).
         measured: Which of them were measured; (P,).
-        repeat_variance: Squared relative standard error of one repeat's mean speed.
+        repeat: Noise of one repeat's mean speed.
     """
 
     model: SpeedModel
     phi: FloatArray
     phase: FloatArray
     measured: NDArray[np.bool_]
-    repeat_variance: float
+    repeat: MeanNoise
 
     @property
     def name(self) -> str:
@@ -70,8 +82,8 @@ class RecordedSubject:
 
     @property
     def equivalent_repeats(self) -> float:
-        """Repeats of usual size that give the recording's mean squared standard error."""
-        return float(self.repeat_variance / np.mean(self.model.recording.relative_se**2))
+        """Repeats of usual size that give the mean square of the recording's own errors."""
+        return float(self.repeat.own / np.mean(self.model.recording.relative_se**2))
 
 
 @dataclass(frozen=True)
@@ -148,14 +160,14 @@ def identify(
         left_out=leave_phases_out(
             np.log(values), log_likelihood_terms(moments, np.log(model.recording.speed_m_s))
         ),
-        designs=expected_of_designs(model, simulated, recorded.repeat_variance, settings.design),
+        designs=expected_of_designs(model, simulated, recorded.repeat, settings.design),
         shown=drawn(recorded, settings.shown_draws, seed, "shown")[:, REPORTED],
     )
 
 
-def _by_phase(recorded: RecordedSubject, phi: FloatArray, step: float) -> FloatArray:
-    """Return each measured phase's expected information in log phi, (n, p, d, d)."""
-    return information_by_datum(differentiate(in_log(recorded.model), np.log(phi), step))
+def _differentiated(recorded: RecordedSubject, phi: FloatArray, step: float) -> Differentiated:
+    """Return how the measured log speeds' moments change with log phi, at phi (n, d)."""
+    return differentiate(in_log(recorded.model), np.log(phi), step)
 
 
 def _spread(recorded: RecordedSubject, phi: FloatArray, step: float) -> Spread:
@@ -163,7 +175,11 @@ def _spread(recorded: RecordedSubject, phi: FloatArray, step: float) -> Spread:
     at_median = np.median(recorded.phi, axis=0)[None]
     precision = prior_precision(recorded.model.settings.prior)
     over_draws, at_one = (
-        expected_sd(precision, _by_phase(recorded, at, step).sum(axis=1), log_gradient(recorded.model, at))
+        expected_sd(
+            precision,
+            expected_information(_differentiated(recorded, at, step)),
+            log_gradient(recorded.model, at),
+        )
         for at in (phi, at_median)
     )
     return Spread(np.median(values, axis=0), np.log(values).std(axis=0), over_draws, at_one)
@@ -172,7 +188,8 @@ def _spread(recorded: RecordedSubject, phi: FloatArray, step: float) -> Spread:
 def _phases(recorded: RecordedSubject, phi: FloatArray, step: float) -> PhaseInformation:
     precision = prior_precision(recorded.model.settings.prior)
     gradient = log_gradient(recorded.model, phi)
-    return phase_information(_by_phase(recorded, phi, step), precision, gradient)
+    at = _differentiated(recorded, phi, step)
+    return phase_information(expected_information(at), information_by_datum(at), precision, gradient)
 
 
 @dataclass(frozen=True)
@@ -203,7 +220,7 @@ def identify_cohort(
     placement = place_phases(
         [subject.model for subject in recorded],
         [stencil_of(subject, draws, settings, seed) for subject in recorded],
-        [subject.repeat_variance / subject.equivalent_repeats for subject in recorded],
+        [subject.repeat.of(subject.equivalent_repeats) for subject in recorded],
         settings.design,
     )
     return CohortIdentifiability(tuple(recorded), tuple(subjects), placement)

@@ -123,7 +123,7 @@ def _with_missing(recorded: RecordedSubject, values: FloatArray) -> FloatArray:
 
 def _designs(cohort: CohortIdentifiability) -> dict[str, Any]:
     return {
-        "repeat_se": np.sqrt([subject.repeat_variance for subject in cohort.recorded]),
+        "repeat_se": np.sqrt([subject.repeat.total for subject in cohort.recorded]),
         "own_repeats": np.array([subject.equivalent_repeats for subject in cohort.recorded]),
         "own_phases": np.array([int(subject.measured.sum()) for subject in cohort.recorded]),
     }

@@ -2,7 +2,9 @@
 
 Features S(.) summarise a curve whose phases and noise a network knows by heart. Where these differ from
 recording to recording, the network has to see them: the speed at each phase of the protocol, whether it was
-measured, and its standard error; and the three values of the context that set the simulator.
+measured, and its standard error; and the three values of the context that set the simulator. The standard
+error is the total one. Where phases share errors the network learns from recordings that do, but is not told
+how much of a standard error is shared; the exact weights, whose likelihood knows, make up for it.
 """
 
 from __future__ import annotations
@@ -189,7 +191,7 @@ def phase_inputs(
         context: :func:`context_inputs` of each; shape (n, 3).
         log_speed: Log speeds, anything where not measured; shape (n, P).
         measured: Which phases were measured, at least one a recording; shape (n, P).
-        relative_se: Standard errors of the speeds, anything positive where not measured; shape (n, P).
+        relative_se: Total standard errors of the speeds, anything positive where not measured; shape (n, P).
         settings: Phases and the range of standard errors, to which they are clipped.
     """
     low, high = settings.relative_se
@@ -221,7 +223,7 @@ def recording_inputs(recording: SpeedRecording, settings: PhaseSettings) -> Floa
         context_inputs(recording.context)[None],
         np.log(recording.speed_m_s)[None, chosen],
         (chosen >= 0)[None],
-        recording.relative_se[None, chosen],
+        recording.errors.total[None, chosen],
         settings,
     )
 

@@ -60,7 +60,7 @@ def noisy_speeds(simulations: SubjectSimulations, rng: np.random.Generator) -> t
     operator = sample(len(simulations.theta), settings.prior.operator, rng)
     phi = settings.prior.joined(simulations.theta, simulations.physiology, operator)
     predicted = model.predict_at(phi, simulations.wall)
-    speeds = draw_speeds(predicted, model.recording.relative_se, settings.discrepancy, rng)
+    speeds = draw_speeds(predicted, model.recording.errors, settings.discrepancy, rng)
     return phi, speeds
 
 

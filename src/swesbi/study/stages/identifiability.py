@@ -11,8 +11,8 @@ import numpy as np
 from swesbi.artefacts import ArtefactError, load, save
 from swesbi.base import Settings
 from swesbi.checks.identifiability import tables
-from swesbi.checks.identifiability.designs import single_repeat_variance
 from swesbi.checks.identifiability.information import QUANTITY_NAMES
+from swesbi.checks.identifiability.noise import single_repeat_noise
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.identifiability.subject import CohortIdentifiability, RecordedSubject, identify_cohort
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_model
@@ -87,7 +87,7 @@ def read_recorded(
         phi=phi,
         phase=observed.phase,
         measured=observed.measured,
-        repeat_variance=single_repeat_variance(components, observed.samples_by_repeat[observed.measured]),
+        repeat=single_repeat_noise(components, observed.samples_by_repeat[observed.measured]),
     )
 
 

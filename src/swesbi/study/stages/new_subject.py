@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from swesbi.base import Settings
 from swesbi.context import Context
-from swesbi.measurement.likelihood import read_speed_model
+from swesbi.measurement.likelihood import build_speed_model
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline, load_spline_provenance
 from swesbi.population.settings import PopulationSettings
@@ -102,15 +102,17 @@ def _answer(
 ) -> None:
     """Ingest the recording of ``origin.subject``, infer it, judge and draw it; errors as of the stages."""
     ingest(recording=recording, observation=files.observation, settings=settings.ingest, origin=origin)
-    model = read_speed_model(files.observation, noise, settings.exact_posterior.model)
+    repeats, components = read_repeats(protocol), read_noise(noise).components
+    known = known_noise(repeats, components)
+    model = build_speed_model(files.observation, known, settings.exact_posterior.model)
     answer = Answer(model, knowledge, settings, origin, STREAM)
     # an answer is waited for: what does not need the posterior is made in a process of its own meanwhile
     with worker_process() as worker:
         reference = worker.submit(answer.reference, settings.reference_recordings)
         fitted = worker.submit(_fit, files, settings, origin)
         efficiency = answer.infer(files.posterior)
-        components, quality = read_noise(noise).components, settings.ingest.recording
-        noise_test = _noise_test(recording, read_repeats(protocol), components, quality, settings.noise_level)
+        quality = settings.ingest.recording
+        noise_test = _noise_test(recording, repeats, components, quality, settings.noise_level)
         judged = answer.judge(files.posterior, files.support, reference.result(), efficiency, [noise_test])
         LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
         fitted.result()
@@ -122,6 +124,11 @@ def _answer(
             files.predictive, files.support, files.reference_fit, files.ppc_png, title
         )
         drawn.result()
+
+
+def known_noise(repeats: Repeats, pooled: NoiseComponents) -> NoiseComponents:
+    """Return the pool's components as the recording has them: of sweeps only where its repeats are such."""
+    return pooled if repeats == "sweeps" else pooled.of_separate_repeats
 
 
 def worker_process() -> ProcessPoolExecutor:
