@@ -10,6 +10,7 @@ import numpy as np
 from swesbi.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.parameters import THETA_NAMES
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import TruthCurve
 
 K_SR: Final = THETA_NAMES.index("k_sr_per_s")
@@ -63,14 +64,17 @@ class Generator(Protocol):
     def title(self) -> str:
         """What it is, in a few words."""
 
-    def draw(self, index: int, seed: int, name: str) -> ExamHeart:
-        """Return the heart of this number, all of it drawn from ``generator(seed, name, letter, index)``.
+    @property
+    def acquisition(self) -> AcquisitionSettings:
+        """How its hearts are recorded."""
+
+    def draw(self, index: int, rng: np.random.Generator) -> ExamHeart:
+        """Return the heart of this number.
 
         Args:
             index: Number of the heart.
-            seed: The study's seed.
-            name: Name of the stream: ``exam`` for the exam itself, another for development.
+            rng: Stream of this heart, from which all is drawn that is drawn of it; its recording goes on.
 
         Raises:
-            RuntimeError: No such heart has a periodic beat.
+            RuntimeError: It has no periodic beat.
         """
