@@ -40,6 +40,7 @@ KINDS: Final = {
     "calibration": "recordings of known parameters, and what each sampler made of them",
     "identifiability": "posterior and likelihood-ratio intervals of every subject",
     "misspecification": "whether the model can have made the recordings",
+    "exam": "answers to the hearts of one generator of the exam",
     "cmaes": "CMA-ES reference fit of one subject",
     "estimator": "trained network of an experiment, weights of the best epoch",
     "flow": "trained flow of an experiment on measured speeds",
