@@ -59,7 +59,7 @@ def _answered(study: Study, options: argparse.Namespace, letter: str, inputs: di
     if options.number is not None:
         plain["hearts"] = options.number
     run = stage_function(ANSWERS)
-    path = Path(study.config.results) / options.experiment / options.stream / f"{letter}.h5"
+    path: Path = Path(study.config.results) / options.experiment / options.stream / f"{letter}.h5"
     run(
         **inputs,
         answers=path,
@@ -97,8 +97,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m swesbi exam",
         description="Draw and record hearts of other generators (docs/exam.md) and answer each as "
-        "`new-subject` does a subject outside the study. Answers are kept under <results>/<experiment>/: a run that was "
-        "stopped goes on where it was.",
+        "`new-subject` does a subject outside the study. Answers are kept under <results>/<experiment>/, so "
+        "that a run that was stopped goes on where it was.",
     )
     parser.add_argument("--experiment", help="the one that answers; default and only choice: as configured")
     parser.add_argument("--generators", nargs="+", metavar="LETTER", help="default: all that are configured")

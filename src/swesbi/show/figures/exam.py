@@ -58,8 +58,9 @@ def draw_exam(table: pd.DataFrame, interval: float) -> Figure:
         axes[0].set_ylim(len(generators) - 0.5, -0.5)
         axes[0].set_xlim(-0.02, 1.02)
         in_percent(axes[0].xaxis)
-        figure.supxlabel(
-            f"hearts whose truth lies in the {as_percent(interval)} interval (grey: asked for)", fontsize=7.0
+        figure.suptitle(
+            f"The exam: hearts whose truth lies in the {as_percent(interval)} interval (grey: asked for)",
+            fontsize=7.5,
         )
         shared_legend(figure, axes, len(LOOKS))
     return figure
