@@ -32,6 +32,7 @@ from swesbi.posterior.result import read_exact_result
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
+from swesbi.recording.protocol import Repeats
 from swesbi.recording.settings import RecordingSettings
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.exam import draw_exam
@@ -148,7 +149,7 @@ class Examiner:
     def _noise_test(self, made: RecordedHeart) -> SupportTest:
         settings, components = self.settings, read_noise(self.noise).components
         swept = settings.source.acquisition.sweep_fraction > 0.0
-        repeats = "sweeps" if swept else "separate"
+        repeats: Repeats = "sweeps" if swept else "separate"
         return noise_test_of(made.samples, repeats, components, settings.recording, settings.noise_level)
 
 
