@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exam_case import CONFIG, SEED, STREAM, generators, recorded
+from study_copy import ROOT
 
 from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, draw_context, draw_volunteer
 from swesbi.exam import hearts, ranges
@@ -43,6 +44,16 @@ def test_a_doubled_range_has_the_same_middle_and_twice_the_width_in_log(name: st
     own, doubled = np.log(PHYSIOLOGY[name]), np.log(ranges.DOUBLED[name])
     assert doubled.mean() == pytest.approx(own.mean())
     assert np.diff(doubled) == pytest.approx(2.0 * np.diff(own))
+
+
+def test_the_page_prints_the_ranges_that_hearts_are_drawn_from() -> None:
+    lines = (ROOT / "docs" / "exam.md").read_text(encoding="utf-8").splitlines()
+    printed = [line.split("|")[2:4] for line in lines if " to " in line and line.startswith("| ")]
+    units = (1.0, 1.0, 1.0, 1.0, 1.0, 1e8, 1e-8, 1e-3, 1e-3)
+    for (own, doubled), name, unit in zip(printed, PHYSIOLOGY, units, strict=True):
+        for text, limits in ((own, PHYSIOLOGY[name]), (doubled, ranges.DOUBLED[name])):
+            said = [unit * float(number) for number in text.split(" to ")]
+            assert said == pytest.approx(limits, rel=6e-3), name
 
 
 def test_a_range_of_4_to_9_doubled_is_8_over_3_to_27_over_2() -> None:

@@ -55,6 +55,8 @@ FILES: Final = {
     "strata.csv": "coverage of credible intervals on fresh contexts, by stratum",
     "agreement.csv": "posteriors by a population's network beside those by the cohort's",
     "cohort.csv": "every subject as a population's network answers or refuses it",
+    "exam.csv": "the exam: coverage by generator and quantity",
+    "exam_samplers.csv": "the exam: how the hearts of each generator were answered",
     "ppc.csv": "table 1: predictive scores of every subject and experiment",
     "features.csv": "checked features of every subject and experiment",
     "posterior.csv": "posterior medians, intervals and correlations",
