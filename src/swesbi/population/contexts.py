@@ -79,11 +79,14 @@ def draw_population(
 ) -> tuple[DrawnContext, ...]:
     """Draw as :func:`draw_contexts` does, with the group of each and the number of refused draws."""
     return tuple(
-        _draw(number, population, generator(seed, "population", *name, number), broad) for number in index
+        draw_one(number, population, generator(seed, "population", *name, number), broad) for number in index
     )
 
 
-def _draw(number: int, population: PopulationSettings, rng: np.random.Generator, broad: bool) -> DrawnContext:
+def draw_one(
+    number: int, population: PopulationSettings, rng: np.random.Generator, broad: bool = False
+) -> DrawnContext:
+    """Draw the context of this number from a generator of the caller's; errors as of ``draw_contexts``."""
     # Group, sex, age and spread are kept when the body is drawn again: the limits do not change their shares.
     group = _choose_group(float(rng.random()), population)
     sex: Literal["F", "M"] = "M" if rng.random() < 0.5 else "F"
@@ -93,7 +96,7 @@ def _draw(number: int, population: PopulationSettings, rng: np.random.Generator,
         context = _body(number, sex, age_years, population.groups[group], rng)
         if spread:
             context = _spread(context, population, rng)
-        if not in_declared_range(context, population) and _is_plausible(context):
+        if not in_declared_range(context, population) and is_plausible(context):
             return DrawnContext(context, group, spread, redrawn=attempt)
     raise RuntimeError(
         f"context {number} of the population (group {group}, sex {sex}, {age_years:.0f} years): outside the "
@@ -151,7 +154,8 @@ def _spread(context: Context, population: PopulationSettings, rng: np.random.Gen
     return Context(**values)
 
 
-def _is_plausible(context: Context) -> bool:
+def is_plausible(context: Context) -> bool:
+    """Tell whether ingestion would take this context: the model's ranges, ejection fraction, LVEDV index."""
     try:
         ContextRow(**asdict(context))
     except ValidationError:

@@ -275,12 +275,26 @@ def simulate_truth(volunteer: Volunteer) -> Truth:
     beats = simulate(np.array([volunteer.theta]), volunteer.context, forward_model_of(volunteer))
     if beats.status[0] != Status.PERIODIC:
         raise RuntimeError(f"volunteer {volunteer.context.subject}: {Status(beats.status[0]).name}")
-    window = (beats.cycle_phase >= LATE_DIASTOLE[0]) & (beats.cycle_phase <= LATE_DIASTOLE[1])
     active = beats.active_stiffness_kpa[0]
     shape = passive_shape(beats.stretch[0], volunteer.passive_exponent_b)
-    scale = float((volunteer.late_diastolic_kpa - active[window].mean()) / shape[window].mean())
+    scale = designed_scale(volunteer.late_diastolic_kpa, beats.cycle_phase, active, shape)
     curve = TruthCurve(beats.cycle_phase, scale * shape + active)
     return Truth(volunteer, beats, scale, scale * shape, curve)
+
+
+def designed_scale(
+    late_diastolic_kpa: float, cycle_phase: FloatArray, active_kpa: FloatArray, shape: FloatArray
+) -> float:
+    """Return the passive scale in kPa with which mean stiffness in late diastole is as designed.
+
+    Args:
+        late_diastolic_kpa: The designed mean.
+        cycle_phase: Phases of the cycle; shape (M,).
+        active_kpa: Active part of the measured stiffness; shape (M,).
+        shape: Passive stiffness up to the scale; shape (M,).
+    """
+    window = (cycle_phase >= LATE_DIASTOLE[0]) & (cycle_phase <= LATE_DIASTOLE[1])
+    return float((late_diastolic_kpa - active_kpa[window].mean()) / shape[window].mean())
 
 
 def true_curve(volunteer: Volunteer) -> TruthCurve:

@@ -7,6 +7,7 @@ and what differs between hearts is drawn from ranges that span theirs.
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -117,9 +118,14 @@ def draw_volunteer(
     index: int, prior: PriorSettings, acquisition: AcquisitionSettings, rng: np.random.Generator
 ) -> Volunteer:
     """Draw the context, theta and physiology of one subject; the sexes alternate."""
+    return volunteer_in(draw_context(index, rng), PHYSIOLOGY, prior, acquisition, rng)
+
+
+def draw_context(index: int, rng: np.random.Generator) -> Context:
+    """Draw the context of the subject of this number; the sexes alternate."""
     sex: Literal["F", "M"] = "M" if index % 2 else "F"
     body = {name: float(rng.uniform(*limits)) for name, limits in BY_SEX[sex].items()}
-    context = Context(
+    return Context(
         subject=f"G{index + 1:02d}",
         sex=sex,
         age_years=float(rng.uniform(*AGE_YEARS)),
@@ -127,8 +133,18 @@ def draw_volunteer(
         lvesv_ml=body["lvedv_ml"] * float(rng.uniform(*VOLUME_RATIO)),
         **body,
     )
+
+
+def volunteer_in(
+    context: Context,
+    ranges: Mapping[str, Range],
+    prior: PriorSettings,
+    acquisition: AcquisitionSettings,
+    rng: np.random.Generator,
+) -> Volunteer:
+    """Draw theta from the prior, and each physiological quantity uniformly from its range, in a context."""
     theta = tuple(sample(1, prior, rng)[0].tolist())
-    physiology = {name: float(rng.uniform(*limits)) for name, limits in PHYSIOLOGY.items()}
+    physiology = {name: float(rng.uniform(*limits)) for name, limits in ranges.items()}
     return Volunteer(context, theta, acquisition=acquisition, design="drawn at random", **physiology)
 
 
