@@ -22,7 +22,7 @@ from swesbi.__main__ import main
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.importance import weigh
-from swesbi.posterior.refine import FittedProposal, StudentProposal, refine
+from swesbi.posterior.refine import FittedProposal, LogitSpace, StudentProposal, refine
 from swesbi.posterior.settings import RefinementSettings
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
@@ -101,7 +101,8 @@ class PriorDraws:
 
 def corner(model: SpeedModel) -> FittedProposal:
     """A proposal that puts its draws where the posterior has nothing."""
-    return FittedProposal(StudentProposal(np.full(4, 3.0), 0.05 * np.eye(4)), model.settings.prior)
+    student = StudentProposal(np.full(4, 3.0), 0.05 * np.eye(4))
+    return FittedProposal(student, LogitSpace(model.settings.prior))
 
 
 @pytest.mark.slow
@@ -120,7 +121,7 @@ def test_a_proposal_in_the_wrong_place_is_refined_until_its_weights_are_good(mod
 
 def test_a_mixture_s_density_integrates_to_one(model: SpeedModel) -> None:
     prior = model.settings.prior
-    wide = FittedProposal(StudentProposal(np.zeros(4), 0.5 * np.eye(4)), prior)
+    wide = FittedProposal(StudentProposal(np.zeros(4), 0.5 * np.eye(4)), LogitSpace(prior))
     refined = refine(model, wide, REFINEMENT.model_copy(update={"max_rounds": 1}), 1)
     assert len(refined.efficiency) == 2
     phi = draw_prior(prior, 100_000, np.random.default_rng(4))

@@ -180,7 +180,7 @@ def _exam_answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return asked | _fields(
         study,
         {"experiment": section.experiment},
-        "exam.made prior stage.exact_posterior stage.verdict stage.predictive_speeds new_subjects.refinement "
+        "exam.made prior stage.exact_posterior stage.verdict stage.predictive_speeds "
         "new_subjects.noise_level experiment.misspecification.synthetic.reference_recordings "
         "stage.train_population population.population acquisition recording measurement.grid_points",
     )

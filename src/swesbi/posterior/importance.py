@@ -13,7 +13,7 @@ from scipy.special import logsumexp
 from swesbi.artefacts import Variable
 from swesbi.draws import resampled_rows
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.net import TrainedSpline, draw_phi, log_q
+from swesbi.networks.spline.net import TrainedSpline, draw_phi, from_base, log_q, to_base
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.seeds import generator, integer_seed
 
@@ -194,6 +194,14 @@ class FlowProposal:
     def log_density(self, phi: FloatArray) -> FloatArray:
         """Return log q(phi | z) of phi (n, d); shape (n,)."""
         return log_q(self.flow, self.condition, phi)
+
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return phi (n, d) in the flow's base space, u (n, d), with log |du / dphi| of shape (n,)."""
+        return to_base(self.flow, self.condition, phi)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return the phi (n, d) of points u (n, d) of that space."""
+        return from_base(self.flow, self.condition, u)
 
 
 def flow_proposal(flow: TrainedSpline, recording: SpeedRecording) -> FlowProposal:

@@ -2,12 +2,15 @@
 
 Adaptive importance sampling (Cappé, Guillin, Marin and Robert 2004, J Comput Graph Stat 13:907): draws are
 weighted, a Student distribution is fitted to them, and takes most of the network's place in the next round.
+It is fitted in the flow's base space, where a posterior that the flow nearly knows is nearly normal (the map
+of Parno and Marzouk 2018, SIAM/ASA J Uncertain Quantif 6:645, here learnt beforehand).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +20,9 @@ from scipy.stats import multivariate_t
 
 from swesbi.draws import effective_draws, normalised
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
-from swesbi.posterior.importance import LikelihoodModel, Proposal, weigh
+from swesbi.posterior.importance import FlowProposal, LikelihoodModel, Proposal, WeightedDraws, weigh
 from swesbi.posterior.settings import ExactSettings, RefinementSettings
-from swesbi.prior import JointPriorSettings, bounds, from_logit, log_jacobian, to_logit
+from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 from swesbi.seeds import integer_seed
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +33,7 @@ DRAWS_A_PARAMETER: Final = (
     10.0  # effective ones behind a proposal, of a flattened posterior where it has fewer
 )
 KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
+LEAST_KNOWN: Final = 0.01  # efficiency of a flow that knows something of a recording
 
 
 @dataclass(frozen=True)
@@ -74,23 +78,47 @@ def _tempering(log_weight: FloatArray, least_effective: float) -> float:
     )
 
 
-@dataclass(frozen=True)
-class FittedProposal:
-    """A Student distribution of eta as a density over phi within the prior's box."""
+class Space(Protocol):
+    """A space in which a posterior is near normal, and its map onto the prior's box."""
 
-    student: StudentProposal
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where phi (n, d) lie in it, u (n, d), and log |du / dphi| of shape (n,)."""
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return the phi (n, d) of its points u (n, d)."""
+
+
+@dataclass(frozen=True)
+class LogitSpace:
+    """The logit of the prior's box."""
+
     prior: JointPriorSettings
 
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return eta (n, d) of phi (n, d), and log |deta / dphi|."""
+        eta = to_logit(phi, self.prior)
+        return eta, -log_jacobian(eta, self.prior)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return phi (n, d) of eta (n, d), never onto the faces of the box."""
+        return from_logit(u, self.prior)
+
+
+@dataclass(frozen=True)
+class FittedProposal:
+    """A Student distribution in a space, as a density over phi."""
+
+    student: StudentProposal
+    space: Space
+
     def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw phi (draws, d), never onto the faces of the box."""
-        low, high = bounds(self.prior)
-        phi = from_logit(self.student.draw(draws, np.random.default_rng(seed)), self.prior)
-        return np.asarray(np.clip(phi, np.nextafter(low, high), np.nextafter(high, low)))
+        """Draw phi (draws, d)."""
+        return self.space.at(self.student.draw(draws, np.random.default_rng(seed)))
 
     def log_density(self, phi: FloatArray) -> FloatArray:
-        """Return log q(phi) = log q(eta) - log |d phi / d eta| of phi (n, d); shape (n,)."""
-        eta = to_logit(phi, self.prior)
-        return np.asarray(self.student.log_density(eta) - log_jacobian(eta, self.prior))
+        """Return log q(phi) = log q(u) + log |du / dphi| of phi (n, d); shape (n,)."""
+        u, log_slope = self.space.place(phi)
+        return np.asarray(self.student.log_density(u) + log_slope)
 
 
 @dataclass(frozen=True)
@@ -115,7 +143,7 @@ class PairProposal:
 
 @dataclass(frozen=True)
 class Refined:
-    """A proposal good enough to be weighted, or the last that was tried.
+    """The best proposal that was found, good enough to be weighted or not.
 
     Attributes:
         proposal: The proposal.
@@ -127,7 +155,11 @@ class Refined:
 
 
 def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings, seed: int) -> Refined:
-    """Return ``first`` where its weights are efficient, or else a mixture of it and a fitted proposal.
+    """Return ``first`` where its weights are efficient, or else the best mixture of it and a fitted proposal.
+
+    What is fitted lives in the base space of a flow, where that has some efficiency: what the flow knows of
+    the posterior's shape is kept, and its errors of place and width are what is left. Of a recording that it
+    does not know at all, the logit of the prior's box is the better space. Draws of all rounds are fitted.
 
     Args:
         model: Prior and exact likelihood of the recording.
@@ -138,16 +170,37 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
     Raises:
         NoLikelihoodError: The likelihood is zero at every draw of a round.
     """
-    proposal, efficiencies, prior = first, [], model.settings.prior
+    rounds: list[_Round] = []
+    proposal = first
     for number in range(settings.max_rounds + 1):
         stream = integer_seed(seed, "refinement", number)
         weighted = weigh(model, proposal, settings.draws, settings.prior_fraction, stream)
-        efficiencies.append(weighted.efficiency)
+        rounds.append(_Round(proposal, weighted))
         if weighted.efficiency >= settings.min_efficiency or number == settings.max_rounds:
             break
-        student = fitted_proposal(to_logit(weighted.phi, prior), weighted.log_weight)
-        proposal = PairProposal(first, FittedProposal(student, prior))
-    return Refined(proposal, tuple(efficiencies))
+        proposal = PairProposal(first, _fitted(rounds, _space_of(first, rounds[0], model.settings.prior)))
+    best = max(rounds, key=lambda one: one.weighted.efficiency)
+    return Refined(best.proposal, tuple(one.weighted.efficiency for one in rounds))
+
+
+@dataclass(frozen=True)
+class _Round:
+    proposal: Proposal
+    weighted: WeightedDraws
+
+
+def _space_of(first: Proposal, weighed: _Round, prior: JointPriorSettings) -> Space:
+    knows = weighed.weighted.efficiency >= LEAST_KNOWN
+    return first if isinstance(first, FlowProposal) and knows else LogitSpace(prior)
+
+
+def _fitted(rounds: Sequence[_Round], space: Space) -> FittedProposal:
+    """Fit a proposal to the weighted draws of all rounds, which count by their efficiency."""
+    phi = np.concatenate([one.weighted.phi for one in rounds])
+    shares = np.array([one.weighted.efficiency for one in rounds])
+    log_shares = np.log(shares / shares.sum())
+    log_weight = [one.weighted.log_weight + share for one, share in zip(rounds, log_shares, strict=True)]
+    return FittedProposal(fitted_proposal(space.place(phi)[0], np.concatenate(log_weight)), space)
 
 
 def refined_posterior(

@@ -213,15 +213,51 @@ def log_q(spline: TrainedSpline, condition: FloatArray, phi: FloatArray) -> Floa
     return np.asarray(log_density - np.log(spline.eta.scale).sum() - log_jacobian(eta, spline.prior))
 
 
+def to_base(spline: TrainedSpline, condition: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return where phi (n, d) lie in the flow's base space, u (n, d), and log |du / dphi| of shape (n,).
+
+    There the flow's own density is standard normal.
+
+    Raises:
+        ValueError: z has another number of components than the flow, or holds NaN.
+    """
+    _check(condition[None], len(spline.components))
+    eta = to_logit(phi, spline.prior)
+    row, standardised = _tensor(condition), _tensor(spline.eta.apply(eta))
+    with reproducible(0), torch.no_grad():
+        parts = [
+            spline.net(row.expand(len(part), -1)).transform.call_and_ladj(part)
+            for part in torch.split(standardised, DRAWS_PER_BATCH)
+        ]
+    u, slope = (torch.cat(columns).numpy().astype(np.float64) for columns in zip(*parts, strict=True))
+    return u, np.asarray(slope - np.log(spline.eta.scale).sum() - log_jacobian(eta, spline.prior))
+
+
+def from_base(spline: TrainedSpline, condition: FloatArray, u: FloatArray) -> FloatArray:
+    """Return the phi (n, d) of points u (n, d) of the base space; errors as of :func:`to_base`."""
+    _check(condition[None], len(spline.components))
+    row = _tensor(condition)
+    with reproducible(0), torch.no_grad():
+        parts = [_invert(spline, part, row) for part in torch.split(_tensor(u), DRAWS_PER_BATCH)]
+    eta = torch.cat(parts).numpy().astype(np.float64) * spline.eta.scale + spline.eta.mean
+    return from_logit(eta, spline.prior)
+
+
 def _draw(spline: TrainedSpline, condition: Tensor, draws: int) -> FloatArray:
     """Draw standardised eta for conditions (B, C); shape (B, draws, d)."""
     base = spline.net(condition).base.sample((draws,))
-    eta = base.flatten(0, 1)
     conditions = condition.expand(draws, *condition.shape).flatten(0, 1)
-    for inverse in spline.inverse:
-        eta = inverse(eta, conditions)
+    eta = _invert(spline, base.flatten(0, 1), conditions)
     drawn: FloatArray = eta.view(base.shape).transpose(0, 1).numpy().astype(np.float64)
     return drawn
+
+
+def _invert(spline: TrainedSpline, u: Tensor, condition: Tensor) -> Tensor:
+    """Return standardised eta (n, d) of points u (n, d) of the base space, under one condition or (n, C)."""
+    conditions = condition.expand(len(u), condition.shape[-1])
+    for inverse in spline.inverse:
+        u = inverse(u, conditions)
+    return u
 
 
 def _tensor(values: FloatArray) -> Tensor:
