@@ -172,8 +172,8 @@ def _check_lists(study: Study, known: Mapping[str, ContextRow], source: str) -> 
             base, listed = config.base_of(name), config.listed_subjects(name) or ()
             raise ConfigError(
                 f"{source}: experiments.{base}.subjects: none of {', '.join(listed)} is among "
-                f"`subjects`, which are {', '.join(study.subjects)}. Add one to either, or leave {name!r} out "
-                "of `run`"
+                f"`subjects`, which are {', '.join(study.subjects)}. Add one to either, or leave {name!r} "
+                "out of `run`"
             )
 
 
