@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from swesbi.config.models import Config
@@ -71,7 +71,7 @@ def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> lis
     ]
 
 
-def _lists(config: Config) -> dict[str, Sequence[str]]:
+def _lists(config: Config) -> Mapping[str, Sequence[str]]:
     """Return every list of subjects of the configuration that is of its cohort, by its key."""
     of_study = {"subjects": () if config.subjects == "all" else config.subjects}
     listed = {name: config.listed_subjects(name) for name in config.experiments}

@@ -183,7 +183,7 @@ def _levels(levels: pd.DataFrame, truths: Sequence[Truth]) -> str:
         seeds=len(SEEDS),
         first=SEEDS[0],
         last=SEEDS[-1],
-        interpolation=np.mean([interpolation_error_kpa(curve) for curve in compared]),
+        interpolation=float(np.mean([interpolation_error_kpa(curve) for curve in compared])),
         scale=sizes["scale"],
         single=sizes["single"],
     )
