@@ -1,4 +1,4 @@
-"""What benchmark and figures of the forward model run on: shipped settings, six subjects, the prior."""
+"""What benchmark and figures of the forward model run on: shipped settings, prior, A to F."""
 
 from __future__ import annotations
 
@@ -32,11 +32,13 @@ class Cases:
 
 
 def load_cases(draws: int, config: Path = ROOT / "config.yaml") -> Cases:
-    """Read settings and prior of the study's configuration, and the shipped cohort."""
+    """Read settings and prior of the study's configuration, and the main experiment's subjects."""
     study = parse_config(read_yaml(config), str(config))
     prior: PriorSettings = study.priors["paper"]
     u = generator(study.seed, "simulator benchmark").uniform(size=(draws, 3))
-    contexts = read_subjects(ROOT / "data" / "virtual_volunteers" / "subjects.csv")
+    listed = study.listed_subjects(study.main_experiment)
+    cohort = read_subjects(ROOT / "data" / "virtual_volunteers" / "subjects.csv")
+    contexts = tuple(context for context in cohort if listed is None or context.subject in listed)
     return Cases(study.forward_model, contexts, quantile(u, prior))
 
 

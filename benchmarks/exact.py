@@ -139,12 +139,12 @@ def main() -> None:
     flow, _ = load_spline(arguments.results / arguments.experiment / "estimator.pt")
     noise = arguments.results / "cohort" / "noise.h5"
     rows = []
-    for subject in study.subjects:
+    for subject in study.subjects_of(arguments.experiment):
         observation = arguments.results / "cohort" / subject / "observation.h5"
         rows.append(compare(read_speed_model(observation, noise, settings.model), flow, settings.exact))
     print_rows(rows)
     if arguments.seconds:
-        for subject in study.subjects:
+        for subject in study.subjects_of(arguments.experiment):
             taken = seconds_of_a_subject(arguments, subject)
             print(f"{subject}: {taken:.1f} s for its exact posterior, imports and writing included")
 

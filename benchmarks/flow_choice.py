@@ -100,7 +100,7 @@ def _choices(shipped: SplineSettings, wanted: int) -> list[tuple[SplineSettings,
 
 def _models(study: Study, settings: TrainFlowStageSettings) -> tuple[SpeedModel, ...]:
     cohort = Path(study.config.results) / "cohort"
-    observations = [cohort / subject / "observation.h5" for subject in study.subjects]
+    observations = [cohort / subject / "observation.h5" for subject in study.subjects_of(EXPERIMENT)]
     return read_speed_models(observations, cohort / "noise.h5", settings.model)
 
 

@@ -191,7 +191,7 @@ def network_alone(
 
 def network(study: Study, results: Path, experiment: str, count: int) -> None:
     """Print how the network alone does at contexts that it does not know."""
-    files = finished_study(results, experiment, study.subjects)
+    files = finished_study(results, experiment, study.subjects_of(experiment))
     plain = stage_settings(study, "calibration_local", experiment=experiment)
     settings = CalibrationLocalStageSettings.from_plain(plain).model
     models = [read_speed_model(path, files.noise, settings) for path in files.pooled_observations]
@@ -220,7 +220,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         answered(study, results, options.experiment, options.subjects, Path(folder))
         refused(study, Path(folder))
-    files = finished_study(results, options.experiment, study.subjects).misspecifications
+    subjects = study.subjects_of(options.experiment)
+    files = finished_study(results, options.experiment, subjects).misspecifications
     rule = study.config.speed_experiments[options.experiment].misspecification.rule
     table = false_alarms([read_subject_checks(path) for path in files], rule)
     print("\nnot supported, share of well-specified recordings, by the nulls of the other subjects")

@@ -3,11 +3,13 @@ from __future__ import annotations
 import contextlib
 import copy
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from study_copy import ROOT
 
@@ -15,7 +17,10 @@ from swesbi.config import slices
 from swesbi.config.read import ConfigError, overlay, parse_config, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
+from swesbi.recording.noise import relative_se
+from swesbi.recording.speed import NoiseComponents
 from swesbi.study.registry import STAGES
+from swesbi.virtual_cohort.settings import ACQUISITION
 
 SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 COMMON = ROOT / "workflow" / "rules" / "common.smk"
@@ -61,9 +66,9 @@ def changed(**changes: object) -> dict[str, Any]:
 
 
 def test_the_shipped_and_the_smoke_configuration_are_valid() -> None:
-    assert load_study(SHIPPED).subjects == ("A", "B", "C", "D", "E", "F")
+    assert load_study(SHIPPED).subjects == ("A", "B", "C", "D", "E", "F", "G", "H")
     smoke = overlay(SHIPPED, read_yaml(ROOT / "tests" / "smoke.yaml"))
-    assert load_study(smoke | {"cohort": SHIPPED["cohort"]}).subjects == ("A", "B", "F")
+    assert load_study(smoke | {"cohort": SHIPPED["cohort"]}).subjects == ("A", "B", "F", "G")
 
 
 def test_the_paper_experiment_is_the_paper_s() -> None:
@@ -132,7 +137,10 @@ def test_the_paper_experiment_is_the_paper_s() -> None:
         ),
         ({"run": ["pepper"]}, r"run: 'pepper' is not one of paper"),
         ({"main_experiment": "pepper"}, r"main_experiment = 'pepper'"),
-        ({"subjects": ["A", "Z"]}, r"subjects: 'Z' has no row in .*subjects\.csv; it knows A, B, C, D, E, F"),
+        (
+            {"subjects": ["A", "Z"]},
+            r"subjects: 'Z' has no row in .*subjects\.csv; it knows A, B, C, D, E, F, G, H",
+        ),
         ({"subjects": ["A", "A"]}, r"each once"),
         ({"subjects": ["../A"]}, r"subjects"),
         ({"cohort": "data/nowhere"}, r"cohort = 'data/nowhere': .*subjects\.csv"),
@@ -158,6 +166,102 @@ def test_a_subject_without_a_recording_is_refused(tmp_path: Path) -> None:
     assert load_study(changed(cohort=str(cohort), subjects=["A"])).subjects == ("A",)
     with pytest.raises(ConfigError, match=r"no file .*B\.csv"):
         load_study(changed(cohort=str(cohort), subjects=["A", "B"]))
+
+
+PAPER = {"A", "B", "C", "D", "E", "F"}
+
+
+def test_the_paper_s_experiments_are_of_its_six_and_the_others_of_all() -> None:
+    study = load_study(SHIPPED)
+    for name in ("paper", "scalar_only", "wide_prior"):
+        assert set(study.subjects_of(name)) == PAPER
+    for name in ("calibrated", "amortised"):
+        assert study.subjects_of(name) == study.subjects
+    assert set(study.answered("amortised")) == set(study.subjects)
+
+
+def test_a_restriction_of_the_study_restricts_every_experiment() -> None:
+    study = load_study(changed(subjects=["G", "B", "A"]))
+    assert study.subjects_of("paper") == ("B", "A")
+    assert study.subjects_of("calibrated") == ("G", "B", "A")
+
+
+def test_an_experiment_over_a_population_has_the_subjects_of_its_base() -> None:
+    study = load_study(changed(experiments__calibrated__subjects=["H", "A"]))
+    assert study.subjects_of("amortised") == study.answered("amortised") == ("A", "H")
+    contexts = stage_settings(study, "population_cohort", experiment="amortised")["contexts"]
+    assert [row["subject"] for row in contexts] == ["A", "H"]
+
+
+def test_a_list_of_one_cohort_says_nothing_of_another(tmp_path: Path) -> None:
+    cohort = tmp_path / "cohort"
+    shutil.copytree(SHIPPED["cohort"], cohort)
+    assert load_study(changed(cohort=str(cohort))).subjects_of("paper") == load_study(SHIPPED).subjects
+    of_both = SHIPPED["experiments"]["paper"]["subjects"] | {str(cohort): ["B"]}
+    study = load_study(changed(cohort=str(cohort), experiments__paper__subjects=of_both))
+    assert study.subjects_of("paper") == ("B",)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"experiments__paper__subjects": ["A", "Z"]},
+            r"experiments\.paper\.subjects: 'Z' has no row in .*subjects\.csv; it knows A, .*subjects: all",
+        ),
+        (
+            {"experiments__calibrated__subjects": {SHIPPED["cohort"]: ["Z"]}},
+            r"experiments\.calibrated\.subjects: 'Z' has no row",
+        ),
+        ({"experiments__paper__subjects": ["A", "A"]}, r"paper\.subjects = \['A', 'A'\]: .*each once"),
+        ({"experiments__paper__subjects": []}, r"paper\.subjects = \[\]: name at least one subject"),
+        ({"experiments__paper__subjects": None}, r"experiments\.paper\.subjects: .*add this key"),
+        ({"experiments__paper__subjects": "A"}, r"experiments\.paper\.subjects"),
+        (
+            {"subjects": ["G", "H"]},
+            r"experiments\.paper\.subjects: none of A, B, C, D, E, F is among `subjects`, which are G, H\. "
+            r"Add one to either, or leave 'paper' out of `run`",
+        ),
+    ],
+)
+def test_a_wrong_list_of_an_experiment_is_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        load_study(changed(**changes))
+
+
+def test_an_experiment_that_does_not_run_may_have_no_subject() -> None:
+    study = load_study(changed(subjects=["G", "H"], run=["amortised"]) | {"main_experiment": "paper"})
+    assert study.answered("amortised") == ("G", "H")
+    assert study.subjects_of("paper") == ()
+
+
+def test_a_subject_that_an_experiment_does_not_have_is_refused_by_its_stages() -> None:
+    study = load_study(SHIPPED)
+    assert stage_settings(study, "verdict", experiment="calibrated", subject="G")
+    with pytest.raises(
+        ConfigError, match=r"'G': not one of the experiment 'paper', which has A, B, .*F; exp"
+    ):
+        stage_settings(study, "posterior", experiment="paper", subject="G")
+    narrow = "population_experiments__amortised__population__declared_range__hr_bpm"
+    refusing = load_study(changed(**{narrow: [60.0, 130.0]}))
+    with pytest.raises(ConfigError, match=r"'A': refused by 'amortised': hr_bpm = 57"):
+        stage_settings(refusing, "exact_subject_figures", experiment="amortised", subject="A")
+
+
+def test_the_acquisition_is_that_of_the_virtual_volunteers() -> None:
+    """Also the sizes that what follows from it is chosen by: the standard error of a phase mean."""
+    config = parse_config(SHIPPED)
+    assert config.acquisition == ACQUISITION
+    noise = NoiseComponents(
+        ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction, ACQUISITION.sweep_fraction
+    )
+    counts = np.full((1, ACQUISITION.repeats), ACQUISITION.samples_per_repeat)
+    (error,) = relative_se(counts, noise)
+    section = config.population_experiments["amortised"]
+    low, high = section.conditions.relative_se
+    assert low < error / 2 and 2 * error < high
+    cuts = np.geomspace(low, high, 4)[1:-1]
+    np.testing.assert_allclose(section.calibration.strata.relative_se, cuts, rtol=0.005)
 
 
 @pytest.mark.parametrize("content", ["- a\n- b\n", "a: [1, 2\n", ""])

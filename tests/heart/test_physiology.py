@@ -1,4 +1,4 @@
-"""The six subjects at the prior's centre, nothing fitted: volumes, pressures, timing, order of events."""
+"""A to F at the prior's centre, nothing fitted: volumes, pressures, timing, order of events."""
 
 from __future__ import annotations
 

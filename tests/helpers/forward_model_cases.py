@@ -1,4 +1,4 @@
-"""The shipped settings of the forward model and the six contexts, for its tests."""
+"""The shipped settings of the forward model and the contexts of A to F, for its tests."""
 
 from __future__ import annotations
 

@@ -31,7 +31,8 @@ COHORT: Final = "cohort"
 KEYS: Final = ["experiment", "subject", "quantity"]
 DIGITS: Final = 9  # stored; well beyond the closest tolerance
 SHOWN_SIMULATIONS: Final = 3
-SUBJECTS: Final = ("A", "B", "F")
+SUBJECTS: Final = ("A", "B", "F", "G")
+OF_PAPER: Final = ("A", "B", "F")
 FEATURES: Final = ("paper", "scalar_only", "wide_prior")
 SPEEDS: Final = ("calibrated", "amortised")
 EVERY: Final = (*FEATURES, *SPEEDS)
@@ -82,10 +83,17 @@ class Source:
             FileNotFoundError: The results lack an artefact.
         """
         for experiment in self.experiments:
-            for subject in SUBJECTS if "{subject}" in self.path else ("",):
+            for subject in self._subjects(experiment):
                 path = results / self.path.format(experiment=experiment, subject=subject)
                 for name, value in self.read(path):
                     yield Number(experiment, subject, f"{self.name}/{name}", _text(value), self._of(name))
+
+    def _subjects(self, experiment: str) -> tuple[str, ...]:
+        """Return the subjects that have this artefact; one of the experiment or the cohort has no subject."""
+        if "{subject}" not in self.path:
+            return ("",)
+        of_paper = experiment in FEATURES or self.path.startswith("simulations/paper/")
+        return OF_PAPER if of_paper else SUBJECTS
 
     def _of(self, name: str) -> Tolerance:
         return self.tolerances[max((key for key in self.tolerances if name.startswith(key)), key=len)]

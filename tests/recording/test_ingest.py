@@ -141,14 +141,19 @@ def test_beats_of_different_length_are_not_mistaken_for_noise() -> None:
     cycle = np.arange(400) / 400
     steep = TruthCurve(cycle, 4.0 + 50.0 * np.exp(-0.5 * ((cycle - 0.4) / 0.08) ** 2))
     settings = ACQUISITION.model_copy(
-        update={"rr_sd_fraction": 0.015, "failed_fraction": 0.0, "outlier_fraction": 0.0}
+        update={
+            "rr_sd_fraction": 0.015,
+            "sweep_fraction": 0.0,
+            "failed_fraction": 0.0,
+            "outlier_fraction": 0.0,
+        }
     )
     variances = []
     for seed in range(30):
         samples = acquire(steep, CONTEXT, settings, generator(seed, "test"))
         observed = ingest(samples, CONTEXT, RECORDING, 100)
         variances.append(observed.noise.repeat_fraction**2)
-    np.testing.assert_allclose(np.sqrt(np.mean(variances)), 0.04, rtol=0.1)
+    np.testing.assert_allclose(np.sqrt(np.mean(variances)), settings.repeat_sd_fraction, rtol=0.1)
 
 
 def test_stiffness_error_follows_from_the_speed_error() -> None:

@@ -31,10 +31,9 @@ from swesbi.show.figures.recording import draw_noise
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.acquisition import acquire
-from swesbi.virtual_cohort.settings import ACQUISITION
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, true_curve
 
-TRUE = NoiseComponents(ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction)
+TRUE = NoiseComponents(0.04, 0.08)
 SETTINGS = stage.NoiseStageSettings(recording=RECORDING, noise=NoiseSettings(interval=0.9))
 
 
@@ -104,7 +103,12 @@ def test_components_are_recovered_from_recordings(sample_sd: float) -> None:
     for seed in range(4):
         for volunteer in VOLUNTEERS:
             protocol = volunteer.acquisition.model_copy(
-                update={"sample_sd_fraction": sample_sd, "failed_fraction": 0.3}
+                update={
+                    "sample_sd_fraction": sample_sd,
+                    "repeat_sd_fraction": 0.04,
+                    "sweep_fraction": 0.0,
+                    "failed_fraction": 0.3,
+                }
             )
             rng = generator(seed, "test", "noise", volunteer.context.subject)
             samples = acquire(true_curve(volunteer), volunteer.context, protocol, rng)

@@ -45,6 +45,8 @@ from swesbi.virtual_cohort.acquisition import acquire
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, TruthCurve, true_curve
 
 TRUE = NoiseComponents(0.04, 0.08, 0.05)
+OWN = {"repeat_sd_fraction": 0.04, "sample_sd_fraction": 0.08, "scale_fraction": 0.0}
+"""Of recordings with these components, but sweeps."""
 SETTINGS = stage.NoiseStageSettings(recording=RECORDING, noise=NoiseSettings(interval=0.9))
 
 
@@ -181,7 +183,7 @@ def acquired(sweep_fraction: float, seeds: range) -> dict[str, Samples]:
     made = {}
     for seed in seeds:
         for volunteer in VOLUNTEERS:
-            protocol = volunteer.acquisition.model_copy(update={"sweep_fraction": sweep_fraction})
+            protocol = volunteer.acquisition.model_copy(update=OWN | {"sweep_fraction": sweep_fraction})
             rng = generator(seed, "test", "sweeps", volunteer.context.subject)
             name = f"{volunteer.context.subject}{seed}"
             made[name] = acquire(true_curve(volunteer), volunteer.context, protocol, rng)
@@ -310,7 +312,7 @@ def test_the_covariance_is_that_of_recordings() -> None:
     """A third of the sweeps of every second phase failed; 300 recordings of a flat curve."""
     flat = TruthCurve(np.arange(100) / 100, np.full(100, 12.0))
     protocol = VOLUNTEERS[0].acquisition.model_copy(
-        update={"sweep_fraction": 0.05, "failed_fraction": 0.0, "outlier_fraction": 0.0}
+        update=OWN | {"sweep_fraction": 0.05, "failed_fraction": 0.0, "outlier_fraction": 0.0}
     )
     logs = []
     for seed in range(300):

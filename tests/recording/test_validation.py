@@ -52,6 +52,19 @@ def test_the_configured_cohort_needs_no_note(tmp_path: Path, capsys: pytest.Capt
     assert "note" not in capsys.readouterr().out
 
 
+def test_an_unknown_subject_of_an_experiment_is_named_with_its_key(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    listed = {"calibrated": {"subjects": ["s_2x", "Z"]}}
+    changes = write_overlay(tmp_path / "changes.yaml", cohort, experiments=listed)
+    assert main(["validate", str(cohort), "--overlay", str(changes)]) == 2
+    shown = capsys.readouterr().err
+    assert "'experiments.calibrated.subjects': 'Z' is no subject of" in shown
+    assert "write `experiments.calibrated.subjects: all`" in shown
+    assert "experiments.paper" not in shown  # its list is of another cohort
+
+
 def test_a_recording_that_no_subject_claims_is_noted(tmp_path: Path) -> None:
     cohort = write_cohort(tmp_path / "cohort")
     recording(5).to_csv(cohort / "swe" / "spare.csv", index=False)

@@ -187,6 +187,9 @@ def test_experiments_differ_in_the_settings_that_were_changed() -> None:
     assert shown["Subjects supported"] == ("2 of 2 (A, B)", "1 of 2 (A)")
     assert shown["Epochs trained"] == ("3", "3")
     assert median_table([main, other], TITLE).rows[-1].cells[3:] == ("5.00 (4.00 to 6.00)", "–")
+    larger = make_experiment("calibrated", {"A": True, "G": True})
+    last = median_table([main, larger], TITLE).rows[-1].cells  # a subject that the first does not have
+    assert (last[0], *last[3:]) == ("G", "–", "5.00 (4.00 to 6.00)")
 
 
 def test_a_study_that_supports_nobody_is_shown() -> None:

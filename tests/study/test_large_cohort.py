@@ -30,7 +30,8 @@ def make_large(study: StudyCopy, subjects: int) -> None:
     for name in names:
         (cohort / "swe" / f"{name}.csv").write_bytes(recording)
     (cohort / "truth.csv").unlink()
-    study.edit("smoke.yaml", "subjects: [A, B, F]", "subjects: all")
+    study.edit("smoke.yaml", "subjects: [A, B, F, G]", "subjects: all")
+    study.edit("config.yaml", "subjects: { data/virtual_volunteers: [A, B, C, D, E, F] }", "subjects: all")
 
 
 @pytest.mark.slow

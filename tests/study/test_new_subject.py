@@ -272,7 +272,7 @@ def test_a_context_that_the_network_does_not_know_is_refused_and_nothing_written
     done = refused("--cohort", str(cohort), "--subject", "C", "--out", str(tmp_path / "out"))
     assert done.returncode == 2
     assert words in done.stderr
-    assert "trained on the contexts of A, B, F" in done.stderr
+    assert "trained on the contexts of A, B, F, G" in done.stderr
     assert snapshot(tmp_path) == before
 
 

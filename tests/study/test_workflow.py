@@ -134,11 +134,40 @@ def test_saving_a_recording_again_reruns_nothing(editable: StudyCopy) -> None:
 
 
 def test_a_subject_more_is_the_only_one_simulated(editable: StudyCopy) -> None:
-    with edited(editable, "smoke.yaml", "subjects: [A, B, F]", "subjects: [A, B, F, C]"):
+    with edited(editable, "smoke.yaml", "subjects: [A, B, F, G]", "subjects: [A, B, F, G, C]"):
         jobs = editable.planned()
     for rule in ("ingest", "passive", "simulate", "cmaes"):
         assert all(job.is_of("C") for job in of_rule(jobs, rule))
     assert "pool" in rules_of(jobs)
+
+
+def test_every_experiment_is_made_of_its_own_subjects(tmp_path: Path) -> None:
+    jobs = copy_study(tmp_path).planned()
+    simulated = {tuple(job.output.split("/")[2:4]) for job in of_rule(jobs, "simulate")}
+    everybody = {("paper", name) for name in "ABF"} | {("wide", name) for name in "ABF"}
+    assert simulated == everybody | {("calibrated", name) for name in "ABFG"}
+    for rule in ("posterior", "predictive", "subject_figures"):
+        assert {job.output.split("/")[3] for job in of_rule(jobs, rule)} == set("ABF")
+    for rule in ("exact_posterior", "verdict", "calibration_local", "exact_subject_figures"):
+        assert {job.output.split("/")[3] for job in of_rule(jobs, rule)} == set("ABFG")
+    for rule in ("ingest", "cmaes"):
+        assert sum(job.is_of("G") for job in of_rule(jobs, rule)) == 1
+
+
+@pytest.mark.parametrize("file", ["ppc.png", "posterior.h5"])
+def test_a_subject_that_an_experiment_does_not_have_is_refused_by_name(tmp_path: Path, file: str) -> None:
+    done = copy_study(tmp_path).snakemake("--dry-run", f"results-smoke/paper/subjects/G/{file}")
+    assert done.returncode != 0
+    assert "'G': not one of the experiment 'paper', which has A, B, F" in done.stdout + done.stderr
+
+
+def test_another_list_of_an_experiment_reruns_what_is_made_of_it(editable: StudyCopy) -> None:
+    with edited(editable, "config.yaml", "subjects: all # also", "subjects: [A, B, F] # also"):
+        rules = rules_of(editable.planned())
+    assert {"speed_pool", "train_flow", "exact_posterior", "misspecification_table", "calibration"} <= rules
+    assert {"identifiability", "exact_figures", "experiments_figure", "tables", "truth", "report"} <= rules
+    of_others = {"ingest", "noise", "simulate", "pool", "train", "posterior", "predictive", "cohort_figures"}
+    assert not rules & (of_others | {"train_population", "population_null"})
 
 
 @pytest.mark.slow
@@ -163,10 +192,10 @@ def test_one_subject_from_empty_needs_nothing_of_the_others_after_pooling(tmp_pa
 
 
 def test_a_wrong_configuration_stops_before_any_job(editable: StudyCopy) -> None:
-    with edited(editable, "config.yaml", "sd_fraction: 0.08 # chosen", "sd_fraction: 8e-2 # chosen"):
+    with edited(editable, "config.yaml", "sd_fraction: 0.06 # chosen", "sd_fraction: 6e-2 # chosen"):
         done = editable.snakemake("--dry-run")
     assert done.returncode != 0
-    assert "acquisition.sample_sd_fraction = '8e-2'" in done.stdout + done.stderr
+    assert "acquisition.sample_sd_fraction = '6e-2'" in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
 
 

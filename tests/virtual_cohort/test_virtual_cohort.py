@@ -6,6 +6,7 @@ from pathlib import Path
 
 import matplotlib.image
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from numpy.typing import NDArray
@@ -21,6 +22,16 @@ from swesbi.recording.samples import FAILED_STATUSES, Samples
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.acquisition import acquire, read_true_theta, record
 from swesbi.virtual_cohort.files import write_cohort
+from swesbi.virtual_cohort.noise_levels import (
+    COMPARED,
+    NOISE_LEVELS,
+    PAPER_RMSE_KPA,
+    SEEDS,
+    at_level,
+    measure_level,
+    noise_levels,
+    residual,
+)
 from swesbi.virtual_cohort.readme import (
     CLOSURE_SPEED_M_S,
     LATE_DIASTOLIC_SPEED_M_S,
@@ -33,7 +44,7 @@ from swesbi.virtual_cohort.settings import ACQUISITION, ACQUISITION_SEED, Acquis
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, TruthCurve, Volunteer, simulate_truth
 
 SHIPPED = ROOT / "data" / "virtual_volunteers"
-DESIGNED_PEAK_KPA = {"A": 40, "B": 60, "C": 60, "D": 58, "E": 60, "F": 64}
+DESIGNED_PEAK_KPA = {"A": 40, "B": 60, "C": 60, "D": 58, "E": 60, "F": 64, "G": 49, "H": 54}
 BY_NAME = {volunteer.context.subject: volunteer for volunteer in VOLUNTEERS}
 
 
@@ -55,9 +66,12 @@ def many(settings: AcquisitionSettings, recordings: int = 40) -> list[Samples]:
 
 
 def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None:
-    medians = SHIPPED / "acquisition_seeds.csv"  # made by the study, shown by the README
-    if medians.is_file():
-        shutil.copy(medians, tmp_path)
+    for name in (
+        "acquisition_seeds.csv",
+        NOISE_LEVELS,
+    ):  # made by the study and by --noise-levels, shown here
+        if (SHIPPED / name).is_file():
+            shutil.copy(SHIPPED / name, tmp_path)
     write_cohort(tmp_path, ACQUISITION_SEED)
     made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file())
     kept = sorted(path.relative_to(SHIPPED) for path in SHIPPED.rglob("*") if path.is_file())
@@ -131,6 +145,9 @@ def test_shipped_recordings_pass_ingestion_near_the_truth(name: str) -> None:
     assert 5 < observed.rejected["outlier"] < 40
     truth = truth_of(name).curve
     true_speed = np.sqrt(np.interp(observed.phase, truth.cycle_phase, truth.stiffness_kpa) / 3.0)
+    log_scale = np.nanmean(np.log(observed.speed_m_s / true_speed))
+    assert abs(log_scale) < 3.0 * ACQUISITION.scale_fraction
+    true_speed = true_speed * np.exp(log_scale)
     z = ((observed.speed_m_s - true_speed) / observed.speed_se_m_s)[observed.measured]
     assert np.abs(z).max() < 4.5
     assert 0.5 < np.sqrt(np.mean(z**2)) < 1.6
@@ -145,13 +162,52 @@ def test_another_seed_gives_another_recording_of_the_same_volunteer() -> None:
 
 
 def test_acquisition_noise_has_the_size_it_should() -> None:
-    clean = ACQUISITION.model_copy(update={"failed_fraction": 0.0, "outlier_fraction": 0.0})
+    clean = SEPARATE.model_copy(update={"failed_fraction": 0.0, "outlier_fraction": 0.0})
     speed = np.stack([samples.speed_m_s.reshape(20, 3, 12) for samples in many(clean)]) / 2.0
     np.testing.assert_allclose(speed.mean(), 1.0, atol=0.002)
-    np.testing.assert_allclose(speed.std(axis=-1, ddof=1).mean(), 0.08, rtol=0.05)
-    repeat_variance = speed.mean(axis=-1).var(axis=-1, ddof=1).mean() - 0.08**2 / 12
-    np.testing.assert_allclose(np.sqrt(repeat_variance), 0.04, rtol=0.08)
-    np.testing.assert_allclose(speed.mean(axis=(-1, -2)).std(), 0.0267, rtol=0.08)
+    np.testing.assert_allclose(speed.std(axis=-1, ddof=1).mean(), 0.06, rtol=0.05)
+    repeat_variance = speed.mean(axis=-1).var(axis=-1, ddof=1).mean() - 0.06**2 / 12
+    np.testing.assert_allclose(np.sqrt(repeat_variance), 0.03, rtol=0.08)
+    np.testing.assert_allclose(speed.mean(axis=(-1, -2)).std(), 0.02, rtol=0.08)
+
+
+def stored_levels() -> pd.DataFrame:
+    return pd.read_csv(SHIPPED / NOISE_LEVELS).set_index("sample_sd_fraction")
+
+
+def test_the_level_in_use_leaves_the_paper_s_residual_less_10_to_30_percent() -> None:
+    paper = np.mean(list(PAPER_RMSE_KPA.values()))
+    np.testing.assert_allclose(paper, 1.14, atol=0.005)
+    assert 0.7 * paper <= stored_levels()["rmse_kpa"][ACQUISITION.sample_sd_fraction] <= 0.9 * paper
+    assert at_level(ACQUISITION.sample_sd_fraction, ACQUISITION) == ACQUISITION  # 2 : 1, and half of it
+    assert ACQUISITION_SEED not in SEEDS
+
+
+def test_the_stored_levels_are_what_recordings_leave() -> None:
+    stored, truths = stored_levels(), [truth_of(name) for name in COMPARED]
+    for fraction in (0.03, 0.06):
+        found = measure_level(truths, fraction, RECORDING, 100, SEEDS[:10])
+        for name, each in found.items():
+            np.testing.assert_allclose(each.without_scale, stored[f"rmse_{name}_kpa"][fraction], rtol=0.15)
+
+
+def test_a_scale_is_no_part_of_the_residual_without_it() -> None:
+    truth = truth_of("A")
+    settings = ACQUISITION.model_copy(update=QUIET | {"sweep_fraction": 0.0})
+    samples = acquire(truth.curve, BY_NAME["A"].context, settings, generator(1, "test"))
+    found = residual(truth.curve, ingest(samples, BY_NAME["A"].context, RECORDING, 100))
+    assert found.as_recorded > 20.0 * found.without_scale
+    assert found.without_scale < 0.02
+
+
+def test_the_table_has_a_row_for_each_level(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("swesbi.virtual_cohort.noise_levels.SEEDS", range(1001, 1003))
+    table = noise_levels([truth_of("A"), truth_of("B"), truth_of("E")], RECORDING, 100)
+    assert table["rmse_kpa"].is_monotonic_increasing
+    np.testing.assert_allclose(table["rmse_kpa"], table[["rmse_A_kpa", "rmse_B_kpa"]].mean(axis=1))
+    assert list(table.columns) == [
+        name for name in pd.read_csv(SHIPPED / NOISE_LEVELS) if not name.startswith(("rmse_C", "rmse_D"))
+    ]
 
 
 QUIET = dict.fromkeys(
@@ -159,9 +215,12 @@ QUIET = dict.fromkeys(
 )
 
 
+SEPARATE = ACQUISITION.model_copy(update={"sweep_fraction": 0.0, "scale_fraction": 0.0})
+
+
 def shared_factors(recordings: int = 300, **shared: float) -> NDArray[np.float64]:
     """Speeds over the true speed of recordings in which nothing else goes wrong; (recordings, 20, 3)."""
-    settings = ACQUISITION.model_copy(update=QUIET | {"samples_per_repeat": 1} | shared)
+    settings = SEPARATE.model_copy(update=QUIET | {"samples_per_repeat": 1} | shared)
     speeds = [samples.speed_m_s.reshape(20, 3) for samples in many(settings, recordings)]
     return np.stack(speeds) / 2.0
 
@@ -182,8 +241,8 @@ def test_a_scale_error_is_that_of_a_whole_recording() -> None:
 
 
 def test_shared_errors_leave_everything_else_of_a_recording_as_it_is() -> None:
-    plain = many(ACQUISITION, 1)[0]
-    shared = many(ACQUISITION.model_copy(update={"sweep_fraction": 0.05, "scale_fraction": 0.05}), 1)[0]
+    plain = many(SEPARATE, 1)[0]
+    shared = many(SEPARATE.model_copy(update={"sweep_fraction": 0.05, "scale_fraction": 0.05}), 1)[0]
     np.testing.assert_array_equal(shared.status, plain.status)
     np.testing.assert_array_equal(shared.rr_ms, plain.rr_ms)
     np.testing.assert_array_equal(shared.fit_r2, plain.fit_r2)
@@ -195,7 +254,7 @@ def test_shared_errors_leave_everything_else_of_a_recording_as_it_is() -> None:
 
 def test_without_shared_errors_the_random_stream_goes_on_as_it_did() -> None:
     rng, again = generator(1, "test"), generator(1, "test")
-    acquire(flat_curve(), CONTEXT, ACQUISITION, rng)
+    acquire(flat_curve(), CONTEXT, SEPARATE, rng)
     beats, samples = (20, 3), (20, 3, 12)
     again.standard_normal(beats), again.standard_normal(beats), again.standard_normal(samples)
     again.random((3, *samples)), again.beta(18.0, 2.0, samples), again.uniform(0.10, 0.58, samples)
@@ -244,7 +303,7 @@ def test_a_push_meets_the_stiffness_of_its_own_beat() -> None:
     quiet = dict.fromkeys(
         ("sample_sd_fraction", "repeat_sd_fraction", "failed_fraction", "outlier_fraction"), 0.0
     )
-    settings = ACQUISITION.model_copy(update={**quiet, "rr_sd_fraction": 0.05})
+    settings = SEPARATE.model_copy(update={**quiet, "rr_sd_fraction": 0.05})
     samples = acquire(ramp, CONTEXT, settings, generator(1, "test"))
     expected: NDArray[np.float64] = np.sqrt((20.0 + 10.0 * np.sin(2 * np.pi * samples.beat_phase)) / 3.0)
     np.testing.assert_allclose(samples.speed_m_s, expected, atol=6e-4)

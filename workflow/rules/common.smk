@@ -28,6 +28,11 @@ EXPERIMENTS = list(CONFIG.experiments_run)
 SHARDS = range(CONFIG.resources.shards_per_subject)
 PARTS = range(CONFIG.resources.population_parts)
 POPULATIONS = list(CONFIG.populations_run)
+SHOWN = [
+    subject
+    for subject in SUBJECTS
+    if any(subject in STUDY.subjects_of(name) for name in [*EXPERIMENTS, *POPULATIONS])
+]
 MAIN = CONFIG.main_experiment
 FEATURE_EXPERIMENTS = [
     name for name in EXPERIMENTS if name in CONFIG.feature_experiments
@@ -121,9 +126,56 @@ def drawn(rule, name):
     )
 
 
-def of_subjects(pattern):
-    """Return a pattern's paths for every subject of the cohort, other wildcards left open."""
-    return expand(f"{RESULTS}/{pattern}", subject=SUBJECTS, allow_missing=True)
+def of_subjects(pattern, subjects=SUBJECTS):
+    """Return a pattern's paths for these subjects, or all of the cohort; other wildcards are left open."""
+    return expand(f"{RESULTS}/{pattern}", subject=subjects, allow_missing=True)
+
+
+def paths_of(pattern, *experiments):
+    """Return a pattern's paths for every subject of each of these experiments."""
+    return [
+        path
+        for name in experiments
+        for path in expand(
+            f"{RESULTS}/{pattern}", experiment=name, subject=STUDY.subjects_of(name)
+        )
+    ]
+
+
+def files_of_subjects(files, experiments):
+    """Return these files of every subject of these experiments, subject by subject."""
+    return [
+        f"{RESULTS}/{name}/subjects/{subject}/{file}"
+        for name in experiments
+        for subject in STUDY.subjects_of(name)
+        for file in files
+    ]
+
+
+def of_experiment(pattern):
+    """Return the input function of a pattern's paths for every subject of the wildcard's experiment."""
+
+    def paths(wildcards):
+        if not STUDY.subjects_of(wildcards.experiment):
+            raise WorkflowError(
+                f"the experiment {wildcards.experiment!r} has no subject of the study"
+            )
+        return paths_of(pattern, wildcards.experiment)
+
+    return paths
+
+
+def of_its_subject(pattern):
+    """Return the input function of one subject's path, refused where the experiment does not have it."""
+
+    def path(wildcards):
+        try:
+            STUDY.check_subject(wildcards.experiment, wildcards.subject)
+        except ConfigError as error:
+            raise WorkflowError(str(error)) from None
+        return f"{RESULTS}/{pattern}".format(**dict(wildcards.items()))
+
+    return path
 
 
 def batched(subjects):
@@ -154,26 +206,16 @@ def of_answered(file, base=False):
     return paths
 
 
-def prior_of(wildcards):
-    return CONFIG.experiments[wildcards.experiment].prior
-
-
 def of_cohort(*experiments):
     """Return the input function of what is shown of every subject in these experiments."""
-    folder = f"{RESULTS}/{{experiment}}/subjects/{{subject}}"
+    folder = "{experiment}/subjects/{subject}"
 
     def results(wildcards):
         return {
-            "predictives": expand(
-                f"{folder}/predictive.h5", experiment=experiments, subject=SUBJECTS
-            ),
-            "posteriors": expand(
-                f"{folder}/posterior.h5", experiment=experiments, subject=SUBJECTS
-            ),
-            "supports": expand(
-                f"{folder}/support.json", experiment=experiments, subject=SUBJECTS
-            ),
-            "cmaes": expand(f"{RESULTS}/cmaes/{{subject}}.h5", subject=SUBJECTS),
+            "predictives": paths_of(f"{folder}/predictive.h5", *experiments),
+            "posteriors": paths_of(f"{folder}/posterior.h5", *experiments),
+            "supports": paths_of(f"{folder}/support.json", *experiments),
+            "cmaes": list(dict.fromkeys(paths_of("cmaes/{subject}.h5", *experiments))),
         }
 
     return results
@@ -204,7 +246,8 @@ def study_outputs():
 
 def shown_singly(experiment):
     """Return the subjects whose answers have figures of their own: all of a small cohort, none of a large one."""
-    return STUDY.answered(experiment) if len(SUBJECTS) <= MOST_SHOWN else ()
+    subjects = STUDY.subjects_of(experiment)
+    return STUDY.answered(experiment) if len(subjects) <= MOST_SHOWN else ()
 
 
 def population_outputs():
@@ -279,21 +322,15 @@ def cohort_outputs():
         *expand(
             f"{RESULTS}/{{experiment}}/recovery_acquisition.csv", experiment=EXPERIMENTS
         ),
-        *expand(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{figure}}.png",
-            experiment=EXPERIMENTS,
-            subject=SUBJECTS,
-            figure=["ppc", "posterior"],
-        ),
+        *files_of_subjects(["ppc.png", "posterior.png"], EXPERIMENTS),
     ]
 
 
 def linked_artefacts():
     """Return the results that the landing page leads to, in the order in which it lists them."""
     shown = [path for path in study_outputs() if path != f"{RESULTS}/report.html"]
-    of_experiment = ["pool.h5", "estimator.pt", "training.csv"]
+    of_each = ["pool.h5", "estimator.pt", "training.csv"]
     of_subject = ["support.json", "posterior.h5", "predictive.h5"]
-    priors = dict.fromkeys(CONFIG.experiments[name].prior for name in EXPERIMENTS)
     return [
         *(path for path in shown if path.startswith(f"{RESULTS}/tables/")),
         *(path for path in shown if path.startswith(f"{RESULTS}/figures/")),
@@ -303,7 +340,7 @@ def linked_artefacts():
         *expand(
             f"{RESULTS}/{{experiment}}/{{file}}",
             experiment=EXPERIMENTS,
-            file=of_experiment,
+            file=of_each,
         ),
         *expand(
             f"{RESULTS}/{{experiment}}/checkpoints.pt", experiment=FEATURE_EXPERIMENTS
@@ -331,51 +368,47 @@ def linked_artefacts():
             for subject in shown_singly(experiment)
             for file in of_subject
         ),
-        *expand(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{file}}",
-            experiment=EXPERIMENTS,
-            subject=SUBJECTS,
-            file=of_subject,
-        ),
-        *expand(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{{file}}.h5",
-            experiment=SPEED_EXPERIMENTS,
-            subject=SUBJECTS,
-            file=["misspecification", "calibration_recordings", "calibration_local"],
+        *files_of_subjects(of_subject, EXPERIMENTS),
+        *files_of_subjects(
+            [
+                "misspecification.h5",
+                "calibration_recordings.h5",
+                "calibration_local.h5",
+            ],
+            SPEED_EXPERIMENTS,
         ),
         *shown,
         *expand(
             f"{RESULTS}/cohort/{{subject}}/{{file}}.h5",
-            subject=SUBJECTS,
+            subject=SHOWN,
             file=["observation", "passive"],
         ),
         *noise_files(),
-        *of_subjects("cmaes/{subject}.h5"),
-        *expand(
-            f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
-            prior=priors,
-            subject=SUBJECTS,
-            shard=SHARDS,
+        *of_subjects("cmaes/{subject}.h5", SHOWN),
+        *dict.fromkeys(
+            path
+            for experiment in EXPERIMENTS
+            for path in shards_of(experiment, STUDY.subjects_of(experiment))
         ),
     ]
 
 
-def shards_of_subject(wildcards):
-    """Return the shards of one subject under the experiment's prior."""
-    return expand(
-        f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
-        prior=prior_of(wildcards),
-        subject=wildcards.subject,
-        shard=SHARDS,
-    )
-
-
-def shards_of_cohort(wildcards):
-    """Return the shards of every subject under the prior of the experiment, or else of the main one."""
-    experiment = wildcards.get("experiment", MAIN)
+def shards_of(experiment, subjects):
+    """Return the shards of these subjects under an experiment's prior."""
     return expand(
         f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
         prior=CONFIG.experiments[experiment].prior,
-        subject=SUBJECTS,
+        subject=subjects,
         shard=SHARDS,
     )
+
+
+def shards_of_subject(wildcards):
+    """Return the shards of one subject under the experiment's prior."""
+    return shards_of(wildcards.experiment, [wildcards.subject])
+
+
+def shards_of_experiment(wildcards):
+    """Return the shards of every subject of the wildcard's experiment, or else of the main one."""
+    experiment = wildcards.get("experiment", MAIN)
+    return shards_of(experiment, STUDY.subjects_of(experiment))

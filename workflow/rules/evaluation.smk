@@ -72,9 +72,9 @@ rule acquisition_seeds:
     input:
         pool=f"{RESULTS}/{MAIN}/pool.h5",
         estimator=f"{RESULTS}/{MAIN}/estimator.pt",
-        observations=of_subjects("cohort/{subject}/observation.h5"),
-        passives=of_subjects("cohort/{subject}/passive.h5"),
-        shards=shards_of_cohort,
+        observations=paths_of("cohort/{subject}/observation.h5", MAIN),
+        passives=paths_of("cohort/{subject}/passive.h5", MAIN),
+        shards=shards_of_experiment,
     output:
         recordings=f"{RESULTS}/tables/acquisition_seeds.csv",
         medians=f"{RESULTS}/tables/acquisition_seeds_medians.csv",
@@ -95,9 +95,9 @@ rule epochs:
     input:
         pool=rules.pool.output.pool,
         checkpoints=rules.train.output.checkpoints,
-        observations=of_subjects("cohort/{subject}/observation.h5"),
-        passives=of_subjects("cohort/{subject}/passive.h5"),
-        supports=of_subjects("{experiment}/subjects/{subject}/support.json"),
+        observations=of_experiment("cohort/{subject}/observation.h5"),
+        passives=of_experiment("cohort/{subject}/passive.h5"),
+        supports=of_experiment("{experiment}/subjects/{subject}/support.json"),
     output:
         epochs=f"{RESULTS}/{{experiment}}/epochs.csv",
     log:

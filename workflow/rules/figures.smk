@@ -29,7 +29,7 @@ rule exact_subject_figures:
     """Predictive check and exact posterior of one subject, on speeds or over a population."""
     input:
         predictive=rules.predictive.output.predictive,
-        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+        posterior=of_its_subject("{experiment}/subjects/{subject}/posterior.h5"),
         support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
         cmaes=rules.cmaes.output.cmaes,
         truth=truth_files(),
@@ -118,16 +118,10 @@ rule workflow_figure:
     input:
         pool=expand(rules.pool.output.pool, experiment=MAIN),
         training=expand(rules.train.output.training, experiment=MAIN),
-        observations=of_subjects("cohort/{subject}/observation.h5"),
-        predictives=expand(
-            rules.predictive.output.predictive, experiment=MAIN, subject=SUBJECTS
-        ),
-        posteriors=expand(
-            rules.posterior.output.posterior, experiment=MAIN, subject=SUBJECTS
-        ),
-        supports=expand(
-            rules.posterior.output.support, experiment=MAIN, subject=SUBJECTS
-        ),
+        observations=paths_of("cohort/{subject}/observation.h5", MAIN),
+        predictives=paths_of("{experiment}/subjects/{subject}/predictive.h5", MAIN),
+        posteriors=paths_of("{experiment}/subjects/{subject}/posterior.h5", MAIN),
+        supports=paths_of("{experiment}/subjects/{subject}/support.json", MAIN),
     output:
         figure_pdf=f"{RESULTS}/figures/workflow.pdf",
         figure_png=drawn("workflow_figure", "workflow"),
@@ -146,17 +140,13 @@ rule workflow_figure:
 rule experiments_figure:
     """RMSE, coverage and k_ATP of every experiment beside each other."""
     input:
-        predictives=expand(
-            rules.predictive.output.predictive,
-            experiment=EXPERIMENTS,
-            subject=SUBJECTS,
+        predictives=paths_of(
+            "{experiment}/subjects/{subject}/predictive.h5", *EXPERIMENTS
         ),
-        posteriors=expand(
-            rules.posterior.output.posterior, experiment=EXPERIMENTS, subject=SUBJECTS
+        posteriors=paths_of(
+            "{experiment}/subjects/{subject}/posterior.h5", *EXPERIMENTS
         ),
-        supports=expand(
-            rules.posterior.output.support, experiment=EXPERIMENTS, subject=SUBJECTS
-        ),
+        supports=paths_of("{experiment}/subjects/{subject}/support.json", *EXPERIMENTS),
     output:
         figure_pdf=f"{RESULTS}/figures/experiments.pdf",
         figure_png=drawn("experiments_figure", "experiments"),

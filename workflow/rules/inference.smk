@@ -4,9 +4,9 @@
 rule pool:
     """Features of every simulation, noise augmentation, pooled standardisation."""
     input:
-        observations=of_subjects("cohort/{subject}/observation.h5"),
-        passives=of_subjects("cohort/{subject}/passive.h5"),
-        shards=shards_of_cohort,
+        observations=of_experiment("cohort/{subject}/observation.h5"),
+        passives=of_experiment("cohort/{subject}/passive.h5"),
+        shards=shards_of_experiment,
     output:
         pool=f"{RESULTS}/{{experiment}}/pool.h5",
     log:
@@ -48,7 +48,7 @@ rule train:
 
 rule posterior:
     input:
-        pool=rules.pool.output.pool,
+        pool=of_its_subject("{experiment}/pool.h5"),
         estimator=rules.train.output.estimator,
     output:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
@@ -78,8 +78,8 @@ rule recovery:
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
-        observations=of_subjects("cohort/{subject}/observation.h5"),
-        passives=of_subjects("cohort/{subject}/passive.h5"),
+        observations=of_experiment("cohort/{subject}/observation.h5"),
+        passives=of_experiment("cohort/{subject}/passive.h5"),
     output:
         recovery=report(
             f"{RESULTS}/{{experiment}}/recovery.csv",
@@ -107,8 +107,8 @@ rule recovery_acquisition:
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
-        observations=of_subjects("cohort/{subject}/observation.h5"),
-        passives=of_subjects("cohort/{subject}/passive.h5"),
+        observations=of_experiment("cohort/{subject}/observation.h5"),
+        passives=of_experiment("cohort/{subject}/passive.h5"),
     output:
         recovery_acquisition=report(
             f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",

@@ -10,8 +10,8 @@ rule new_subject:
         protocol=str(STUDY.new_protocol),
         estimator=rules.train_flow.output.estimator,
         noise=rules.noise.output.noise,
-        pooled_observations=of_subjects("cohort/{subject}/observation.h5"),
-        misspecifications=of_subjects(
+        pooled_observations=of_experiment("cohort/{subject}/observation.h5"),
+        misspecifications=of_experiment(
             "{experiment}/subjects/{subject}/misspecification.h5"
         ),
     output:

@@ -5,10 +5,8 @@ rule report:
     """A page that is read without Snakemake: verdicts, figures, tables, and where every file lies."""
     input:
         recording=str(STUDY.cohort / "recording.yaml"),
-        observations=of_subjects("cohort/{subject}/observation.h5"),
-        supports=expand(
-            rules.posterior.output.support, experiment=EXPERIMENTS, subject=SUBJECTS
-        ),
+        observations=of_subjects("cohort/{subject}/observation.h5", SHOWN),
+        supports=paths_of("{experiment}/subjects/{subject}/support.json", *EXPERIMENTS),
         trainings=expand(rules.train.output.training, experiment=EXPERIMENTS),
         recoveries=expand(rules.recovery.output.recovery, experiment=EXPERIMENTS),
         recovery_acquisitions=expand(
@@ -25,10 +23,8 @@ rule report:
         training_pngs=expand(
             rules.training_figure.output.figure_png, experiment=EXPERIMENTS
         ),
-        exact_posteriors=expand(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-            experiment=SPEED_EXPERIMENTS,
-            subject=SUBJECTS,
+        exact_posteriors=paths_of(
+            "{experiment}/subjects/{subject}/posterior.h5", *SPEED_EXPERIMENTS
         ),
         calibrations=expand(
             f"{RESULTS}/{{experiment}}/calibration.csv", experiment=SPEED_EXPERIMENTS

@@ -5,9 +5,9 @@ SENSITIVITY = CONFIG.sensitivity.experiment
 
 rule sensitivity_run:
     input:
-        observations=of_subjects("cohort/{subject}/observation.h5"),
+        observations=paths_of("cohort/{subject}/observation.h5", SENSITIVITY),
         noise=f"{RESULTS}/cohort/noise.h5",
-        passives=of_subjects("cohort/{subject}/passive.h5"),
+        passives=paths_of("cohort/{subject}/passive.h5", SENSITIVITY),
     output:
         posteriors=f"{RESULTS}/sensitivity/{{variant}}.h5",
     log:

@@ -4,8 +4,8 @@
 rule speed_pool:
     """Simulations of every subject at the measured phases of its recording."""
     input:
-        observations=of_subjects("cohort/{subject}/observation.h5"),
-        shards=shards_of_cohort,
+        observations=of_experiment("cohort/{subject}/observation.h5"),
+        shards=shards_of_experiment,
     output:
         pool=f"{RESULTS}/{{experiment}}/pool.h5",
     log:
@@ -25,7 +25,7 @@ rule speed_pool:
 rule train_flow:
     input:
         pool=rules.speed_pool.output.pool,
-        observations=of_subjects("cohort/{subject}/observation.h5"),
+        observations=of_experiment("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
     output:
         estimator=f"{RESULTS}/{{experiment}}/estimator.pt",
@@ -48,7 +48,7 @@ rule train_flow:
 rule exact_posterior:
     """The network's draws weighted with the simulator, or MCMC; how reliable they are stands beside them."""
     input:
-        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
+        observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
         estimator=rules.train_flow.output.estimator,
     output:
@@ -70,7 +70,7 @@ rule exact_posterior:
 rule misspecification:
     """Null distributions of the misspecification tests, and recordings that measure their power."""
     input:
-        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
+        observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
         estimator=rules.train_flow.output.estimator,
     output:
@@ -122,10 +122,8 @@ rule verdict:
 rule misspecification_table:
     """False alarms on well-specified recordings, and power on the virtual volunteers recorded anew."""
     input:
-        misspecifications=expand(
-            rules.misspecification.output.misspecification,
-            subject=SUBJECTS,
-            allow_missing=True,
+        misspecifications=of_experiment(
+            "{experiment}/subjects/{subject}/misspecification.h5"
         ),
     output:
         table=report(
@@ -152,9 +150,7 @@ rule misspecification_table:
 rule misspecification_figure:
     input:
         table=rules.misspecification_table.output.table,
-        supports=expand(
-            rules.verdict.output.support, subject=SUBJECTS, allow_missing=True
-        ),
+        supports=of_experiment("{experiment}/subjects/{subject}/support.json"),
     output:
         figure_pdf=f"{RESULTS}/figures/misspecification-{{experiment}}.pdf",
         figure_png=drawn("misspecification_figure", "misspecification"),
@@ -194,8 +190,8 @@ rule noise_figure:
 rule identifiability:
     """Contraction, profiles of the exact likelihood, information of each phase, and other designs."""
     input:
-        posteriors=of_subjects("{experiment}/subjects/{subject}/posterior.h5"),
-        observations=of_subjects("cohort/{subject}/observation.h5"),
+        posteriors=of_experiment("{experiment}/subjects/{subject}/posterior.h5"),
+        observations=of_experiment("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
     output:
         identifiability=f"{RESULTS}/{{experiment}}/identifiability.h5",
@@ -260,7 +256,7 @@ rule identifiability_figures:
 rule calibration_recordings:
     """Recordings of known parameters in one subject's context, inferred by the network and exactly."""
     input:
-        observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
+        observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
         estimator=rules.train_flow.output.estimator,
     output:
@@ -305,13 +301,11 @@ rule calibration_local:
 rule calibration:
     """Every check of calibration, and the coverage of known parameters."""
     input:
-        recordings=expand(
-            rules.calibration_recordings.output.recordings,
-            subject=SUBJECTS,
-            allow_missing=True,
+        recordings=of_experiment(
+            "{experiment}/subjects/{subject}/calibration_recordings.h5"
         ),
-        local_parts=expand(
-            rules.calibration_local.output.local, subject=SUBJECTS, allow_missing=True
+        local_parts=of_experiment(
+            "{experiment}/subjects/{subject}/calibration_local.h5"
         ),
     output:
         calibration=f"{RESULTS}/{{experiment}}/calibration.h5",

@@ -40,16 +40,10 @@ rule tables:
 rule truth:
     """Credible intervals of every experiment beside the truth of a generated cohort."""
     input:
-        posteriors=expand(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-            experiment=EXPERIMENTS,
-            subject=SUBJECTS,
+        posteriors=paths_of(
+            "{experiment}/subjects/{subject}/posterior.h5", *EXPERIMENTS
         ),
-        supports=expand(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
-            experiment=EXPERIMENTS,
-            subject=SUBJECTS,
-        ),
+        supports=paths_of("{experiment}/subjects/{subject}/support.json", *EXPERIMENTS),
         truth=str(STUDY.cohort / "truth.csv"),
     output:
         truth_csv=report(
@@ -82,11 +76,9 @@ rule paper_comparison:
         ),
         training=expand(rules.train.output.training, experiment=MAIN),
         pool=expand(rules.pool.output.pool, experiment=MAIN),
-        supports=expand(
-            rules.posterior.output.support, experiment=MAIN, subject=SUBJECTS
-        ),
-        observations=of_subjects("cohort/{subject}/observation.h5"),
-        cmaes=of_subjects("cmaes/{subject}.h5"),
+        supports=paths_of("{experiment}/subjects/{subject}/support.json", MAIN),
+        observations=paths_of("cohort/{subject}/observation.h5", MAIN),
+        cmaes=paths_of("cmaes/{subject}.h5", MAIN),
     output:
         comparison_csv=report(
             f"{RESULTS}/tables/paper_comparison.csv",

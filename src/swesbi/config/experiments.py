@@ -25,11 +25,15 @@ from swesbi.verdict.settings import MisspecificationSettings, SupportSettings
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=64)]
 
+Subjects = Literal["all"] | tuple[Name, ...] | dict[str, tuple[Name, ...]]
+"""Of an experiment: all of the study, a list, or by cohort's folder a list; of a cohort not named, all."""
+
 
 class ExperimentSettings(Settings):
     """One experiment with noise on features, as in the paper: from its prior to how it is judged."""
 
     kind: Literal["features"] = Field(description="where noise enters: on features of the curve")
+    subjects: Subjects = Field(description="'all', a list, or a list for each cohort that has one")
     prior: Name = Field(description="name of one of the priors")
     simulations_per_subject: int = Field(ge=10, description="successful simulations from the prior")
     summary: SummarySettings
@@ -46,6 +50,7 @@ class SpeedExperimentSettings(Settings):
     """One experiment with noise on the measured speeds, and an exact likelihood."""
 
     kind: Literal["speeds"] = Field(description="where noise enters: on the measured speeds")
+    subjects: Subjects = Field(description="'all', a list, or a list for each cohort that has one")
     prior: Name = Field(description="name of one of the priors")
     simulations_per_subject: int = Field(ge=10, description="successful simulations from the prior")
     passive_scale_kpa: ParameterPrior = Field(

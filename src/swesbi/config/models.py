@@ -6,6 +6,7 @@ Each check raises a ValueError that names the key, its value and what it must fi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Final, Literal, Self
 
 from pydantic import Field, model_validator
@@ -62,6 +63,16 @@ def check_experiment_names(config: Config) -> None:
         raise ValueError(
             f"experiments: {sorted(reserved)[0]!r} is the name of a results folder; choose another"
         )
+
+
+def check_subjects_of_experiments(config: Config) -> None:
+    """A list of an experiment's subjects names at least one, each once."""
+    for name in config.experiments:
+        listed = config.listed_subjects(name)
+        if listed is not None and (not listed or len(set(listed)) < len(listed)):
+            raise ValueError(
+                f"experiments.{name}.subjects = {list(listed)}: name at least one subject, each once"
+            )
 
 
 def check_prior_ranges(config: Config) -> None:
@@ -197,6 +208,7 @@ def check_exam(config: Config) -> None:
 CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_prior_names,
     check_experiment_names,
+    check_subjects_of_experiments,
     check_prior_ranges,
     check_nuisances,
     check_windows,
@@ -317,6 +329,18 @@ class Config(Settings):
     def _run(self) -> tuple[str, ...]:
         everything = (*self.experiments, *self.population_experiments)
         return everything if self.run == "all" else tuple(dict.fromkeys(self.run))
+
+    def listed_subjects(self, experiment: str) -> tuple[str, ...] | None:
+        """Return the subjects that an experiment lists for the study's cohort; None where it takes all.
+
+        One over a population has the subjects of the experiment that it shares its model with.
+        """
+        chosen = self.experiments[self.base_of(experiment)].subjects
+        if isinstance(chosen, dict):
+            here = Path(self.cohort).resolve()
+            of_cohort = (names for folder, names in chosen.items() if Path(folder).resolve() == here)
+            return next(of_cohort, None)
+        return None if chosen == "all" else chosen
 
     def base_of(self, experiment: str) -> str:
         """Return the experiment on the cohort that one over a population shares its model with, or itself."""

@@ -174,6 +174,11 @@ def _batch(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
     return [study.context_rows[subject].to_plain() for subject in subjects]
 
 
+def _contexts_of_experiment(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
+    subjects = study.subjects_of(named(study, wildcards, "experiment"))
+    return [study.context_rows[subject].to_plain() for subject in subjects]
+
+
 def _title_of_experiment(study: Study, wildcards: Wildcards) -> str:
     named(study, wildcards, "experiment")
     return study.config.cohort_title
@@ -193,7 +198,7 @@ def _name_of_population(study: Study, wildcards: Wildcards) -> str:
 
 NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "context": lambda study, by: study.context_rows[named(study, by, "subject")].to_plain(),
-    "contexts": lambda study, _: [row.to_plain() for row in study.context_rows.values()],
+    "contexts_of_experiment": _contexts_of_experiment,
     "contexts_of_batch": _batch,
     "contexts_of_shard": _part_of("shard", "simulations.contexts"),
     "own_of_part": _part_of("part", "calibration.own"),

@@ -56,7 +56,8 @@ SOURCES: Final[Mapping[str, str]] = {
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
     "population.nulls.predictive_recordings",
-    "population_cohort": "experiment=name_of_population refused cohort_title contexts prior=joint_prior "
+    "population_cohort": "experiment=name_of_population refused cohort_title "
+    "contexts=contexts_of_experiment prior=joint_prior "
     "experiment.exact.interval",
     "identifiability": "experiment.identifiability model",
     "identifiability_figures": "cohort_title=title_of_experiment",
@@ -79,6 +80,8 @@ SOURCES: Final[Mapping[str, str]] = {
 
 `value_of` says what a source is; ``stage.`` before a name stands for the settings of that stage.
 """
+OF_NEW_SUBJECTS: Final = ("new_subject", "new_subject_of_population")
+"""Stages whose subject is outside the study."""
 FIGURE: Final = "_figure"
 SHARED_BY_FIGURES: Final = "cohort_title"
 """Sources of a stage whose name ends on `FIGURE` and that has none of its own."""
@@ -88,9 +91,12 @@ def stage_settings(study: Study, stage: str, **wildcards: str) -> dict[str, Any]
     """Return the plain, key-sorted settings of a stage under these wildcards (subject, experiment, ...).
 
     Raises:
-        ConfigError: A wildcard is missing or names nothing that the study has.
+        ConfigError: A wildcard is missing or names nothing that the study has, or the subject is not one
+            of the experiment's.
         KeyError: There is no such stage.
     """
+    if {"subject", "experiment"} <= wildcards.keys() and stage not in OF_NEW_SUBJECTS:
+        study.check_subject(named(study, wildcards, "experiment"), named(study, wildcards, "subject"))
     return dict(sorted(_slice(study, wildcards, stage).items()))
 
 

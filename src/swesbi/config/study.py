@@ -40,6 +40,27 @@ class Study:
         """The subjects' names."""
         return tuple(self.context_rows)
 
+    def subjects_of(self, experiment: str) -> tuple[str, ...]:
+        """Return the subjects that an experiment lists and the study runs on, in the study's order."""
+        listed = self.config.listed_subjects(experiment)
+        return tuple(name for name in self.subjects if listed is None or name in listed)
+
+    def check_subject(self, experiment: str, subject: str) -> None:
+        """Check that an experiment answers a subject of the study.
+
+        Raises:
+            ConfigError: It does not have the subject, or refuses it.
+        """
+        if subject not in self.subjects_of(experiment):
+            base = self.config.base_of(experiment)
+            raise ConfigError(
+                f"subject = {subject!r}: not one of the experiment {experiment!r}, which has "
+                f"{', '.join(self.subjects_of(experiment)) or 'none'}; experiments.{base}.subjects lists them"
+            )
+        refused = self.refused(experiment) if experiment in self.config.population_experiments else {}
+        if subject in refused:
+            raise ConfigError(f"subject = {subject!r}: refused by {experiment!r}: {refused[subject]}")
+
     @property
     def cohort(self) -> Path:
         """The cohort's folder."""
@@ -69,14 +90,14 @@ class Study:
     def answered(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects within the declared range of an experiment over a population."""
         refused = self.refused(experiment)
-        return tuple(subject for subject in self.subjects if subject not in refused)
+        return tuple(subject for subject in self.subjects_of(experiment) if subject not in refused)
 
     def refused(self, experiment: str) -> dict[str, str]:
         """Return the subjects outside the declared range of an experiment over a population, and why."""
         population = self.config.population_experiments[experiment].population
         problems = {
-            subject: in_declared_range(row.to_context(), population)
-            for subject, row in self.context_rows.items()
+            subject: in_declared_range(self.context_rows[subject].to_context(), population)
+            for subject in self.subjects_of(experiment)
         }
         return {subject: "; ".join(reasons) for subject, reasons in problems.items() if reasons}
 
@@ -104,6 +125,7 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
     config = parse_config(raw, source)
     known = _read_rows(config.cohort, f"{source}: cohort")
     study = Study(config, _select(config, known, source))
+    _check_lists(study, known, source)
     _check_files(study.cohort, study.subjects, f"{source}: cohort")
     if config.new_subjects.cohort is None:
         return study
@@ -133,6 +155,26 @@ def _select(config: Config, known: Mapping[str, ContextRow], source: str) -> dic
     if len(set(names)) < len(names) or not names:
         raise ConfigError(f"{source}: subjects = {list(names)}: name at least one subject, each once")
     return {name: known[name] for name in names}
+
+
+def _check_lists(study: Study, known: Mapping[str, ContextRow], source: str) -> None:
+    """Check that experiments list subjects of the cohort, and that each that runs has one of the study."""
+    config = study.config
+    for name in config.experiments:
+        if unknown := [each for each in config.listed_subjects(name) or () if each not in known]:
+            raise ConfigError(
+                f"{source}: experiments.{name}.subjects: {unknown[0]!r} has no row in "
+                f"{Path(config.cohort) / SUBJECTS}; it knows {', '.join(known)}. "
+                f"Correct the list, or write experiments.{name}.subjects: all"
+            )
+    for name in (*config.experiments_run, *config.populations_run):
+        if not study.subjects_of(name):
+            base, listed = config.base_of(name), config.listed_subjects(name) or ()
+            raise ConfigError(
+                f"{source}: experiments.{base}.subjects: none of {', '.join(listed)} is among "
+                f"`subjects`, which are {', '.join(study.subjects)}. Add one to either, or leave {name!r} "
+                "out of `run`"
+            )
 
 
 def _check_files(cohort: Path, subjects: Sequence[str], key: str) -> None:

@@ -156,7 +156,7 @@ def main(arguments: Sequence[str]) -> int:
     study = _study(options)
     experiment = options.experiment or _experiment(study)
     subject: str = options.subject
-    _check_subject(study, subject)
+    _check_subject(study, experiment, subject)
     results = Path(study.config.results)
     over_population = experiment in study.config.population_experiments
     stage = "new_subject_of_population" if over_population else "new_subject"
@@ -165,7 +165,7 @@ def main(arguments: Sequence[str]) -> int:
     finished = (
         finished_population(results, experiment)
         if over_population
-        else finished_study(results, experiment, study.subjects)
+        else finished_study(results, experiment, study.subjects_of(experiment))
     )
     check_finished(finished, snakemake_options(options.config, options.overlay))
     folder = options.out or results / experiment / "new" / subject
@@ -249,11 +249,11 @@ def _experiment(study: Study) -> str:
     return running[0]
 
 
-def _check_subject(study: Study, subject: str) -> None:
+def _check_subject(study: Study, experiment: str, subject: str) -> None:
     cohort = Path(str(study.config.new_subjects.cohort))
     if subject not in study.new_rows:
         raise ConfigError(f"subject = {subject!r}: {cohort} has {', '.join(study.new_rows)}")
-    if cohort.resolve() == study.cohort.resolve() and subject in study.subjects:
+    if cohort.resolve() == study.cohort.resolve() and subject in study.subjects_of(experiment):
         raise ConfigError(
             f"subject = {subject!r}: is in the cohort that the network was trained on; its answer is in "
             f"{study.config.results}/<experiment>/subjects/{subject}/"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from swesbi.config.models import Config
@@ -60,12 +60,22 @@ def _parser() -> argparse.ArgumentParser:
 def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> list[Problem]:
     """Return the subjects that the configuration names and the cohort has not."""
     known = [subject.observation.subject for subject in report.subjects]
-    if config.subjects == "all" or report.problems:
+    if report.problems:
         return []
     reason = f"is no subject of {Path(config.cohort) / SUBJECTS}, which has {', '.join(known)}"
-    remedy = "correct `subjects`, or write `subjects: all`"
-    unknown = [name for name in config.subjects if name not in known]
-    return [Problem(str(source), reason, remedy, column="subjects", value=name) for name in unknown]
+    return [
+        Problem(str(source), reason, f"correct `{key}`, or write `{key}: all`", column=key, value=name)
+        for key, names in _lists(config).items()
+        for name in names
+        if name not in known
+    ]
+
+
+def _lists(config: Config) -> Mapping[str, Sequence[str]]:
+    """Return every list of subjects of the configuration that is of its cohort, by its key."""
+    of_study = {"subjects": () if config.subjects == "all" else config.subjects}
+    listed = {name: config.listed_subjects(name) for name in config.experiments}
+    return of_study | {f"experiments.{name}.subjects": names or () for name, names in listed.items()}
 
 
 def _elsewhere(cohort: Path, config: Config, source: Path) -> str:

@@ -62,7 +62,7 @@ class _Alarms:
 def alarm_rows(subjects: Sequence[SubjectChecks], settings: RuleSettings) -> tuple[AlarmRow, ...]:
     """Return the rates of every alarm, subject and kind of recordings, and of the cohort together.
 
-    The volunteers are of six different kinds, so they are not put together.
+    Each volunteer is of another kind, so they are not put together.
     """
     by_subject = [alarms for checks in subjects for alarms in _subject_alarms(checks, settings)]
     pooled = [_pool([part for part in by_subject if part.kind == kind]) for kind in (OWN, ACQUIRED)]

@@ -1,4 +1,4 @@
-"""Six virtual volunteers: a richer physiology than the inference model, measured with acquisition noise.
+"""Eight virtual volunteers: a richer physiology than the inference model, measured with acquisition noise.
 
 ``python -m swesbi.virtual_cohort data/virtual_volunteers`` regenerates the shipped cohort.
 """

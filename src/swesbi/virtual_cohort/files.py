@@ -13,7 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.recording.samples import Samples
+from swesbi.recording.settings import RecordingSettings
 from swesbi.virtual_cohort.acquisition import record
+from swesbi.virtual_cohort.noise_levels import NOISE_LEVELS, noise_levels
 from swesbi.virtual_cohort.readme import (
     LATE_DIASTOLIC_SPEED_M_S,
     PEAK_SPEED_M_S,
@@ -45,6 +47,7 @@ protocol:               # as in the paper, Sec. 2.1, which the simulation stands
   region: basal anteroseptal interventricular septum, mid-myocardium
   phases: 20
   repeats: 3
+  repeats_are: sweeps
   samples_per_repeat: 12
 density_kg_m3: 1000.0
 sources:
@@ -55,7 +58,7 @@ sources:
 
 def draw_recordings(volunteers: Sequence[Volunteer], recordings: Sequence[Samples]) -> Figure:
     """Draw every successful sample, the phase medians, the share that failed, and published ranges."""
-    figure, axes = plt.subplots(2, 3, figsize=(10.0, 6.0), sharex=True, sharey=True, layout="constrained")
+    figure, axes = plt.subplots(2, 4, figsize=(12.5, 6.0), sharex=True, sharey=True, layout="constrained")
     for axis, volunteer, samples in zip(axes.flat, volunteers, recordings, strict=True):
         _draw_recording(axis, samples)
         context = volunteer.context
@@ -69,7 +72,7 @@ def draw_recordings(volunteers: Sequence[Volunteer], recordings: Sequence[Sample
         axis.set_xlabel("phase of the cardiac cycle, from the R peak", fontsize=9)
     for axis in axes[:, 0]:
         axis.set_ylabel("shear-wave speed $c_s$ (m/s)", fontsize=9)
-    figure.suptitle("Raw recordings of the six virtual volunteers", fontsize=12)
+    figure.suptitle("Raw recordings of the virtual volunteers", fontsize=12)
     return figure
 
 
@@ -90,9 +93,9 @@ def _draw_recording(axis: Axes, samples: Samples) -> None:
 
 
 def write_cohort(folder: Path, seed: int) -> None:
-    """Write contexts, recordings, truth, picture and README of the six volunteers into ``folder``.
+    """Write contexts, recordings, truth, picture and README of the volunteers into ``folder``.
 
-    If ``acquisition_seeds.csv`` lies there, the README shows it.
+    If ``acquisition_seeds.csv`` or ``noise_levels.csv`` lies there, the README shows it.
     """
     truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
     recordings = [record(truth, seed) for truth in truths]
@@ -103,10 +106,26 @@ def write_cohort(folder: Path, seed: int) -> None:
     _write_csv(folder / "truth.csv", truth_table(truths))
     _write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
     _write_text(folder / "recording.yaml", RECORDING.format(seed=seed))
-    medians = folder / "acquisition_seeds.csv"
-    shown = pd.read_csv(medians, dtype=str, keep_default_na=False) if medians.is_file() else None
-    _write_text(folder / "README.md", readme(truths, recordings, seed, shown))
+    seeds, levels = (_shown(folder / name) for name in ("acquisition_seeds.csv", NOISE_LEVELS))
+    _write_text(folder / "README.md", readme(truths, recordings, seed, seeds, levels))
     _write_picture(folder / "recordings.png", recordings)
+
+
+def write_noise_levels(folder: Path, recording: RecordingSettings, grid_points: int) -> None:
+    """Measure what noise of each level leaves, and write the table that the README shows.
+
+    Args:
+        folder: The cohort's folder.
+        recording: Quality control of the recordings.
+        grid_points: Size of the analysis grid.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
+    _write_csv(folder / NOISE_LEVELS, noise_levels(truths, recording, grid_points), "%.4g")
+
+
+def _shown(path: Path) -> pd.DataFrame | None:
+    return pd.read_csv(path, dtype=str, keep_default_na=False) if path.is_file() else None
 
 
 def _write_csv(path: Path, table: pd.DataFrame, float_format: str | None = None) -> None:

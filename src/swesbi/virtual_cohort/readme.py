@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Final
@@ -13,6 +14,9 @@ from swesbi.arrays import FloatArray
 from swesbi.parameters import PASSIVE_SCALE, THETA, THETA_NAMES
 from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import STATUS_OK, Samples
+from swesbi.virtual_cohort.noise_levels import COMPARED, PAPER_RMSE_KPA, SEEDS, interpolation_error_kpa
+from swesbi.virtual_cohort.readme_text import LEVELS, OTHER_SEEDS, TEXT
+from swesbi.virtual_cohort.settings import ACQUISITION
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, OWN_PARAMETERS, SHOWN, Truth
 
 FINE_GRID: Final = 2001
@@ -120,113 +124,12 @@ def _curve_rows(truth: Truth) -> pd.DataFrame:
     return pd.DataFrame({"subject": truth.volunteer.context.subject, **columns})
 
 
-TEXT: Final = """# Six virtual volunteers
-
-**These are not people.** The volunteers of the paper are not public, and no public time-resolved recording
-of cardiac shear wave elastography was found. So the study ships six virtual volunteers, A to F, in the file
-format that real recordings would have. Every figure and table that shows them says so.
-
-![The six recordings](recordings.png)
-
-| file | content |
-|---|---|
-| `subjects.csv` | context: sex, age, body surface area, heart rate, LV volumes, septal thickness |
-| `swe/<subject>.csv` | raw samples, one row per attempted push sample |
-| `recording.yaml` | how the recordings were made |
-| `truth.csv`, `truth_curves.csv` | true theta and noiseless curves; no stage of the inference reads them |
-
-Regenerate all of it, byte for byte, with
-
-```
-python -m swesbi.virtual_cohort data/virtual_volunteers
-```
-
-The acquisition seed is {seed}; it was fixed before any inference was run on the recordings.
-
-## Where they come from
-
-Each volunteer is one periodic beat of the spherical ventricle in a closed circulation, under a physiology
-that is *richer* than the inference model, so that inference meets model error as it would in life: valve
-inertance, wall inertia, a slower activation ramp (30 ms instead of 20), and the parameters below, each
-volunteer's own. The total stiffness is `a exp(b (lambda^2 - 1)) + k_c` along the volunteer's own beat; the
-scale `a` is set so that the late-diastolic mean is the designed one.
-
-{truth}
-
-`wall` multiplies the passive C_0 and C_2 of the PhysioBlocks 2.0.1 human heart. What each volunteer is for:
-
-{designs}
-
-Whether a volunteer passes the prior-support test is an outcome, not part of the design.
-
-What the true beats do, beside the volumes in `subjects.csv`:
-
-{haemodynamics}
-
-Three things are not as in life, and are left so: ejection is short in A to D (published left ventricular
-ejection time: {ejection_mean:.0f} +- {ejection_sd:.0f} ms); end-systolic volumes, save D's, lie below the
-listed ones, which inference uses only as conditioning variables; peak ventricular pressure is high, above
-all where contraction is fast (E, F).
-
-## Acquisition noise
-
-20 gated phases, 3 repeats of 12 spatial samples. Each speed carries an error of 8 % of its own and shares
-one of 4 % with its repeat, independent for each phase and repeat: 2.7 % on a phase mean. RR varies by 1 %
-from beat to beat; the push comes at a fixed delay, so the phase varies with it. About 8 % of the samples
-fail, 2 to 4 % report a wrong wave. Phase 13 of B and phase 4 of E failed altogether; one repeat of C fell
-into a premature beat.
-
-{samples}
-
-## Speeds beside published ones
-
-From the median of the successful samples at each phase; *closure* is when forward flow through the aortic
-valve ends.
-
-{speeds}
-{seeds}
-## Sources
-
-- Diastolic septal speed, parasternal long axis, in healthy volunteers: Song et al., J Ultrasound Med 35:1419
-  (2016), and paediatric series.
-- Systolic speed, by acoustic radiation force in open-chest sheep: Couade et al., IEEE Trans Med Imaging
-  30:295 (2011).
-- Speed of natural waves at valve closure, in volunteers: Santos et al., IEEE Trans Ultrason Ferroelectr Freq
-  Control 66:442 (2019); Keijzer et al., ibid. 67:1590 (2020).
-- Noise of 8 % and 4 %: chosen, of the order of the standard deviation of 7 % reported with acoustic radiation
-  force in pigs (Vos et al., IEEE International Ultrasonics Symposium 2016).
-- Volumes, wall thickness, ejection fraction: Lang et al., J Am Soc Echocardiogr 28:1 (2015).
-- Mechanics: Chapelle et al., Int J Multiscale Comput Eng 10:189 (2012); Caruel et al., Biomech Model
-  Mechanobiol 13:897 (2014).
-"""
-
-
-SEEDS: Final = """
-## Other acquisition seeds
-
-The same volunteers, recorded anew with other noise (`record(truth, seed)`), each recording ingested, its
-passive baseline calibrated anew, and judged by the network of the study's main experiment, which was not
-trained again. Out of {seeds} recordings each, the prior supports {supported}.
-The shipped seed stays {seed}, whatever its own recordings came to.
-
-{table}
-
-`acquisition_seeds.csv` holds this table; `make acquisition-seeds` makes it anew after a run of the study, and
-puts one row for each recording into `results/tables/acquisition_seeds.csv`.
-
-- `seeds`: recordings; `seeds_within_z`: those with every |z| of the conditioning vector within the limit;
-  `seeds_enough_draws`: those with enough posterior draws within the prior's bounds; `seeds_supported`: both.
-- `max_abs_z`: largest |z|, median over all recordings; `rmse_prior_kpa`: error of the prior predictive
-  median, likewise.
-- `rmse_kpa`, `rmse_reduction_percent`, `r2`: error of the posterior predictive median, its reduction against
-  the prior's, coefficient of determination; `coverage_grid`, `coverage_phases`: share of the analysis grid
-  and of the measured phases inside the 90 % predictive interval; medians over the supported recordings,
-  empty where there is none.
-"""
-
-
 def readme(
-    truths: Sequence[Truth], recordings: Sequence[Samples], seed: int, seed_medians: pd.DataFrame | None
+    truths: Sequence[Truth],
+    recordings: Sequence[Samples],
+    seed: int,
+    seed_medians: pd.DataFrame | None,
+    levels: pd.DataFrame | None,
 ) -> str:
     """Return the text of the README.
 
@@ -235,6 +138,7 @@ def readme(
         recordings: Their recordings, in the same order.
         seed: The acquisition seed.
         seed_medians: Results over acquisition seeds, as texts, shown as they are; None if there are none yet.
+        levels: What noise of each level leaves, as texts; None if it is not measured yet.
     """
     designs = "\n".join(f"- {t.volunteer.context.subject}: {t.volunteer.design}" for t in truths)
     return TEXT.format(
@@ -247,13 +151,59 @@ def readme(
         samples=markdown(_sample_rows(truths, recordings)),
         speeds=markdown(_speed_rows(truths, recordings)),
         seeds="" if seed_medians is None else _seeds(seed_medians, seed),
+        levels="" if levels is None else _levels(levels, truths),
+        **_sizes(),
     )
+
+
+def _sizes() -> dict[str, str]:
+    """Return the errors of a speed in percent: each of them, of a single speed, and of a phase mean."""
+    own, repeat = ACQUISITION.sample_sd_fraction, ACQUISITION.repeat_sd_fraction
+    sweep, samples = ACQUISITION.sweep_fraction, ACQUISITION.samples_per_repeat
+    mean = math.sqrt((own**2 / samples + repeat**2 + sweep**2) / ACQUISITION.repeats)
+    single = math.hypot(own, repeat, sweep)
+    shown = {"sample": own, "repeat": repeat, "sweep": sweep, "scale": ACQUISITION.scale_fraction}
+    return {name: f"{100.0 * value:g} %" for name, value in shown.items()} | {
+        "single": f"{100.0 * single:.1f} %",
+        "phase_se": f"{100.0 * mean:.1f} %",
+    }
+
+
+def _levels(levels: pd.DataFrame, truths: Sequence[Truth]) -> str:
+    """Return the section on the level of the noise; the level in use is in bold."""
+    mean = float(np.mean(list(PAPER_RMSE_KPA.values())))
+    compared = [truth.curve for truth in truths if truth.volunteer.context.subject in COMPARED]
+    sizes = _sizes()
+    return LEVELS.format(
+        paper=", ".join(f"{value:.2f}" for value in PAPER_RMSE_KPA.values()),
+        mean=mean,
+        low=0.7 * mean,
+        high=0.9 * mean,
+        table=markdown(pd.DataFrame([_level_row(row) for _, row in levels.iterrows()])),
+        seeds=len(SEEDS),
+        first=SEEDS[0],
+        last=SEEDS[-1],
+        interpolation=float(np.mean([interpolation_error_kpa(curve) for curve in compared])),
+        scale=sizes["scale"],
+        single=sizes["single"],
+    )
+
+
+def _level_row(row: pd.Series[str]) -> dict[str, str]:
+    fractions = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction")
+    heads = ("sample", "repeat", "sweep")
+    shown = {head: f"{100.0 * float(row[name]):g} %" for head, name in zip(heads, fractions, strict=True)}
+    shown |= {name: f"{float(row[f'rmse_{name}_kpa']):.2f}" for name in COMPARED}
+    shown |= {"mean": f"{float(row['rmse_kpa']):.2f}"}
+    shown |= {"as recorded": f"{float(row['rmse_as_recorded_kpa']):.2f}"}
+    in_use = float(row["sample_sd_fraction"]) == ACQUISITION.sample_sd_fraction
+    return {head: f"**{value}**" if in_use else value for head, value in shown.items()}
 
 
 def _seeds(medians: pd.DataFrame, seed: int) -> str:
     """Return the section on other acquisition seeds."""
     counts = zip(medians["subject"], medians["seeds_supported"], strict=True)
-    return SEEDS.format(
+    return OTHER_SEEDS.format(
         seeds=medians["seeds"].iloc[0],
         supported=", ".join(f"{count} of {subject}" for subject, count in counts),
         seed=seed,

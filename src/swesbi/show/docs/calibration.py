@@ -77,7 +77,8 @@ def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) 
         shown = Exact(
             experiment=read_experiment(folder, study, name),
             results={
-                s: read_exact_result(inferred / "subjects" / s / "posterior.h5") for s in study.subjects
+                s: read_exact_result(inferred / "subjects" / s / "posterior.h5")
+                for s in study.subjects_of(name)
             },
             calibration=read_table(inferred / "calibration.csv"),
             misspecification=read_table(inferred / "misspecification.csv"),

@@ -27,7 +27,7 @@ class ReproductionResults:
     Attributes:
         main: The main experiment.
         experiments: All that were run, the main one among them.
-        subjects: Names of the subjects.
+        subjects: Names of the main experiment's subjects.
         cohort_title: What the subjects are ("virtual volunteers").
         comparison: ``tables/paper_comparison.csv``, as text.
         epochs: ``epochs.csv`` of the main experiment.
@@ -66,7 +66,7 @@ def read_results(folder: Path, study: Study) -> ReproductionResults:
         return ReproductionResults(
             main=next(each for each in experiments if each.name == config.main_experiment),
             experiments=experiments,
-            subjects=study.subjects,
+            subjects=study.subjects_of(config.main_experiment),
             cohort_title=config.cohort_title,
             comparison=read_comparison(folder / "tables" / "paper_comparison.csv"),
             epochs=read_epochs(folder / config.main_experiment / "epochs.csv"),
@@ -86,7 +86,7 @@ def read_experiment(folder: Path, study: Study, name: str) -> Experiment:
     return Experiment(
         name=name,
         settings=section.model_dump(mode="json"),
-        supports={s: read_support(own / "subjects" / s / "support.json") for s in study.subjects},
+        supports={s: read_support(own / "subjects" / s / "support.json") for s in study.subjects_of(name)},
         scores=of_experiment(tables / "ppc.csv", name),
         features=of_experiment(tables / "features.csv", name),
         posterior=of_experiment(tables / "posterior.csv", name),

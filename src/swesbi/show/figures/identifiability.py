@@ -56,6 +56,7 @@ WIDTH_IN: Final = 6.9
 ROW_HEIGHT_IN: Final = 1.45
 DESIGN_FRAME_HEIGHT_IN: Final = 1.35
 MOST_NAMED: Final = 8
+OWN_COLORS: Final = len(COLORS) - 1  # the last is that of the median subject
 CONTOURS: Final = 7
 SPREAD: Final = 0.12
 FLOOR_LABEL: Final = "no noise: the model's errors alone"
@@ -252,8 +253,8 @@ def _against_repeats(axes: Axes, groups: dict[str, xr.Dataset], phases: int, mas
             at + SPREAD * (index - 0.5 * (len(half_widths) - 1)) if len(half_widths) <= MOST_NAMED else at
         )
         axes.plot(
-            beside, value, "o", color=_color(index, len(half_widths)), ms=3.0, mew=0.5, mec="white", zorder=5,
-            label="posterior found" if index == 0 else None,
+            beside, value, "os"[_again(index)], color=_color(index, len(half_widths)), ms=3.0, mew=0.5,
+            mec="white", zorder=5, label="posterior found" if index == 0 else None,
         )  # fmt: skip
 
 
@@ -282,11 +283,17 @@ def _draw_subjects(axes: Axes, x: NDArray[np.int64], sd_log: xr.DataArray, mass:
     for index, name in enumerate(names):
         label = name if len(names) <= MOST_NAMED else "single subjects"
         width = half_width(sd_log.isel(subject=index), mass)
-        axes.plot(x, width, color=_color(index, len(names)), lw=0.7, label=label)
+        line = "-." if len(names) <= MOST_NAMED and _again(index) else "-"
+        axes.plot(x, width, color=_color(index, len(names)), lw=0.7, ls=line, label=label)
 
 
 def _color(index: int, subjects: int) -> str:
-    return COLORS[index % (len(COLORS) - 1)] if subjects <= MOST_NAMED else PRIOR
+    return COLORS[index % OWN_COLORS] if subjects <= MOST_NAMED else PRIOR
+
+
+def _again(index: int) -> bool:
+    """Tell whether a subject's colour is another's as well, from which its line and mark must tell it."""
+    return index >= OWN_COLORS
 
 
 def _over_both(axes: Axes, design: xr.Dataset, acquisitions: int, mass: float) -> None:

@@ -165,10 +165,13 @@ def median_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
             numbers.PARAMETER_UNITS[name],
             *(medians.get((subject, name), numbers.MISSING) for medians in cells),
         )
-        for subject in experiments[0].supports
+        for subject in dict.fromkeys(name for each in experiments for name in each.supports)
         for name, label in numbers.PARAMETERS.items()
     ]
-    note = "Median and credible interval; a dash where the experiment's prior does not support the subject."
+    note = (
+        "Median and credible interval; a dash where the experiment does not have the subject, or its prior "
+        "does not support it."
+    )
     return Table(f"Posterior medians by experiment ({cohort_title}).", columns, body(rows), note)
 
 
