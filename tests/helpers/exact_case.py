@@ -16,7 +16,7 @@ from scipy.stats import multivariate_normal
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.importance import weigh
-from swesbi.posterior.settings import ExactSettings, McmcSettings
+from swesbi.posterior.settings import ExactSettings, McmcSettings, RefinementSettings
 from swesbi.prior import JointPriorSettings, bounds, from_logit, log_centre, log_jacobian, to_logit
 
 FloatArray = NDArray[np.float64]
@@ -63,6 +63,7 @@ SETTINGS = ExactSettings(
     min_efficiency=0.1,
     draws=4000,
     interval=0.9,
+    refinement=RefinementSettings(draws=4000, prior_fraction=0.1, min_efficiency=0.3, max_rounds=5),
     mcmc=MCMC,
 )
 

@@ -18,6 +18,7 @@ from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.networks.spline.net import draw_phi, log_q
 from swesbi.networks.spline.pool import SubjectSimulations
 from swesbi.networks.spline.training import (
+    Rows,
     SplineTraining,
     TrainingDivergedError,
     _Trainer,
@@ -135,7 +136,7 @@ def test_a_wrong_conditioning_vector_is_refused() -> None:
 
 
 def test_a_loss_that_is_not_finite_changes_no_weight_and_too_many_stop_the_training() -> None:
-    trainer = _Trainer(TINY, rows=256, components=53, label="test")
+    trainer = _Trainer(TINY, Rows(np.zeros((256, 4)), np.zeros((256, 53))), label="test")
     before = {name: value.clone() for name, value in trainer._net.state_dict().items()}
     bad = torch.full((128, 53), torch.nan)
     assert not np.isfinite(trainer._step(torch.zeros(128, 4), bad))

@@ -35,12 +35,12 @@ EXACT = SETTINGS.model_copy(
     update={
         "proposal_draws": 500,
         "draws": 400,
+        "refinement": SETTINGS.refinement.model_copy(update={"draws": 400}),
         "mcmc": SETTINGS.mcmc.model_copy(
             update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}
         ),
     }
 )
-REFINEMENT = case.CONFIG.new_subjects.refinement.model_copy(update={"draws": 400})
 SIZES = RecordingsSettings(
     own=1, acquired=1, network_draws=49, weighted_draws=200, misfit_draws=20, strip_fraction=0.1
 )
@@ -169,7 +169,6 @@ def settings() -> stage.PopulationAnswersStageSettings:
                 "strip_fraction": rule.synthetic.strip_fraction,
                 "summary": summary,
             },
-            "refinement": REFINEMENT.to_plain(),
             "predictive_recordings": 100,
         }
     )

@@ -15,6 +15,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from swesbi.parameters import THETA_NAMES
 
 if TYPE_CHECKING:
@@ -146,13 +148,14 @@ def build_dataset(
         for name, variable in schema.items()
     }
     dataset = xr.Dataset(variables)
-    return dataset.assign_coords(
-        {
-            name: label
-            for name, label in (labels or {}).items()
-            if (label[0] if isinstance(label, tuple) else name) in dataset.dims
-        }
-    )
+    placed = {
+        name: label if isinstance(label, tuple) else (name, label) for name, label in (labels or {}).items()
+    }
+    # an empty list would become an array of numbers
+    texts = {
+        name: (along, label if len(label) else np.array([], str)) for name, (along, label) in placed.items()
+    }
+    return dataset.assign_coords({name: text for name, text in texts.items() if text[0] in dataset.dims})
 
 
 def check_groups(kind: str, groups: Mapping[str, xr.Dataset]) -> None:
