@@ -1,11 +1,11 @@
 """Run spherical hearts of PhysioBlocks 2.0.1 to a periodic beat, one for each line of JSON that comes in.
 
-A question has ``parameters``, by the program's names and in SI units, ``period_s`` and ``phases``. The answer has
-the curves of the beat, or ``error``. The first line says which version runs. Needs `physioblocks` alone.
+A question has ``parameters``, by the program's names and in SI units, ``period_s`` and ``phases``. The answer
+has the curves of the beat, or ``error``. The first line says which version runs. Needs `physioblocks` alone.
 
-A run of the program begins in diastole at given arterial pressures. These are the slow modes of the open loop:
-from the pressures at the ends of its last beats, where they are going is extrapolated (Aitken), and the next run
-begins there, until two beats in a row agree.
+A run of the program begins in diastole at given arterial pressures. These are the slow modes of the open
+loop: from the pressures at the ends of its last beats, where they are going is extrapolated (Aitken), and the
+next run begins there, until two beats in a row agree.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The cross-bridge law of Land et al. (2017, J Mol Cell Cardiol 106:68), with its values of intact muscle.
+"""The cross-bridge law of Land et al. (2017, J Mol Cell Cardiol 106:68), in the intact human heart.
 
 Calcium binds to troponin (``CaTRPN``), which lets tropomyosin go from its blocked state B; an unblocked
 bridge is unattached (U), weakly attached and before its power stroke (W) or strongly attached (S), and both
@@ -29,10 +29,10 @@ EARLIER_BEATS: Final = 4  # whose transients have not died away
 
 @dataclass(frozen=True)
 class LandParameters:
-    """The parameters of Land et al. (2017), of intact human muscle unless others are given.
+    """The parameters of Land et al. (2017), Appendix B, of the whole organ unless others are given.
 
-    The paper gives k_uw and k_ws of skinned cells, 26 and 4 /s, and for intact muscle nu and mu, their
-    multiples. Its rates are per ms.
+    The rates of weak attachment and of the power stroke are 26 and 4 /s in skinned cells, nu and mu times as
+    much in the heart. The paper's rates are per ms.
     """
 
     t_ref_kpa: float = 120.0
@@ -142,7 +142,7 @@ def overlap(stretch: float, p: LandParameters) -> float:
 def bridge_rates(
     x: Bridges, calcium_um: float, stretch: float, stretch_rate_per_s: float, p: LandParameters
 ) -> Bridges:
-    """Return the time derivative of the state in 1/s (Land et al. 2017, Eqs. of Sec. 2)."""
+    """Return the time derivative of the state in 1/s (Land et al. 2017, Appendix A, Eqs. 47 to 57)."""
     sensitivity_um = p.ca50_um + p.beta_1_um * (min(stretch, LONGEST) - 1.0)
     binding = (calcium_um / sensitivity_um) ** p.n_trpn
     freed = max(x.ca_trpn, 1e-9) ** (0.5 * p.n_tm)

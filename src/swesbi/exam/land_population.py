@@ -33,9 +33,9 @@ WAVE_SHARE: Final = 1.0 / 70.0
 """Share of the bonds' stiffness along the fibre that the apparent modulus 3 rho c^2 of a shear wave shows.
 
 At the published parameters the bonds attain 2.3 to 3.0 MPa along the fibre in contexts of the population:
-``a_eff`` times the isometric tension, as quick stretches of muscle show. A shear wave hardly strains the fibre
-along itself: septa at their stiffest show 2.1 to 5.5 m/s (README of the virtual volunteers), 13 to 91 kPa, and
-35 kPa in the geometric mean, a seventieth.
+``a_eff`` times the isometric tension, as quick stretches of muscle show. A shear wave hardly strains the
+fibre along itself: septa at their stiffest show 2.1 to 5.5 m/s (README of the virtual volunteers), 13 to
+91 kPa, and 35 kPa in the geometric mean, a seventieth.
 """
 WAVE_SPREAD: Final[Range] = (1.0 / 1.5, 1.5)  # chosen: angle of fibre and wave differ between hearts
 EJECTION_FRACTION: Final[Range] = (0.4, 0.8)

@@ -1,7 +1,7 @@
 """Hearts of letter e: the spherical heart of PhysioBlocks 2.0.1 (Inria) with its own k_c and circulation.
 
-The program runs in a process of its own, ``benchmarks/physioblocks_hearts.py``, which needs `physioblocks` alone.
-What differs from its reference heart is told here; everything else is as the program ships it.
+The program runs in a process of its own, ``benchmarks/physioblocks_hearts.py``, which needs `physioblocks`
+alone. What differs from its reference heart is told here; everything else is as the program ships it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from swesbi.prior import PriorSettings, sample
 
 LETTER: Final = "e"
 VARIED: Final[Range] = (0.8, 1.25)
-"""Of each drawn parameter against its reference value, uniform in its logarithm: a fifth, as normal means vary."""
+"""Of each drawn parameter over its reference value, uniform in its logarithm; chosen: a fifth or so."""
 REFERENCE: Final[Mapping[str, float]] = {
     "contractility_pa": 90e3,
     "wall_stiffness": 1.0,
@@ -39,9 +39,9 @@ REFERENCE: Final[Mapping[str, float]] = {
 }
 """What is drawn, and its value in the program's reference heart, of wall and atrium as multiples.
 
-Bonds are destroyed by strain in proportion to how fast they form, as in the reference heart, where 12 goes with
-35 /s: the curve of force and velocity is then as bent at any k_ATP of the prior. Destruction of 12 with the
-prior's 5 /s leaves a third of the blood ejected.
+Bonds are destroyed by strain in proportion to how fast they form, as in the reference heart, where 12 goes
+with 35 /s: the curve of force and velocity is then as bent at any k_ATP of the prior. At the prior's centre
+the reference heart ejects 34 % of its blood with a destruction of 12, and 54 % with 1.5.
 """
 REFERENCE_RADIUS_M: Final = 0.0340
 REFERENCE_PERIOD_S: Final = 1.0
@@ -105,7 +105,7 @@ def parameters_of(context: Context, drawn: Drawn) -> dict[str, float | list[floa
     wall = own["wall_stiffness"]
     atrial = {f"atrial.blood_pressure.{name}": own["atrial_pressure"] * pa for name, pa in ATRIAL_PA.items()}
     law = "cavity.rheology.active_law"
-    return {
+    drawn_parameters: dict[str, float | list[float]] = {
         "heart_radius": context.radius_m,
         "heart_thickness": context.thickness_m,
         "heart_rate": context.hr_bpm,
@@ -119,7 +119,8 @@ def parameters_of(context: Context, drawn: Drawn) -> dict[str, float | list[floa
         "circulation_aorta_proximal.resistance": own["proximal_resistance_pa_s_m3"],
         "circulation_aorta_distal.resistance": own["distal_resistance_pa_s_m3"],
         "circulation_aorta_distal.time_constant": own["distal_time_constant_s"],
-    } | atrial
+    }
+    return drawn_parameters | atrial
 
 
 class Program:

@@ -37,6 +37,11 @@ if TYPE_CHECKING:
 Stream = Literal["exam", "development"]
 ALONG: Final = "heart"
 COUNT: Final = "draws refused before this one: "
+FILES: Final = {
+    "e": ("physioblocks.h5", "PhysioBlocks 2.0.1"),
+    "f": ("land2017.h5", "cross-bridges of Land et al. 2017"),
+}
+"""File and title of each stored letter."""
 FAR: Final = 1 << 96
 """Steps of a random stream, beyond whatever the drawing of a heart may have taken of it."""
 
@@ -163,10 +168,28 @@ class StoredHearts:
         return self.hearts[index]
 
 
-def read_generator(
-    path: Path, letter: str, title: str, stream: Stream, acquisition: AcquisitionSettings
-) -> StoredHearts:
-    """Read the hearts of one stream.
+def stored_generators(
+    folder: Path, stream: Stream, acquisition: AcquisitionSettings
+) -> dict[str, StoredHearts]:
+    """Read the generators that are stored, by letter.
+
+    Args:
+        folder: ``data/exam``, or another with the same files.
+        stream: Of the exam, or of development.
+        acquisition: How their hearts are recorded.
+
+    Raises:
+        ArtefactError: A file is missing, damaged or of another kind.
+        ValueError: A file holds another letter, or hearts that are not numbered from 0 on.
+    """
+    return {
+        letter: StoredHearts(letter, title, acquisition, read_stream(folder / name, letter, stream))
+        for letter, (name, title) in FILES.items()
+    }
+
+
+def read_stream(path: Path, letter: str, stream: Stream) -> tuple[ExamHeart, ...]:
+    """Read the hearts of one letter and stream.
 
     Raises:
         ArtefactError: The file is missing, damaged or of another kind.
@@ -178,4 +201,4 @@ def read_generator(
     chosen = [heart for heart in stored if heart.stream == stream]
     if [heart.number for heart in chosen] != list(range(len(chosen))) or not chosen:
         raise ValueError(f"{path}: the hearts of stream {stream!r} are not numbered from 0 on")
-    return StoredHearts(letter, title, acquisition, tuple(heart.exam_heart() for heart in chosen))
+    return tuple(heart.exam_heart() for heart in chosen)
