@@ -20,11 +20,12 @@ from swesbi.study.stages.origin import Origin
 
 EXIT_USAGE = 2
 WHICH = "which "  # before the name of a wildcard among the parsed options
-WILDCARDS = ("subject", "experiment", "prior", "variant", *NUMBERED)
+WILDCARDS = ("subject", "experiment", "prior", "variant", "generator", *NUMBERED)
 COMMANDS = {
     "validate": "swesbi.study.validate",
     "template": "swesbi.recording.template",
     "new-subject": "swesbi.study.new_subject",
+    "exam": "swesbi.study.exam",
     "inspect": "swesbi.study.inspect.command",
 }
 
@@ -99,7 +100,7 @@ def _parser(name: str, run: Callable[..., None]) -> argparse.ArgumentParser:
 
 def _option(hint: object, default: object) -> dict[str, Any]:
     if default is not inspect.Parameter.empty:
-        return {"default": default, "help": f"default: {default}"}
+        return {"default": default, "type": type(default), "help": f"default: {default}"}
     several = hint is not Path
     return {
         "type": Path,

@@ -246,6 +246,7 @@ AFFECTED = {
     "new_subjects__margin_fraction": set(),
     "noise__interval": {"noise"},
     "discrepancy_study__subjects": {"discrepancy"},
+    "exam__score__least_supported": {"exam_table"},
     "cmaes__search__generations": {"cmaes"},
     "forward_model__steps_per_beat": OF_A_RECORDING
     | {
@@ -281,9 +282,8 @@ def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
     for part in key.split("__"):
         value = value[part]
     before, after = load_study(SHIPPED), load_study(changed(**{key: another(value)}))
-    single = {
-        stage for stage in STAGES if not stage.startswith("new_subject")
-    }  # with those of most, see below
+    # those that answer a subject outside the study have the settings of most, see below
+    single = {stage for stage in STAGES if not stage.startswith(("new_subject", "exam_answers"))}
     differing = {stage for stage in single if settings_of(before, stage) != settings_of(after, stage)}
     assert differing - SHOWING == AFFECTED[key]
     assert AFFECTED[key] or not differing
@@ -299,6 +299,25 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
     assert parts["exact_subject_figures"] == settings_of(study, "exact_subject_figures") | title
     assert parts["simulate"]["context"] == parts["ingest"]["context"]
     assert parts["margin_fraction"] == SHIPPED["new_subjects"]["margin_fraction"]
+
+
+def test_a_heart_of_the_exam_has_the_settings_of_the_answers_of_its_experiment() -> None:
+    study = load_study(SHIPPED)
+    parts = stage_settings(study, "exam_answers", generator="b")
+    for stage in ("train_population", "exact_posterior", "verdict", "predictive_speeds"):
+        assert parts[stage] == stage_settings(study, stage, experiment="amortised")
+    assert (parts["generator"], parts["stream"], parts["hearts"]) == ("b", "exam", 200)
+    small = stage_settings(study, "exam_answers", generator="b", stream="small_exam")
+    assert {key for key in parts if parts[key] != small[key]} == {"stream", "hearts"}
+    louder = load_study(changed(exam__made__loud_factor=3.0))
+    assert stage_settings(louder, "exam_answers", generator="b") != parts
+
+
+def test_the_exam_is_answered_by_the_network_of_a_population() -> None:
+    with pytest.raises(
+        ConfigError, match="exam.experiment = 'calibrated' is no experiment over a population"
+    ):
+        load_study(changed(exam__experiment="calibrated"))
 
 
 def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: Path) -> None:

@@ -33,6 +33,7 @@ LAYERS = (
     "posterior",
     "verdict",
     "checks",
+    "exam",
     "config",
     "show",
     "study",

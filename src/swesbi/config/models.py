@@ -25,6 +25,7 @@ from swesbi.config.experiments import (
     PopulationExperimentSettings,
     SpeedExperimentSettings,
 )
+from swesbi.exam.settings import ExamSettings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, summary_names
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
@@ -175,6 +176,13 @@ def check_sensitivity(config: Config) -> None:
         raise ValueError(f"sensitivity.variants needs the variant {BASE!r}, with `changes: {{}}`")
 
 
+def check_exam(config: Config) -> None:
+    """The exam is answered by the network of a population."""
+    if (name := config.exam.experiment) not in config.population_experiments:
+        known = ", ".join(config.population_experiments) or "none"
+        raise ValueError(f"exam.experiment = {name!r} is no experiment over a population; known: {known}")
+
+
 CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_prior_names,
     check_experiment_names,
@@ -187,6 +195,7 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_population_experiments,
     check_discrepancy_study,
     check_sensitivity,
+    check_exam,
 )
 
 
@@ -209,6 +218,12 @@ class SensitivitySettings(Settings):
     experiment: Name = Field(description="an experiment of kind speeds")
     short_training_epochs: int = Field(ge=1, description="epochs of the variants without `full_training`")
     variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
+
+
+class ExamChoiceSettings(ExamSettings):
+    """The exam of one experiment."""
+
+    experiment: Name = Field(description="an experiment over a population")
 
 
 class NewSubjectsSettings(Settings):
@@ -267,6 +282,7 @@ class Config(Settings):
     acquisition_seeds: AcquisitionSeedsSettings
     discrepancy_study: DiscrepancyChoiceSettings
     sensitivity: SensitivitySettings
+    exam: ExamChoiceSettings
     new_subjects: NewSubjectsSettings
     resources: ResourceSettings
 

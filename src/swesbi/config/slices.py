@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from swesbi.config.parts import Wildcards, named, value_of
 from swesbi.config.study import Study
+from swesbi.exam.settings import EXAM
 
 SOURCES: Final[Mapping[str, str]] = {
     "ingest": "context recording measurement",
@@ -170,6 +171,27 @@ def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return parts
 
 
+def _exam_answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the answers to the hearts of one generator depend on, but which of them are asked for."""
+    section = study.config.exam
+    letter, stream = wildcards.get("generator", ""), wildcards.get("stream", EXAM)
+    listed = {str(key): number for key, number in section.hearts_of(stream).items()}
+    asked = {"generator": letter, "stream": stream, "hearts": listed.get(letter, 1)}
+    return asked | _fields(
+        study,
+        {"experiment": section.experiment},
+        "exam.made prior stage.exact_posterior stage.verdict stage.predictive_speeds new_subjects.refinement "
+        "new_subjects.noise_level experiment.misspecification.synthetic.reference_recordings "
+        "stage.train_population population.population acquisition recording measurement.grid_points",
+    )
+
+
+def _exam_table(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the tables and the figure of the exam depend on."""
+    chosen = {"experiment": study.config.exam.experiment}
+    return _fields(study, chosen, "exam.score experiment.exact.interval")
+
+
 def _paper_comparison(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     names = ("observation_model", "estimator", "support", "predictive", "recovery")
     own = _fields(study, wildcards, " ".join(["prior", *(f"experiment.{name}" for name in names)]))
@@ -206,6 +228,8 @@ COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "discrepancy": _discrepancy,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,
+    "exam_answers": _exam_answers,
+    "exam_table": _exam_table,
     "new_subject": _new_subject,
     "new_subject_of_population": _new_subject_of_population,
     "paper_comparison": _paper_comparison,

@@ -20,7 +20,7 @@ from swesbi.exam.ranges import (
     other_mechanics,
     with_extremes,
 )
-from swesbi.exam.settings import ExamSettings
+from swesbi.exam.settings import MadeSettings
 from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
@@ -163,7 +163,7 @@ def of_development(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
     )
 
 
-def louder(acquisition: AcquisitionSettings, settings: ExamSettings) -> AcquisitionSettings:
+def louder(acquisition: AcquisitionSettings, settings: MadeSettings) -> AcquisitionSettings:
     """Return the acquisition of (g): larger errors of repeats and sweeps, and of the scale of all speeds."""
     factor = settings.loud_factor
     changes = {
@@ -175,7 +175,7 @@ def louder(acquisition: AcquisitionSettings, settings: ExamSettings) -> Acquisit
 
 
 def simulated_generators(
-    settings: ExamSettings,
+    settings: MadeSettings,
     population: PopulationSettings,
     prior: PriorSettings,
     acquisition: AcquisitionSettings,
@@ -183,7 +183,7 @@ def simulated_generators(
     """Return the generators that this program simulates, that of development among them, by letter.
 
     Args:
-        settings: Of the exam.
+        settings: What else the hearts depend on.
         population: Whom contexts are drawn from.
         prior: Of theta.
         acquisition: How hearts are recorded, but those of (g).

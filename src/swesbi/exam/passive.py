@@ -24,8 +24,8 @@ STEP: Final = 1e-5
 # W_2 over W_1 of the spherical chamber of svZeroDSolver, whose wall is of this law: 40 Pa over 10 kPa.
 MOONEY_RATIO: Final = 4e-3
 MATCHED_STRETCHES: Final = (0.85, 1.1)
-"""About those of end systole and end diastole, where a Mooney-Rivlin wall bears what the volunteer's own does,
-in the geometric mean: no modulus fits both."""
+"""About those of end systole and end diastole. A Mooney-Rivlin wall bears there what the own wall does, in
+the geometric mean: no modulus fits both."""
 
 
 def wall_stress_pa(stretch: FloatArray, settings: ForwardModelSettings, law: str) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from swesbi.exam.heart import ExamHeart, Generator
+from swesbi.exam.settings import EXAM
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
@@ -16,8 +17,6 @@ from swesbi.seeds import generator as stream_of
 from swesbi.virtual_cohort.acquisition import acquire
 
 LOGGER = logging.getLogger("swesbi")
-EXAM: Final = "exam"
-"""Name of the exam's streams; every other name gives hearts of development."""
 MAX_ATTEMPTS: Final = 20
 
 

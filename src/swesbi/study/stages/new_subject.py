@@ -25,7 +25,7 @@ from swesbi.recording.noise import compare_noise, read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.recording.protocol import Repeats, read_repeats
 from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import ACCEPTED, rejection
+from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import levels_by
@@ -110,7 +110,8 @@ def _answer(
         fitted = worker.submit(_fit, files, settings, origin)
         efficiency = answer.infer(files.posterior)
         components, quality = read_noise(noise).components, settings.ingest.recording
-        noise_test = _noise_test(recording, read_repeats(protocol), components, quality, settings.noise_level)
+        samples = read_samples(recording, quality.phases, quality.density_kg_m3)
+        noise_test = noise_test_of(samples, read_repeats(protocol), components, quality, settings.noise_level)
         judged = answer.judge(files.posterior, files.support, reference.result(), efficiency, [noise_test])
         LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
         fitted.result()
@@ -126,10 +127,10 @@ def _answer(
 
 def worker_process() -> ProcessPoolExecutor:
     """Return a process that shares what this one has in memory, made at its first task."""
-    return ProcessPoolExecutor(1, mp_context=get_context("fork"), initializer=_one_thread)
+    return ProcessPoolExecutor(1, mp_context=get_context("fork"), initializer=one_thread)
 
 
-def _one_thread() -> None:
+def one_thread() -> None:
     """Let libraries use one thread: those that their parent had started do not exist in a forked process.
 
     torch keeps a number of its own, and would wait for ever for them.
@@ -176,11 +177,18 @@ def check_network(estimator: Path, settings: Settings) -> None:
             )
 
 
-def _noise_test(
-    recording: Path, repeats: Repeats, pooled: NoiseComponents, settings: RecordingSettings, level: float
+def noise_test_of(
+    samples: Samples, repeats: Repeats, pooled: NoiseComponents, settings: RecordingSettings, level: float
 ) -> SupportTest:
-    """Test that the recording has the noise from which its standard errors are told."""
-    samples = read_samples(recording, settings.phases, settings.density_kg_m3)
+    """Test that a recording has the noise from which its standard errors are told.
+
+    Args:
+        samples: The raw recording.
+        repeats: Whether its repeats are sweeps.
+        pooled: That noise.
+        settings: Quality control.
+        level: Of the test.
+    """
     levels = levels_by(repeats, samples, rejection(samples, settings) == ACCEPTED)
     comparison = compare_noise(levels, pooled)
     return SupportTest(

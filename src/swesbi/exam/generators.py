@@ -1,0 +1,35 @@
+"""All generators of the exam by letter, and that of development; a further one has an entry here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from swesbi.exam.heart import Generator
+from swesbi.exam.hearts import simulated_generators
+from swesbi.exam.settings import MadeSettings
+from swesbi.population.settings import PopulationSettings
+from swesbi.prior import PriorSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+
+
+def all_generators(
+    settings: MadeSettings,
+    population: PopulationSettings,
+    prior: PriorSettings,
+    acquisition: AcquisitionSettings,
+) -> Mapping[str, Generator]:
+    """Return every generator by its letter; arguments as of ``simulated_generators``."""
+    return {**simulated_generators(settings, population, prior, acquisition)}
+
+
+def generator_of(generators: Mapping[str, Generator], letter: str) -> Generator:
+    """Return the generator of a letter.
+
+    Raises:
+        ValueError: There is none.
+    """
+    if letter not in generators:
+        raise ValueError(
+            f"no generator {letter!r}; those of the exam and of development: {', '.join(generators)}"
+        )
+    return generators[letter]

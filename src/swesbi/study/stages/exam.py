@@ -1,0 +1,260 @@
+"""The exam: hearts of each generator, answered as any subject outside the study is, and what they come to."""
+
+from __future__ import annotations
+
+import logging
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Final
+
+from pydantic import Field
+
+from swesbi.artefacts import load, save
+from swesbi.base import Settings
+from swesbi.exam.generators import all_generators, generator_of
+from swesbi.exam.heart import Generator
+from swesbi.exam.recorded import RecordedHeart, record_heart
+from swesbi.exam.score import KIND, HeartAnswer, intervals, read_answers, refusal, to_dataset, truths
+from swesbi.exam.settings import MadeSettings, ScoreSettings
+from swesbi.exam.table import exam_table as table_of
+from swesbi.exam.table import samplers_table
+from swesbi.measurement.likelihood import speed_model
+from swesbi.measurement.speeds import measured_speeds
+from swesbi.networks.spline.files import load_spline
+from swesbi.population.settings import PopulationSettings, in_declared_range
+from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
+from swesbi.posterior.result import read_exact_result
+from swesbi.prior import PriorSettings
+from swesbi.progress import Progress
+from swesbi.recording.noise import read_noise
+from swesbi.recording.protocol import Repeats
+from swesbi.recording.settings import RecordingSettings
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.exam import draw_exam
+from swesbi.show.figures.style import save_figure
+from swesbi.study.stages.answers import Answer, AnswerSettings, Knowledge
+from swesbi.study.stages.flow_training import TrainPopulationStageSettings
+from swesbi.study.stages.new_subject import STREAM, check_network, noise_test_of, one_thread
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.answers import SEPARATOR, label_of_test, status
+from swesbi.verdict.pooled import read_null
+from swesbi.verdict.support import Support, SupportTest
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+
+LOGGER = logging.getLogger("swesbi")
+BATCH: Final = 10
+"""Answers between two savings."""
+
+
+class ExamAnswersStageSettings(AnswerSettings):
+    """Which hearts are asked for, what they are made of, and all that answers depend on.
+
+    The acquisition is that of every generator that says no other.
+    """
+
+    generator: str = Field(min_length=1, description="letter of the generator")
+    stream: str = Field(min_length=1, description="name of its random streams")
+    hearts: int = Field(ge=1, description="number of hearts")
+    made: MadeSettings
+    prior: PriorSettings
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    grid_points: int
+    population: PopulationSettings
+    train_population: TrainPopulationStageSettings
+    reference_recordings: int = Field(ge=100, description="prior predictive recordings of the heart")
+    noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the cohort's")
+
+    @property
+    def source(self) -> Generator:
+        """The generator.
+
+        Raises:
+            ValueError: No generator has this letter.
+        """
+        generators = all_generators(self.made, self.population, self.prior, self.acquisition)
+        return generator_of(generators, self.generator)
+
+
+@dataclass(frozen=True)
+class Examiner:
+    """Asks the network of a population about hearts; what it reads is read for each of them.
+
+    Attributes:
+        estimator: The network.
+        noise: Noise of the study's cohort, from which standard errors are told.
+        null: Null recordings of the population.
+        settings: Of the hearts and the answers.
+        origin: Seed and code.
+    """
+
+    estimator: Path
+    noise: Path
+    null: Path
+    settings: ExamAnswersStageSettings
+    origin: Origin
+
+    def answer(self, number: int) -> HeartAnswer:
+        """Draw, record and answer the heart of this number.
+
+        Raises:
+            RuntimeError: It could not be recorded.
+            ArtefactError: An input is no such artefact.
+        """
+        settings, seed = self.settings, self.origin.seed
+        made = record_heart(
+            settings.source, number, seed, settings.stream, settings.recording, settings.grid_points
+        )
+        if outside := in_declared_range(made.heart.context, settings.population):
+            return refusal(number, made.heart, made.redrawn, SEPARATOR.join(outside))
+        try:
+            return self._answer(number, made)
+        except NoLikelihoodError as error:
+            return refusal(number, made.heart, made.redrawn, str(error))
+
+    def _answer(self, number: int, made: RecordedHeart) -> HeartAnswer:
+        with tempfile.TemporaryDirectory(prefix="swesbi-exam-") as folder:
+            posterior, support = Path(folder) / "posterior.h5", Path(folder) / "support.json"
+            answer, judged = self._judged(made, posterior, support)
+            exact = read_exact_result(posterior)
+        attained_kpa = answer.model.simulate(exact.phi).active_stiffness_kpa.max(axis=1)
+        found = intervals(exact.phi, attained_kpa, exact.interval_mass)
+        return HeartAnswer(
+            number, made.heart.context, made.redrawn, status(judged),
+            SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged),
+            by_mcmc=exact.by_mcmc, converged=exact.converged, efficiency=exact.efficiency,
+            truth=truths(made.heart), **vars(found),
+        )  # fmt: skip
+
+    def _judged(self, made: RecordedHeart, posterior: Path, support: Path) -> tuple[Answer, Support]:
+        """Infer and judge a recording as that of any subject outside the study, under the same streams."""
+        settings, components = self.settings, read_noise(self.noise).components
+        recording = measured_speeds(made.observation, components)
+        model = speed_model(recording, settings.exact_posterior.model)
+        origin = Origin(self.origin.seed, recording.subject, self.origin.code_hash)
+        answer = Answer(model, self._knowledge(), settings, origin, STREAM)
+        efficiency = answer.infer(posterior)
+        reference = answer.reference(settings.reference_recordings)
+        return answer, answer.judge(posterior, support, reference, efficiency, [self._noise_test(made)])
+
+    def _knowledge(self) -> Knowledge:
+        flow, null = load_spline(self.estimator)[0], read_null(self.null)
+        return Knowledge(partial(flow_proposal, flow), null.contexts, lambda: null.pooled)
+
+    def _noise_test(self, made: RecordedHeart) -> SupportTest:
+        settings, components = self.settings, read_noise(self.noise).components
+        swept = settings.source.acquisition.sweep_fraction > 0.0
+        repeats: Repeats = "sweeps" if swept else "separate"
+        return noise_test_of(made.samples, repeats, components, settings.recording, settings.noise_level)
+
+
+def exam_answers(
+    *,
+    estimator: Path,
+    noise: Path,
+    null: Path,
+    answers: Path,
+    settings: ExamAnswersStageSettings,
+    origin: Origin,
+    processes: int = 1,
+) -> None:
+    """Answer the hearts of one generator; those that the output holds already, made alike, are kept.
+
+    Args:
+        estimator: The network of the population.
+        noise: Noise of the study's cohort, from which standard errors are told.
+        null: Null recordings of the population.
+        answers: Output, written whole after every few hearts.
+        processes: Hearts that are answered side by side; no answer depends on it.
+
+    Raises:
+        OtherNetworkError: The network was trained under other settings.
+        RuntimeError: A heart could not be recorded.
+        ArtefactError: An input is no such artefact.
+        ValueError: No generator has this letter.
+    """
+    check_network(estimator, settings.train_population)
+    done = {answer.number: answer for answer in _kept(answers, settings, origin)}
+    missing = [number for number in range(settings.hearts) if number not in done]
+    label = f"{settings.stream}, {settings.generator}: {settings.source.title}"
+    progress = Progress(label, len(missing), unit="heart")
+    for answer in _answered(Examiner(estimator, noise, null, settings, origin), missing, processes):
+        done[answer.number] = answer
+        progress.step(note=f"{answer.context.subject} {answer.status}")
+        if progress.done % BATCH == 0 or progress.done == len(missing):
+            ordered = [done[number] for number in sorted(done)]
+            save(answers, to_dataset(ordered), origin.provenance(KIND, settings))
+
+
+def _kept(path: Path, settings: ExamAnswersStageSettings, origin: Origin) -> list[HeartAnswer]:
+    """Return the answers that are there, if they were made under these settings and by this code."""
+    if not path.is_file():
+        return []
+    found, wanted = load(path, KIND)[1], origin.provenance(KIND, settings)
+    settings_there = {**found.settings, "hearts": settings.hearts}
+    if (settings_there, found.code_hash, found.seed) != (wanted.settings, wanted.code_hash, wanted.seed):
+        LOGGER.info("%s was made under other settings or by other code, and is made anew", path)
+        return []
+    return [answer for answer in read_answers(path) if answer.number < settings.hearts]
+
+
+def _answered(examiner: Examiner, numbers: Sequence[int], processes: int) -> Iterator[HeartAnswer]:
+    """Yield answers as they come."""
+    with ProcessPoolExecutor(processes, mp_context=get_context("fork"), initializer=one_thread) as pool:
+        futures = [pool.submit(examiner.answer, number) for number in numbers]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+class ExamTableStageSettings(Settings):
+    """What the tables and the figure depend on."""
+
+    score: ScoreSettings
+    interval: float = Field(gt=0.0, lt=1.0, description="mass of the credible intervals")
+
+
+def exam_table(
+    *,
+    answers: Sequence[Path],
+    table: Path,
+    samplers: Path,
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: ExamTableStageSettings,
+    origin: Origin,
+) -> None:
+    """Write what the answers of all generators come to: coverage by quantity, samplers, a figure.
+
+    Args:
+        answers: Of each generator.
+        table: Output, one row a generator and quantity.
+        samplers: Output, one row a generator.
+        figure_pdf: Output, coverage.
+        figure_png: Output, the same.
+
+    Raises:
+        ArtefactError: A file holds no answers.
+    """
+    by_letter, titles = _by_letter(answers)
+    frame = table_of(by_letter, titles, settings.score)
+    write_csv(table, frame)
+    write_csv(samplers, samplers_table(by_letter, titles))
+    save_figure(draw_exam(frame, settings.interval), figure_pdf, figure_png)
+
+
+def _by_letter(answers: Sequence[Path]) -> tuple[Mapping[str, list[HeartAnswer]], Mapping[str, str]]:
+    """Return the answers and the title of each generator, by letter in order."""
+    found, titles = {}, {}
+    for path in answers:
+        settings = ExamAnswersStageSettings.from_plain(dict(load(path, KIND)[1].settings))
+        found[settings.generator] = read_answers(path)
+        titles[settings.generator] = settings.source.title
+    return {letter: found[letter] for letter in sorted(found)}, titles

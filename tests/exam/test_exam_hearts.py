@@ -1,0 +1,198 @@
+"""Hearts of the exam: their ranges, their streams, what each generator changes and what it leaves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exam_case import CONFIG, SEED, STREAM, generators, recorded
+from study_copy import ROOT
+
+from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, draw_context, draw_volunteer
+from swesbi.exam import hearts, ranges
+from swesbi.exam.generators import generator_of
+from swesbi.exam.heart import ExamHeart
+from swesbi.exam.settings import EXAM
+from swesbi.measurement.operator import SERIES_MODULUS_KPA
+from swesbi.population.contexts import is_plausible
+from swesbi.seeds import generator
+from swesbi.virtual_cohort.volunteers import (
+    LATE_DIASTOLE,
+    TruthCurve,
+    Volunteer,
+    simulate_truth,
+    true_curve,
+)
+
+SIMULATED = ("a", "b", "c", "d", "g", "h", hearts.DEVELOPMENT)
+
+
+def volunteer() -> Volunteer:
+    """One of the study's generated subjects."""
+    rng = generator(SEED, "exam hearts")
+    return draw_volunteer(0, CONFIG.priors["calibrated"], CONFIG.acquisition, rng)
+
+
+def heart(letter: str, index: int) -> ExamHeart:
+    """A heart without its recording."""
+    return generators()[letter].draw(index, generator(SEED, STREAM, letter, index))
+
+
+@pytest.mark.parametrize("name", PHYSIOLOGY)
+def test_a_doubled_range_has_the_same_middle_and_twice_the_width_in_log(name: str) -> None:
+    own, doubled = np.log(PHYSIOLOGY[name]), np.log(ranges.DOUBLED[name])
+    assert doubled.mean() == pytest.approx(own.mean())
+    assert np.diff(doubled) == pytest.approx(2.0 * np.diff(own))
+
+
+def test_the_page_prints_the_ranges_that_hearts_are_drawn_from() -> None:
+    lines = (ROOT / "docs" / "exam.md").read_text(encoding="utf-8").splitlines()
+    printed = [line.split("|")[2:4] for line in lines if " to " in line and line.startswith("| ")]
+    units = (1.0, 1.0, 1.0, 1.0, 1.0, 1e8, 1e-8, 1e-3, 1e-3)
+    for (own, doubled), name, unit in zip(printed, PHYSIOLOGY, units, strict=True):
+        for text, limits in ((own, PHYSIOLOGY[name]), (doubled, ranges.DOUBLED[name])):
+            said = [unit * float(number) for number in text.split(" to ")]
+            assert said == pytest.approx(limits, rel=6e-3), name
+
+
+def test_a_range_of_4_to_9_doubled_is_8_over_3_to_27_over_2() -> None:
+    assert ranges.doubled((4.0, 9.0)) == pytest.approx((8.0 / 3.0, 13.5))
+
+
+@pytest.mark.parametrize("letter", SIMULATED)
+def test_every_heart_is_recorded_the_same_again_and_others_otherwise(letter: str) -> None:
+    one = recorded(letter, 1)
+    recorded.cache_clear()
+    again, other, exam = recorded(letter, 1), recorded(letter, 2), recorded(letter, 1, "elsewhere")
+    assert one.heart.context == again.heart.context
+    np.testing.assert_array_equal(one.samples.speed_m_s, again.samples.speed_m_s)
+    np.testing.assert_array_equal(one.heart.curve.stiffness_kpa, again.heart.curve.stiffness_kpa)
+    for different in (other, exam):
+        assert different.heart.attained_kpa != one.heart.attained_kpa
+        assert different.heart.context.hr_bpm != one.heart.context.hr_bpm
+
+
+def test_all_that_is_drawn_of_a_heart_comes_from_the_stream_of_its_letter_and_number() -> None:
+    rng = generator(SEED, STREAM, "a", 4)
+    context = draw_context(4, rng)
+    made = recorded("a", 4)
+    assert replace(made.heart.context, subject=context.subject) == context
+    assert made.redrawn == 0
+    assert made.heart.context.subject == f"{STREAM}-a005"
+
+
+def test_hearts_of_the_exam_are_called_by_letter_and_number() -> None:
+    from swesbi.exam.recorded import subject_name
+
+    assert subject_name("b", 199, EXAM) == "b200"
+
+
+def test_the_study_s_generator_makes_the_study_s_subjects() -> None:
+    truth = simulate_truth(volunteer())
+    made = hearts.heart_of(volunteer(), hearts.Structure({}))
+    np.testing.assert_array_equal(made.curve.stiffness_kpa, truth.curve.stiffness_kpa)
+    assert made.attained_kpa == truth.active_kpa.max()
+    assert made.theta is not None
+    assert tuple(made.theta) == volunteer().theta
+
+
+@pytest.mark.parametrize("letter", SIMULATED)
+def test_late_diastole_is_as_stiff_as_designed(letter: str) -> None:
+    low, high = (ranges.DOUBLED if letter == "b" else PHYSIOLOGY)["late_diastolic_kpa"]
+    for index in range(3):
+        curve = heart(letter, index).curve
+        window = (curve.cycle_phase >= LATE_DIASTOLE[0]) & (curve.cycle_phase <= LATE_DIASTOLE[1])
+        assert low <= curve.stiffness_kpa[window].mean() <= high
+
+
+def test_half_of_the_wider_hearts_are_thick_or_dilated_and_all_are_plausible() -> None:
+    draw = ranges.with_extremes(CONFIG.population_experiments["amortised"].population)
+    drawn = [draw(index, generator(SEED, "contexts", index)) for index in range(400)]
+    assert all(map(is_plausible, drawn))
+    septa, volumes = (np.array([getattr(one, name) for one in drawn]) for name in ("ivsd_cm", "lvedv_ml"))
+    assert 1.9 < septa.max() <= 2.0
+    assert 280.0 < volumes.max() <= 300.0
+    assert 0.15 < (septa > 1.1).mean() < 0.35
+    assert 0.15 < (volumes > 150.0).mean() < 0.35
+
+
+def test_other_mechanics_span_a_factor_of_ten_about_evenly_in_log() -> None:
+    drawn = [ranges.other_mechanics(np.random.default_rng(seed)) for seed in range(200)]
+    assert {one["length_dependence"] for one in drawn} == {"frank_starling"}
+    factors = np.array([float(str(one["wall_viscosity_pa_s"])) / 70.0 for one in drawn])
+    assert 0.3 <= factors.min() < 0.33
+    assert 2.7 < factors.max() <= 3.0
+    assert abs(np.log(factors).mean() - np.log(0.3 * 3.0) / 2.0) < 0.15
+
+
+def test_length_dependence_lowers_attained_stiffness_and_leaves_k_sr_alone_as_a_truth() -> None:
+    plain = hearts.heart_of(volunteer(), hearts.Structure({}))
+    rng = np.random.default_rng(1)
+    dependent = hearts.heart_of(volunteer(), hearts.with_length_dependence(volunteer(), rng))
+    assert dependent.theta is None
+    assert dependent.k_sr_per_s == plain.k_sr_per_s
+    assert dependent.attained_kpa < 0.95 * plain.attained_kpa
+
+
+def test_a_spring_in_series_shows_less_than_the_bonds_have() -> None:
+    rng = np.random.default_rng(1)
+    plain = hearts.heart_of(volunteer(), hearts.Structure({}))
+    sprung = hearts.heart_of(volunteer(), hearts.with_series_spring(volunteer(), rng))
+    assert sprung.attained_kpa == plain.attained_kpa
+    truth = simulate_truth(volunteer())
+    shown = truth.active_kpa * SERIES_MODULUS_KPA / (truth.active_kpa + SERIES_MODULUS_KPA)
+    passive = sprung.curve.stiffness_kpa - shown
+    np.testing.assert_allclose(passive / truth.passive_kpa, passive[0] / truth.passive_kpa[0], rtol=1e-10)
+    assert sprung.curve.stiffness_kpa.max() < plain.curve.stiffness_kpa.max()
+
+
+def test_louder_recordings_have_twice_the_errors_of_repeats_and_twice_the_assumed_scale() -> None:
+    own, loud = CONFIG.acquisition, generators()["g"].acquisition
+    assert loud.repeat_sd_fraction == 2.0 * own.repeat_sd_fraction
+    assert loud.sweep_fraction == 2.0 * own.sweep_fraction
+    assert loud.scale_fraction == 2.0 * CONFIG.exam.made.assumed_scale_fraction
+    assert loud.sample_sd_fraction == own.sample_sd_fraction
+    assert generators()["a"].acquisition == own
+
+
+def test_other_passive_stiffness_leaves_the_beat_of_an_exponential_wall_alone() -> None:
+    structures = [hearts.with_wall_tangent(volunteer(), np.random.default_rng(seed)) for seed in range(60)]
+    exponential = [one for one in structures if not one.forward_model]
+    assert 15 < len(exponential) < 45
+    made = hearts.heart_of(volunteer(), exponential[0])
+    plain = hearts.heart_of(volunteer(), hearts.Structure({}))
+    assert made.attained_kpa == plain.attained_kpa
+    difference = made.curve.stiffness_kpa - plain.curve.stiffness_kpa
+    assert np.ptp(difference) > 0.5
+
+
+def test_the_structure_of_development_sits_no_exam() -> None:
+    assert hearts.DEVELOPMENT not in CONFIG.exam.hearts
+    assert true_curve(volunteer()).stiffness_kpa.max() != pytest.approx(
+        hearts.heart_of(volunteer(), hearts.of_development(volunteer(), np.random.default_rng(0)))
+        .curve.stiffness_kpa.max(),
+        rel=1e-3,
+    )  # fmt: skip
+
+
+def test_an_unknown_letter_is_named_with_those_that_there_are() -> None:
+    with pytest.raises(ValueError, match="no generator 'q'; those of the exam and of development: a, b, c"):
+        generator_of(generators(), "q")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"attained_kpa": float("nan")}, "must be a positive stiffness"),
+        ({"k_sr_per_s": 12.0}, "is not that of theta"),
+        ({"theta": np.ones(4)}, r"theta has shape \(4,\)"),
+        ({"curve": TruthCurve(np.array([0.0, 0.5]), np.array([1.0, -1.0]))}, "not positive throughout"),
+    ],
+)
+def test_a_heart_whose_truths_contradict_each_other_is_refused(
+    changes: dict[str, object], words: str
+) -> None:
+    made = hearts.heart_of(volunteer(), hearts.Structure({}))
+    with pytest.raises(ValueError, match=words):
+        replace(made, **changes)
