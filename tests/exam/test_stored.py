@@ -10,15 +10,17 @@ import pytest
 
 from swesbi.artefacts import Provenance
 from swesbi.exam.beat import Beat
+from swesbi.exam.generators import STORED, all_generators
 from swesbi.exam.heart import K_SR
 from swesbi.exam.land_population import EJECTION_FRACTION, SYSTOLIC_MMHG, LandHearts
 from swesbi.exam.physioblocks import PhysioBlocksHearts, Program, parameters_of
+from swesbi.exam.settings import MadeSettings
 from swesbi.exam.stored import (
     FILES,
     StoredHeart,
+    StoredHearts,
     Stream,
     load_hearts,
-    read_stream,
     save_hearts,
     stored_generators,
 )
@@ -27,7 +29,7 @@ from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.operator import passive_shape
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import PriorSettings, in_bounds
-from swesbi.seeds import generator
+from swesbi.seeds import generator, seed_sequence
 from swesbi.virtual_cohort.settings import ACQUISITION
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE
 
@@ -160,29 +162,52 @@ def test_saving_is_exact_to_the_byte(tmp_path: Path) -> None:
         assert np.array_equal(before.own, after.own)
 
 
-def test_a_generator_gives_the_stored_hearts_and_leads_their_stream_on() -> None:
-    generators = stored_generators(FOLDER, "development", ACQUISITION)
-    for letter, source in generators.items():
-        stream, untouched = (generator(20260, "development", letter, 3) for _ in range(2))
-        heart = source.draw(3, stream)
-        assert heart.context == read_stream(FOLDER / FILES[letter][0], letter, "development")[3].context
-        assert not set(stream.random(100)) & set(untouched.random(100_000))
-        assert source.letter == letter
+def source_of(letter: str) -> StoredHearts:
+    return stored_generators(FOLDER, ACQUISITION)[letter]
 
 
-def test_a_heart_that_is_not_stored_is_asked_for_in_vain() -> None:
-    source = stored_generators(FOLDER, "development", ACQUISITION)["f"]
-    with pytest.raises(ValueError, match=r"hearts 0 to 9, not 10"):
-        source.draw(10, np.random.default_rng(0))
+@pytest.mark.parametrize("letter", FILES)
+@pytest.mark.parametrize("stream", [stream for stream, _ in STREAMS])
+def test_a_generator_knows_its_hearts_by_their_streams(letter: str, stream: Stream) -> None:
+    rng, untouched = (generator(stored(letter)[1].seed, stream, letter, 3) for _ in range(2))
+    there = next(one for one in stored(letter)[0] if (one.stream, one.number) == (stream, 3))
+    heart = source_of(letter).draw(3, rng)
+    assert heart.context == there.context
+    assert np.array_equal(heart.curve.stiffness_kpa, there.exam_heart().curve.stiffness_kpa)
+    assert not set(rng.random(100)) & set(untouched.random(100_000))
+    assert source_of(letter).draw(3, rng) is heart  # as after a recording that ingestion refused
+
+
+@pytest.mark.parametrize(
+    "rng",
+    [
+        generator(20260, "exam", "f", 60),
+        generator(20260, "exam", "e", 0),
+        generator(1, "exam", "f", 0),
+        generator(20260, "small_exam", "f", 0),
+        np.random.Generator(np.random.MT19937(seed_sequence(20260, "exam", "f", 0))),
+    ],
+)
+def test_a_heart_that_is_not_stored_is_asked_for_in_vain(rng: np.random.Generator) -> None:
+    with pytest.raises(ValueError, match="there are 60 of 'exam', 10 of 'development', of seed 20260"):
+        source_of("f").draw(0, rng)
+
+
+def test_a_file_of_another_letter_is_refused() -> None:
+    source = replace(source_of("e"), path=FOLDER / FILES["f"][0])
     with pytest.raises(ValueError, match="holds hearts of 'f', not of 'e'"):
-        read_stream(FOLDER / FILES["f"][0], "e", "exam")
+        source.draw(0, generator(20260, "exam", "e", 0))
 
 
-def test_a_stream_with_a_gap_is_refused(tmp_path: Path) -> None:
-    hearts, provenance = stored("f")
-    save_hearts(hearts[1:], tmp_path / "gap.h5", provenance.seed, dict(provenance.settings))
-    with pytest.raises(ValueError, match="not numbered from 0 on"):
-        read_stream(tmp_path / "gap.h5", "f", "exam")
+def test_the_exam_has_the_stored_letters() -> None:
+    made = MadeSettings(assumed_scale_fraction=0.05, loud_factor=2.0)
+    population = PopulationSettings.from_plain(stored("e")[1].settings["population"])
+    prior = PriorSettings.from_plain(stored("e")[1].settings["prior"])
+    generators = all_generators(made, population, prior, ACQUISITION)
+    assert {letter: generators[letter].title for letter in FILES} == {
+        letter: title for letter, (_, title) in FILES.items()
+    }
+    assert (Path(__file__).parents[2] / STORED).resolve() == FOLDER.resolve()
 
 
 def test_a_beat_that_is_no_numbers_is_refused() -> None:

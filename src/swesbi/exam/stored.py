@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
@@ -28,6 +30,7 @@ from swesbi.exam.beat import Beat
 from swesbi.exam.heart import K_SR, ExamHeart
 from swesbi.measurement.operator import passive_shape
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+from swesbi.seeds import seed_sequence
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import TruthCurve
 
@@ -135,70 +138,75 @@ def _in_double(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.assign(curves)
 
 
+StreamKey = tuple[object, tuple[int, ...]]
+"""What a random stream is known by: the seed and the spawn key of its names."""
+
+
 @dataclass(frozen=True)
 class StoredHearts:
-    """The stored hearts of one letter and stream as a generator of the exam.
+    """The stored hearts of one letter as a generator of the exam.
 
     Attributes:
         letter: The letter.
         title: What they are.
         acquisition: How they are recorded.
-        hearts: In the order of their numbers.
+        path: Where they are stored.
     """
 
     letter: str
     title: str
     acquisition: AcquisitionSettings
-    hearts: tuple[ExamHeart, ...]
+    path: Path
 
     def draw(self, index: int, rng: np.random.Generator) -> ExamHeart:
-        """Return the heart of this number, and lead its stream beyond what the heart was drawn from.
+        """Return the heart that was drawn from this stream, and lead the stream beyond what it took.
 
         Raises:
-            ValueError: There is no heart of this number, or the stream is none of NumPy's default kind.
+            ArtefactError: The file is missing, damaged or of another kind.
+            ValueError: It holds another letter, or no heart of this stream.
         """
-        if not 0 <= index < len(self.hearts):
+        hearts, sequence = _by_stream(self.path, self.letter), rng.bit_generator.seed_seq
+        known = _key(sequence) if isinstance(sequence, np.random.SeedSequence) else None
+        if known not in hearts or not isinstance(rng.bit_generator, np.random.PCG64):
             raise ValueError(
-                f"generator {self.letter} has hearts 0 to {len(self.hearts) - 1}, not {index}; ask for fewer "
-                "in `exam.hearts`, or store more: data/exam/README.md"
+                f"{self.path}: no heart number {index} of this stream is stored; there are "
+                f"{_there(self.path)}; ask for fewer, or store more: data/exam/README.md"
             )
-        if not isinstance(rng.bit_generator, np.random.PCG64):
-            raise ValueError(f"a stream of {type(rng.bit_generator).__name__} cannot be led on; pass PCG64")
         rng.bit_generator.advance(FAR)
-        return self.hearts[index]
+        return hearts[known]
 
 
-def stored_generators(
-    folder: Path, stream: Stream, acquisition: AcquisitionSettings
-) -> dict[str, StoredHearts]:
-    """Read the generators that are stored, by letter.
+def stored_generators(folder: Path, acquisition: AcquisitionSettings) -> dict[str, StoredHearts]:
+    """Return the generators that are stored, by letter; their files are read when a heart is asked for.
 
     Args:
         folder: ``data/exam``, or another with the same files.
-        stream: Of the exam, or of development.
         acquisition: How their hearts are recorded.
-
-    Raises:
-        ArtefactError: A file is missing, damaged or of another kind.
-        ValueError: A file holds another letter, or hearts that are not numbered from 0 on.
     """
     return {
-        letter: StoredHearts(letter, title, acquisition, read_stream(folder / name, letter, stream))
+        letter: StoredHearts(letter, title, acquisition, folder / name)
         for letter, (name, title) in FILES.items()
     }
 
 
-def read_stream(path: Path, letter: str, stream: Stream) -> tuple[ExamHeart, ...]:
-    """Read the hearts of one letter and stream.
-
-    Raises:
-        ArtefactError: The file is missing, damaged or of another kind.
-        ValueError: It holds another letter, or the stream's hearts are not those numbered from 0 on.
-    """
+@lru_cache(maxsize=4)
+def _by_stream(path: Path, letter: str) -> Mapping[StreamKey | None, ExamHeart]:
     stored, provenance = load_hearts(path)
     if provenance.settings.get("letter") != letter:
         raise ValueError(f"{path}: holds hearts of {provenance.settings.get('letter')!r}, not of {letter!r}")
-    chosen = [heart for heart in stored if heart.stream == stream]
-    if [heart.number for heart in chosen] != list(range(len(chosen))) or not chosen:
-        raise ValueError(f"{path}: the hearts of stream {stream!r} are not numbered from 0 on")
-    return tuple(heart.exam_heart() for heart in chosen)
+    return {
+        _key(seed_sequence(provenance.seed, heart.stream, letter, heart.number)): heart.exam_heart()
+        for heart in stored
+    }
+
+
+def _key(sequence: np.random.SeedSequence) -> StreamKey:
+    return sequence.entropy, tuple(sequence.spawn_key)
+
+
+def _there(path: Path) -> str:
+    """Say which hearts a file holds."""
+    stored, provenance = load_hearts(path)
+    counts = Counter(heart.stream for heart in stored)
+    streams = ", ".join(f"{count} of {stream!r}" for stream, count in counts.items())
+    return f"{streams}, of seed {provenance.seed}"
