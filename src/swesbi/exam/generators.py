@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
 
 from swesbi.exam.heart import Generator
 from swesbi.exam.hearts import simulated_generators
 from swesbi.exam.settings import MadeSettings
+from swesbi.exam.stored import stored_generators
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import PriorSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
+
+STORED: Final = Path("data/exam")
+"""Where the hearts lie that other programs and other laws made; README.md there says how."""
 
 
 def all_generators(
@@ -19,7 +25,10 @@ def all_generators(
     acquisition: AcquisitionSettings,
 ) -> Mapping[str, Generator]:
     """Return every generator by its letter; arguments as of ``simulated_generators``."""
-    return {**simulated_generators(settings, population, prior, acquisition)}
+    return {
+        **simulated_generators(settings, population, prior, acquisition),
+        **stored_generators(STORED, acquisition),
+    }
 
 
 def generator_of(generators: Mapping[str, Generator], letter: str) -> Generator:

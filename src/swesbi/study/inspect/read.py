@@ -41,6 +41,7 @@ KINDS: Final = {
     "identifiability": "posterior and likelihood-ratio intervals of every subject",
     "misspecification": "whether the model can have made the recordings",
     "exam": "answers to the hearts of one generator of the exam",
+    "exam_hearts": "stored hearts of one letter of the exam",
     "cmaes": "CMA-ES reference fit of one subject",
     "estimator": "trained network of an experiment, weights of the best epoch",
     "flow": "trained flow of an experiment on measured speeds",

@@ -1,0 +1,67 @@
+"""Make the stored hearts of the exam's letters e and f anew; README.md beside it says what they are.
+
+    python data/exam/make.py f data/exam/land2017.h5
+    python data/exam/make.py e data/exam/physioblocks.h5 --physioblocks PYTHON
+
+PYTHON is that of an environment with `physioblocks==2.0.1`. From the folder of `config.yaml`, with its seed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Final
+
+from swesbi.config.models import Config
+from swesbi.config.read import parse_config, read_yaml
+from swesbi.exam.land_population import LandHearts
+from swesbi.exam.physioblocks import PhysioBlocksHearts, Program
+from swesbi.exam.stored import Stream, save_hearts
+from swesbi.exam.strangers import Source, draw_hearts
+
+COUNTS: Final[dict[Stream, int]] = {"exam": 60, "development": 10}
+SCRIPT: Final = Path("benchmarks/physioblocks_hearts.py")
+PRIOR: Final = "calibrated"
+POPULATION: Final = "amortised"
+
+
+def source_of(letter: str, config: Config, physioblocks: str | None, stack: ExitStack) -> Source:
+    """Return where the hearts of a letter come from; the stack ends the program that may run for them.
+
+    Raises:
+        SystemExit: Letter e without a Python that has physioblocks.
+    """
+    if letter == "f":
+        return LandHearts(config.forward_model)
+    if physioblocks is None:
+        raise SystemExit("letter e needs --physioblocks PYTHON, of an environment with physioblocks==2.0.1")
+    program = stack.enter_context(Program([physioblocks, str(SCRIPT)]))
+    return PhysioBlocksHearts(config.priors[PRIOR], program)
+
+
+def main() -> None:
+    """Draw the hearts of a letter and store them."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("letter", choices=("e", "f"))
+    parser.add_argument("path", type=Path)
+    parser.add_argument("--physioblocks", metavar="PYTHON")
+    parser.add_argument("--config", type=Path, default=Path("config.yaml"))
+    arguments = parser.parse_args()
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    config = parse_config(read_yaml(arguments.config), str(arguments.config))
+    population = config.population_experiments[POPULATION].population
+    with ExitStack() as stack:
+        source = source_of(arguments.letter, config, arguments.physioblocks, stack)
+        hearts = [
+            heart
+            for stream, count in COUNTS.items()
+            for heart in draw_hearts(source, stream, count, population, config.seed)
+        ]
+        settings = {"letter": source.letter, "population": population.to_plain(), **source.settings}
+    save_hearts(hearts, arguments.path, config.seed, settings)
+
+
+if __name__ == "__main__":
+    main()
