@@ -121,7 +121,9 @@ def _acquire(
     rng: np.random.Generator,
 ) -> Observation:
     truth = TruthCurve(beats.cycle_phase, model.stiffness_cycle(phi, beats, index))
-    protocol = acquisition.protocol.model_copy(update={"missing_phases": acquisition.missing_phases})
+    # one scale of all speeds is a parameter of phi, and in the truth already where it is free
+    changes = {"missing_phases": acquisition.missing_phases, "scale_fraction": 0.0}
+    protocol = acquisition.protocol.model_copy(update=changes)
     samples = acquire(truth, model.recording.context, protocol, rng)
     moved = _with_discrepancy(samples, truth, protocol.phases, model.settings.discrepancy, rng)
     return ingest(moved, model.recording.context, acquisition.recording, acquisition.measurement.grid_points)
