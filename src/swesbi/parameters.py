@@ -11,9 +11,10 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-ATTAINED: Final = "attained_stiffness_kpa"
-ATTAINED_SYMBOL: Final = r"$k_0(1-e^{-k_\mathrm{ATP}D_T})$"
-"""Name and symbol of the attained stiffness, which the data know best of k_0 and k_ATP."""
+ISOMETRIC: Final = "isometric_stiffness_kpa"
+ISOMETRIC_SYMBOL: Final = r"$k_0(1-e^{-k_\mathrm{ATP}D_T})$"
+"""Name and symbol of the isometric stiffness, reached at constant length by the end of activation: what the
+data know best of k_0 and k_ATP."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,7 @@ PHI_NAMES: Final = tuple(parameter.name for parameter in PHI)
 PHYSIOLOGY_NAMES: Final = tuple(parameter.name for parameter in PHYSIOLOGY)
 OPERATOR_NAMES: Final = tuple(parameter.name for parameter in OPERATOR)
 K_0, K_ATP = (THETA_NAMES.index(name) for name in ("k0_kpa", "k_atp_per_s"))
-"""Where the two parameters of the attained stiffness stand."""
+"""Where the two parameters of the isometric stiffness stand."""
 PHI_LABELS: Final = tuple(parameter.label for parameter in PHI)
 PHI_SYMBOLS: Final = {parameter.name: parameter.tex for parameter in PHI}
 """Symbols in TeX by name."""

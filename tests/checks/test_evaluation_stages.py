@@ -103,7 +103,7 @@ def test_derived_quantities_are_physiological(study: dict[str, Files]) -> None:
     assert np.all((draws.ejection_fraction > 0.4) & (draws.ejection_fraction < 0.8))
     duration_s = activation_duration_s(make_model("A").observation.context.period_s, FORWARD_MODEL)
     expected = draws.theta[:, 0] * (1.0 - np.exp(-draws.theta[:, 1] * duration_s))
-    np.testing.assert_allclose(draws.attained_stiffness_kpa, expected, rtol=1e-12)
+    np.testing.assert_allclose(draws.isometric_stiffness_kpa, expected, rtol=1e-12)
 
 
 def test_artefacts_open_with_h5py_and_xarray_and_have_units(study: dict[str, Files]) -> None:
@@ -214,7 +214,7 @@ def test_posterior_table(table_files: dict[str, Path]) -> None:
     assert derived.loc["ejection_fraction", "median"] == pytest.approx(fraction, abs=0.005)
     measured = 1.0 - context.lvesv_ml / context.lvedv_ml
     assert derived.loc["ejection_fraction", "measured"] == pytest.approx(measured, rel=1e-6)
-    assert derived.loc["attained_stiffness_kpa", "median"] < derived.loc["k0_kpa", "median"]
+    assert derived.loc["isometric_stiffness_kpa", "median"] < derived.loc["k0_kpa", "median"]
 
 
 def test_readers_and_figures_leave_torch_and_pyplot_alone() -> None:

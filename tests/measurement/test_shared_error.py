@@ -147,7 +147,7 @@ def _ignoring(recording: SpeedRecording) -> SpeedRecording:
 
 
 def _covered(known: SpeedRecording, count: int) -> tuple[float, float]:
-    """Return how often the 90 % intervals of k_0 and of the attained stiffness hold the truth.
+    """Return how often the 90 % intervals of k_0 and of the isometric stiffness hold the truth.
 
     Hearts are linear in log phi about ``PHI``, phi is from the normal prior, and recordings are of sweeps.
     The posterior by the errors that are ``known`` is normal, with precision Lambda + A' C^-1 A.
@@ -171,6 +171,6 @@ def _covered(known: SpeedRecording, count: int) -> tuple[float, float]:
 def test_a_likelihood_that_ignores_what_phases_share_is_overconfident() -> None:
     recording = speed_case.model_of_sweeps().recording
     right, wrong = _covered(recording, 1000), _covered(_ignoring(recording), 1000)
-    print("coverage of k_0 and of the attained stiffness:", right, "; shared errors ignored:", wrong)
+    print("coverage of k_0 and of the isometric stiffness:", right, "; shared errors ignored:", wrong)
     assert min(right) > 0.87 and max(right) < 0.93
     assert wrong[1] < 0.80

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from swesbi.checks.predictive import Draws, Target
 from swesbi.checks.scores import Scores, band, score
-from swesbi.heart.model import activation_duration_s, attained_stiffness_kpa
+from swesbi.heart.model import activation_duration_s, isometric_stiffness_kpa
 from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate
@@ -164,7 +164,7 @@ def make_draws(
         features=curves.features,
         end_diastolic_volume_ml=volumes_ml[0],
         end_systolic_volume_ml=volumes_ml[1],
-        attained_stiffness_kpa=attained_stiffness_kpa(theta, activation_duration_s),
+        isometric_stiffness_kpa=isometric_stiffness_kpa(theta, activation_duration_s),
         failed=failed,
     )
 

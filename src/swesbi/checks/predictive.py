@@ -48,7 +48,7 @@ class Draws:
     end_systolic_volume_ml: Annotated[
         FloatArray, Variable("draw", "mL", "smallest cavity volume of the simulated beat")
     ]
-    attained_stiffness_kpa: Annotated[
+    isometric_stiffness_kpa: Annotated[
         FloatArray, Variable("draw", "kPa", "k_0 (1 - exp(-k_ATP D_T)), D_T the activation")
     ]
     failed: Annotated[

@@ -39,7 +39,7 @@ def activation(time_s: FloatArray, period_s: float, settings: ForwardModelSettin
     return total
 
 
-def attained_share(k_atp_per_s: FloatArray, duration_s: FloatArray | float) -> FloatArray:
+def isometric_share(k_atp_per_s: FloatArray, duration_s: FloatArray | float) -> FloatArray:
     """Return 1 - exp(-k_ATP D_T): the share of k_0 that the stiffness attains, at constant length.
 
     The solution of the bond kinetics k_c' = k_ATP (k_0 - k_c) from rest (Chapelle et al. 2012).
@@ -47,9 +47,9 @@ def attained_share(k_atp_per_s: FloatArray, duration_s: FloatArray | float) -> F
     return np.asarray(-np.expm1(-k_atp_per_s * duration_s))
 
 
-def attained_stiffness_kpa(parameters: FloatArray, duration_s: FloatArray | float) -> FloatArray:
+def isometric_stiffness_kpa(parameters: FloatArray, duration_s: FloatArray | float) -> FloatArray:
     """Return k_0 (1 - exp(-k_ATP D_T)) in kPa, (n,), of theta (n, 3) or phi (n, d); D_T of each or of all."""
-    return np.asarray(parameters[:, K_0] * attained_share(parameters[:, K_ATP], duration_s))
+    return np.asarray(parameters[:, K_0] * isometric_share(parameters[:, K_ATP], duration_s))
 
 
 @dataclass(frozen=True)

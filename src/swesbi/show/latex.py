@@ -49,7 +49,7 @@ NAMES: Final = {
     "end_diastolic_volume_ml": "LVEDV (mL)",
     "end_systolic_volume_ml": "LVESV (mL)",
     "peak_stiffness_kpa": "peak stiffness (kPa)",
-    "attained_stiffness_kpa": r"$k_0 (1 - e^{-k_\mathrm{ATP} D_T})$ (kPa)",
+    "isometric_stiffness_kpa": r"$k_0 (1 - e^{-k_\mathrm{ATP} D_T})$ (kPa)",
 }
 CAPTION: Final = (
     r"Medians and credible intervals of the parameters, and of what follows from them in the simulated beat; "

@@ -26,7 +26,7 @@ DERIVED: Final = {
     "end_diastolic_volume_ml": "end-diastolic volume",
     "end_systolic_volume_ml": "end-systolic volume",
     "peak_stiffness_kpa": "peak stiffness",
-    "attained_stiffness_kpa": "attained stiffness k_0(1 − exp(−k_ATP D_T))",
+    "isometric_stiffness_kpa": "isometric stiffness k_0(1 − exp(−k_ATP D_T))",
 }
 
 

@@ -111,7 +111,7 @@ def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
 
     The three parameters come first, with their correlations, the median of all candidates (filtered by no
     bound) and the CMA-ES fit; then quantities derived from the posterior predictive simulations: ejection
-    fraction, volumes, peak stiffness and attained stiffness k_0 (1 - exp(-k_ATP D_T)), beside what was
+    fraction, volumes, peak stiffness and isometric stiffness k_0 (1 - exp(-k_ATP D_T)), beside what was
     measured of them. LVEDV sets the simulator's size, but neither it nor LVESV is fitted. Posterior values
     are NaN where the subject is outside the prior's support.
     """
@@ -146,7 +146,7 @@ def _derived(case: Case) -> Iterator[dict[str, Any]]:
         ("end_diastolic_volume_ml", "mL"): (draws.end_diastolic_volume_ml, target.lvedv_ml),
         ("end_systolic_volume_ml", "mL"): (draws.end_systolic_volume_ml, target.lvesv_ml),
         ("peak_stiffness_kpa", "kPa"): (draws.curve_kpa.max(axis=1), target.curve_kpa.max()),
-        ("attained_stiffness_kpa", "kPa"): (draws.attained_stiffness_kpa, np.nan),
+        ("isometric_stiffness_kpa", "kPa"): (draws.isometric_stiffness_kpa, np.nan),
     }
     for (name, unit), (values, measured) in quantities.items():
         summary = band(values[:, None], case.posterior.interval_mass)

@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Part, Variable
 from swesbi.draws import effective_draws
-from swesbi.heart.model import attained_stiffness_kpa
+from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import ATTAINED, PHI_NAMES, REPORTED
+from swesbi.parameters import ISOMETRIC, PHI_NAMES, REPORTED
 from swesbi.prior import BoxPrior, JointPriorSettings, quantile, spread_points
 from swesbi.prior import prior_variance as prior_variance_of
 
 FloatArray = NDArray[np.float64]
 LOG_LIKELIHOOD: Final = "log_likelihood"
-QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED, LOG_LIKELIHOOD)
+QUANTITY_NAMES: Final = (*PHI_NAMES, ISOMETRIC, LOG_LIKELIHOOD)
 EACH: Final = "as named in quantity"
 NETWORK: Final = "npe"
 WEIGHTED: Final = "weighted"
@@ -91,16 +91,16 @@ def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: FloatArr
         log_likelihood: Their log-likelihood; shape (n,).
         duration_s: Duration D_T of the activation, of each draw or of all.
     """
-    attained = attained_stiffness_kpa(phi, duration_s)
-    return np.column_stack([phi[:, REPORTED], attained, log_likelihood, phi[:, REPORTED.stop :]])
+    isometric = isometric_stiffness_kpa(phi, duration_s)
+    return np.column_stack([phi[:, REPORTED], isometric, log_likelihood, phi[:, REPORTED.stop :]])
 
 
 def prior_variance(model: SpeedModel) -> FloatArray:
     """Return the prior variance of each quantity; shape (d + 2,). The log-likelihood has none (NaN)."""
     prior = model.settings.prior
     phi, of_phi = spread_points(prior), prior_variance_of(prior)
-    attained = attained_stiffness_kpa(phi, model.activation_duration_s(phi)).var()
-    return np.array([*of_phi[REPORTED], attained, np.nan, *of_phi[REPORTED.stop :]])
+    isometric = isometric_stiffness_kpa(phi, model.activation_duration_s(phi)).var()
+    return np.array([*of_phi[REPORTED], isometric, np.nan, *of_phi[REPORTED.stop :]])
 
 
 def standardised(phi: FloatArray, prior: BoxPrior) -> FloatArray:

@@ -27,22 +27,22 @@ from swesbi.checks.identifiability.likelihood import (
     maximise,
     stencil,
 )
-from swesbi.heart.model import attained_stiffness_kpa
+from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, log_speed_sd
-from swesbi.parameters import ATTAINED, K_0, K_ATP, PHI_NAMES, REPORTED
+from swesbi.parameters import ISOMETRIC, K_0, K_ATP, PHI_NAMES, REPORTED
 from swesbi.prior import BoxPrior, from_logit, sample, spread_points, to_logit
 from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]
-QUANTITY_NAMES: Final = (*PHI_NAMES, ATTAINED)
+QUANTITY_NAMES: Final = (*PHI_NAMES, ISOMETRIC)
 LOGIT_REACH: Final = 8.0
 """The search's box in logit: within 0.03 % of the prior's box at either bound."""
 
 
 def quantities(model: SpeedModel, phi: FloatArray) -> FloatArray:
     """Return the reported part of phi (n, d) and k_0 (1 - exp(-k_ATP D_T)); shape (n, 5)."""
-    return np.column_stack([phi[:, REPORTED], attained_stiffness_kpa(phi, model.activation_duration_s(phi))])
+    return np.column_stack([phi[:, REPORTED], isometric_stiffness_kpa(phi, model.activation_duration_s(phi))])
 
 
 def log_gradient(model: SpeedModel, phi: FloatArray) -> FloatArray:

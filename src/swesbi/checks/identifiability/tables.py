@@ -132,7 +132,7 @@ def _designs(cohort: CohortIdentifiability) -> dict[str, Any]:
 def summary_table(root: xr.Dataset, profile: xr.Dataset) -> pd.DataFrame:
     """Return one row a subject and quantity: contraction, spread found and expected, likelihood interval.
 
-    The attained stiffness is no parameter: its likelihood columns are empty.
+    The isometric stiffness is no parameter: its likelihood columns are empty.
     """
     names = ["median", "sd_log", "contraction", "contraction_log", "expected_sd_log"]
     table = root[names].to_dataframe().reset_index()

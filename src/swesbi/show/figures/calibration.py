@@ -26,7 +26,7 @@ from swesbi.checks.calibration.ranks import (
 )
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import C2ST, LOCAL, POOLED, SBC, TARP, band, points, uniformity
-from swesbi.parameters import ATTAINED, ATTAINED_SYMBOL, PHI_NAMES, PHI_SYMBOLS
+from swesbi.parameters import ISOMETRIC, ISOMETRIC_SYMBOL, PHI_NAMES, PHI_SYMBOLS
 from swesbi.show.figures.style import (
     CMAES,
     OBSERVED,
@@ -45,7 +45,7 @@ FloatArray = NDArray[np.float64]
 ROW_HEIGHT_IN: Final = 6.9 / 4
 GRID_COLUMNS: Final = 3
 BAND: Final = "#DCDCDC"
-LABELS: Final = {**PHI_SYMBOLS, ATTAINED: ATTAINED_SYMBOL, "log_likelihood": "log-likelihood"}
+LABELS: Final = {**PHI_SYMBOLS, ISOMETRIC: ISOMETRIC_SYMBOL, "log_likelihood": "log-likelihood"}
 PARAMETERS: Final = PHI_NAMES
 COLORS: Final = dict(
     zip(PARAMETERS, cycle(("#009E73", "#CC79A7", "#000000", "#E69F00", "#56B4E9")), strict=False)

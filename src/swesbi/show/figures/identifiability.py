@@ -19,8 +19,8 @@ from scipy.interpolate import RegularGridInterpolator
 from scipy.stats import chi2
 
 from swesbi.checks.identifiability.information import interval_fold
-from swesbi.heart.model import attained_share, attained_stiffness_kpa
-from swesbi.parameters import ATTAINED, ATTAINED_SYMBOL, K_0, K_ATP, PHI_SYMBOLS, THETA_LABELS, THETA_NAMES
+from swesbi.heart.model import isometric_share, isometric_stiffness_kpa
+from swesbi.parameters import ISOMETRIC, ISOMETRIC_SYMBOL, K_0, K_ATP, PHI_SYMBOLS, THETA_LABELS, THETA_NAMES
 from swesbi.show.figures.experiments import COLORS
 from swesbi.show.figures.style import (
     CMAES,
@@ -43,7 +43,7 @@ from swesbi.show.numbers import as_percent
 
 FloatArray = NDArray[np.float64]
 
-QUANTITY_LABELS: Final = {**PHI_SYMBOLS, ATTAINED: ATTAINED_SYMBOL}
+QUANTITY_LABELS: Final = {**PHI_SYMBOLS, ISOMETRIC: ISOMETRIC_SYMBOL}
 REGION_COLORS: Final = ("#0072B2", "#5BA3D0", "#B3D4EA", "#DDEBF5")
 PANEL_HEIGHT_IN: Final = 1.35
 FRAME_HEIGHT_IN: Final = 1.5
@@ -51,7 +51,7 @@ MARGIN: Final = 1.15
 NARROW: Final = 2.5  # upper over lower end of an axis that holds fewer than two of the marks 1, 2 and 5
 TOP_INCREASE: Final = 0.6  # the end of the colour scale: a phase without which the sd grows by 60 %
 DOT_AREA: Final = 30.0  # points^2 at the end of the colour scale
-SHOWN: Final = (*THETA_NAMES, ATTAINED)
+SHOWN: Final = (*THETA_NAMES, ISOMETRIC)
 WIDTH_IN: Final = 6.9
 ROW_HEIGHT_IN: Final = 1.45
 DESIGN_FRAME_HEIGHT_IN: Final = 1.35
@@ -106,8 +106,8 @@ def _draw_region(axes: Axes, profile: xr.Dataset, levels: FloatArray) -> None:
     axes.contourf(k_atp, k_0, deviance, levels=drops, colors=REGION_COLORS[: len(levels)])
     best, duration_s = profile["maximum_phi"].to_numpy(), float(profile["activation_duration_s"])
     along = np.geomspace(*axes_range(k_atp), 100)
-    attained = attained_stiffness_kpa(best[None], duration_s)
-    axes.plot(along, attained / attained_share(along, duration_s), "--", color=CMAES, lw=0.8, zorder=2)
+    isometric = isometric_stiffness_kpa(best[None], duration_s)
+    axes.plot(along, isometric / isometric_share(along, duration_s), "--", color=CMAES, lw=0.8, zorder=2)
     axes.plot(best[1], best[0], "+", color=CMAES, ms=5.0, mew=1.0, zorder=4, clip_on=False)
 
 
@@ -146,7 +146,7 @@ def _profile_legend(figure: SubFigure, levels: FloatArray) -> None:
     ]
     marks = [
         Line2D([], [], color=CMAES, marker="+", ls="none", label="maximum"),
-        Line2D([], [], color=CMAES, ls="--", lw=0.8, label="equal " + ATTAINED_SYMBOL),
+        Line2D([], [], color=CMAES, ls="--", lw=0.8, label="equal " + ISOMETRIC_SYMBOL),
         Line2D([], [], color=OBSERVED, marker=".", ls="none", ms=3.0, label="posterior draws"),
     ]
     figure.legend(handles=[*regions, *marks], loc="outside lower center", ncols=3, columnspacing=1.2)

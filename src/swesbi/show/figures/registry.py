@@ -109,7 +109,7 @@ FIGURES: Final = (
         "identifiability_figures", "identifiability", "speeds", "what the recordings tell",
         "What the recordings tell in the experiment *{experiment}*. Above: the exact likelihood profiled "
         r"along :math:`k_0` and :math:`k_\mathrm{{ATP}}`, with likelihood-ratio confidence regions inside "
-        "the prior's box, posterior draws, and the line of equal attained stiffness. Below: by how much "
+        "the prior's box, posterior draws, and the line of equal isometric stiffness. Below: by how much "
         "the posterior sd of each quantity grows without a phase, expected and found.",
     ),
     FigureSpec(
