@@ -110,7 +110,7 @@ def _ranks(axes: Axes, case: CalibrationCase, index: int) -> None:
     for subject in dict.fromkeys(ranked.subject.tolist()):
         level = ranked.weighted.level[ranked.subject == subject, index]
         _line(axes, level, color=POSTERIOR, lw=0.4, alpha=0.35, label="weighted, one subject")
-    _band(axes, len(ranked.truth), case.settings.alpha / len(QUANTITY_NAMES))
+    _band(axes, len(ranked.truth), case.settings.alpha / len(ranked.names))
     for sampler in (NETWORK, WEIGHTED):
         _line(
             axes,
@@ -123,7 +123,7 @@ def _ranks(axes: Axes, case: CalibrationCase, index: int) -> None:
 
 def _coverage(axes: Axes, case: CalibrationCase) -> None:
     ranked = case.ranked["own"]
-    _band(axes, len(ranked.truth), case.settings.alpha / len(QUANTITY_NAMES))
+    _band(axes, len(ranked.truth), case.settings.alpha / len(ranked.names))
     for index, name in enumerate(PARAMETERS):
         _line(
             axes,
