@@ -27,15 +27,23 @@ FRESH = FreshSettings(
 CONDITIONING = ConditioningSettings(
     summary=CONFIG.speed_experiments[EXPERIMENT.base].summary, grid_points=100, density_kg_m3=1000.0
 )
-MAKER = RowMaker(MODEL, EXPERIMENT.conditions, CONFIG.acquisition, CONFIG.recording, PHASES, seed=3)
 TINY = EXPERIMENT.estimator.model_copy(
     update={"transforms": 2, "hidden_features": 24, "hidden_layers": 1, "epochs": 4, "batch_size": 64}
 )
 
 
+def maker(prior: str = "paper") -> RowMaker:
+    model = speed_case.settings(prior)
+    return RowMaker(model, EXPERIMENT.conditions, CONFIG.acquisition, CONFIG.recording, PHASES, seed=3)
+
+
+MAKER = maker()
+
+
 @cache
-def made(contexts: int = 60, draws: int = 20) -> PopulationSimulations:
-    return simulate_population(range(contexts), draws, EXPERIMENT.population, 20, MODEL, seed=5)
+def made(contexts: int = 60, draws: int = 20, prior: str = "paper") -> PopulationSimulations:
+    model = speed_case.settings(prior)
+    return simulate_population(range(contexts), draws, EXPERIMENT.population, 20, model, seed=5)
 
 
 @cache

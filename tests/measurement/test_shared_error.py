@@ -162,7 +162,7 @@ def _covered(known: SpeedRecording, count: int) -> tuple[float, float]:
     whole = precision(log_speed_sd(centre, known.relative_se, discrepancy), known.shared)[0]
     covariance = np.linalg.inv(prior + rows.T @ whole @ rows)
     mean = (np.log(speeds) - centre.log_speed) @ whole @ rows @ covariance
-    gradient = log_gradient(PHI[None], model.activation_duration_s)[0, [0, 4]]
+    gradient = log_gradient(model, PHI[None])[0, [0, 4]]
     sd = np.sqrt(np.einsum("qj,jk,qk->q", gradient, covariance, gradient))
     held = np.abs((mean - phi) @ gradient.T) <= norm.ppf(0.95) * sd
     return float(held[:, 0].mean()), float(held[:, 1].mean())

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 import speed_case
 import torch
+from spline_case import CONDITIONING, TINY, simulations, trained
 
 from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.measurement.speeds import wall_at_phases
-from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
+from swesbi.networks.spline.conditioning import raw_features
 from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.networks.spline.net import draw_phi, log_q
-from swesbi.networks.spline.pool import SubjectSimulations
 from swesbi.networks.spline.training import (
     Rows,
-    SplineTraining,
     TrainingDivergedError,
     _Trainer,
     fit_statistics,
@@ -27,29 +24,9 @@ from swesbi.networks.spline.training import (
     split_by_theta,
     train_spline,
 )
-from swesbi.prior import in_bounds, quantile
+from swesbi.prior import in_bounds
 
-EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]
-CONDITIONING = ConditioningSettings(summary=EXPERIMENT.summary, grid_points=100, density_kg_m3=1000.0)
-TINY = EXPERIMENT.estimator.model_copy(
-    update={"transforms": 2, "hidden_features": 24, "hidden_layers": 1, "epochs": 6, "batch_size": 128}
-)
 PROVENANCE = Provenance(KIND, "", 1, {}, "0" * 16)
-
-
-@cache
-def simulations(count: int = 2000) -> SubjectSimulations:
-    model = speed_case.model()
-    theta = quantile(np.random.default_rng(1).random((count, 3)), model.settings.prior.theta)
-    beats = model.simulate(np.column_stack([theta, np.full(count, 2.2)]))
-    good = beats.status == 0
-    wall = wall_at_phases(beats, model.recording.phase, "identity").rows(good)
-    return SubjectSimulations(model, theta[good], np.empty((good.sum(), 0)), wall)
-
-
-@cache
-def trained() -> SplineTraining:
-    return train_spline([simulations()], CONDITIONING, TINY, seed=3)
 
 
 def test_no_theta_is_on_both_sides_of_the_split() -> None:
@@ -83,7 +60,7 @@ def test_features_pass_the_operator_of_the_data() -> None:
 
 def test_training_learns_and_keeps_the_best_epoch() -> None:
     epochs, flow = trained().epochs, trained().spline
-    assert [epoch.number for epoch in epochs] == [1, 2, 3, 4, 5, 6]
+    assert [epoch.number for epoch in epochs] == list(range(1, TINY.epochs + 1))
     assert min(epoch.validation_loss for epoch in epochs) == flow.best_validation_loss
     standard_normal = 2.0 * np.log(2.0 * np.pi * np.e)  # entropy of eta without any data, 4 dimensions
     assert flow.best_validation_loss < standard_normal - 2.0

@@ -7,23 +7,37 @@ from pathlib import Path
 import numpy as np
 import population_case as case
 import pytest
+import speed_case
 
 from swesbi.artefacts import Provenance, save
+from swesbi.parameters import OPERATOR_NAMES, PASSIVE_SCALE
 from swesbi.population.simulations import KIND, read_population, simulate_population, to_dataset
 from swesbi.population.training import split_by_context
 from swesbi.prior import from_logit, log_density
 
 PROVENANCE = Provenance(KIND, "", 1, {}, "0" * 16)
+ARRAYS = (
+    "theta",
+    "physiology",
+    "active_stiffness_kpa",
+    "active_slope_kpa",
+    "stretch",
+    "stretch_slope",
+    "failures",
+)
 
 
-def test_shards_hold_what_one_run_would(tmp_path: Path) -> None:
-    whole = case.made(12, 5)
+@pytest.mark.parametrize("prior", ["paper", "calibrated"])
+def test_shards_hold_what_one_run_would(tmp_path: Path, prior: str) -> None:
+    whole, model = case.made(12, 5, prior), speed_case.settings(prior)
     for name, index in {"shard-1": range(7, 12), "shard-0": range(7)}.items():
-        part = simulate_population(index, 5, case.EXPERIMENT.population, 20, case.MODEL, seed=5)
+        part = simulate_population(index, 5, case.EXPERIMENT.population, 20, model, seed=5)
         save(tmp_path / f"{name}.h5", to_dataset(part), PROVENANCE)
     read = read_population([tmp_path / "shard-1.h5", tmp_path / "shard-0.h5"])
     assert read.contexts == whole.contexts
-    for name in ("theta", "active_stiffness_kpa", "active_slope_kpa", "stretch", "stretch_slope", "failures"):
+    assert read.nuisance_names == whole.nuisance_names == model.prior.theta.physiology_names
+    assert whole.physiology.shape == (12, 5, len(whole.nuisance_names))
+    for name in ARRAYS:
         assert np.array_equal(getattr(read, name), getattr(whole, name)), name
 
 
@@ -51,16 +65,20 @@ def test_no_context_is_on_both_sides_of_the_split() -> None:
         split_by_context(case.made(), 0.001)
 
 
-def test_rows_have_the_prior_of_phi_and_fresh_noise_every_epoch() -> None:
-    eta, first = case.MAKER.raw(case.made(), "epoch", 1)
-    again, second = case.MAKER.raw(case.made(), "epoch", 2)
-    phi = from_logit(eta, case.MODEL.prior)
-    assert np.isfinite(log_density(phi, case.MODEL.prior)).all()
-    assert np.allclose(phi[:, :3], case.made().theta.reshape(-1, 3))
-    assert np.array_equal(eta[:, :3], again[:, :3])
-    assert not np.array_equal(eta[:, 3], again[:, 3])
+@pytest.mark.parametrize("prior", ["paper", "calibrated"])
+def test_rows_have_the_prior_of_phi_and_fresh_noise_every_epoch(prior: str) -> None:
+    made, maker = case.made(20, 20, prior), case.maker(prior)
+    joint = maker.model.prior
+    (eta, first), (again, second) = (maker.raw(made, "epoch", number) for number in (1, 2))
+    phi = from_logit(eta, joint)
+    assert phi.shape == (400, len(joint.names))
+    assert np.isfinite(log_density(phi, joint)).all()
+    simulated = np.dstack([made.theta, made.physiology]).reshape(400, -1)
+    assert np.allclose(np.hstack([phi[:, :3], joint.physiology(phi)]), simulated)
+    fresh = np.isin(joint.names, [PASSIVE_SCALE.name, *OPERATOR_NAMES])  # what the measurement takes
+    assert np.array_equal((eta != again).any(axis=0), fresh)
     assert not np.array_equal(first, second)
-    assert np.array_equal(first, case.MAKER.raw(case.made(), "epoch", 1)[1])
+    assert np.array_equal(first, maker.raw(made, "epoch", 1)[1])
 
 
 def test_the_noise_of_rows_is_that_of_their_standard_error_and_the_discrepancy() -> None:

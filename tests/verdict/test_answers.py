@@ -50,7 +50,7 @@ FEW = case.EXPERIMENT.nulls.model_copy(update={"recordings": 50, "predictive_rec
 @cache
 def parts(start: int, stop: int, kind: str = OWN) -> FreshInferred:
     flow = case.trained().spline
-    return infer_fresh(range(start, stop), kind, flow, case.FRESH, SIZES, EXACT, REFINEMENT, seed=7)
+    return infer_fresh(range(start, stop), kind, flow, case.FRESH, SIZES, EXACT, seed=7)
 
 
 def test_the_network_of_a_population_is_kept_with_what_it_sees(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -95,7 +96,7 @@ def _part(made: PopulationSimulations, rows: slice) -> PopulationSimulations:
 
 
 def _flat(values: FloatArray) -> FloatArray:
-    return values.reshape(-1, values.shape[-1])
+    return values.reshape(math.prod(values.shape[:-1]), values.shape[-1])  # -1 cannot stand for no columns
 
 
 def _each(values: FloatArray, times: int) -> FloatArray:

@@ -1,0 +1,37 @@
+"""A spline flow trained for a moment on prior simulations of one subject, with nuisances or without."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import speed_case
+
+from swesbi.heart.periodic import Status
+from swesbi.networks.spline.conditioning import ConditioningSettings
+from swesbi.networks.spline.pool import SubjectSimulations
+from swesbi.networks.spline.training import SplineTraining, train_spline
+from swesbi.parameters import OF_THETA
+from swesbi.prior import draw_prior
+
+EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]
+CONDITIONING = ConditioningSettings(summary=EXPERIMENT.summary, grid_points=100, density_kg_m3=1000.0)
+TINY = EXPERIMENT.estimator.model_copy(
+    update={"transforms": 2, "hidden_features": 24, "hidden_layers": 1, "epochs": 12, "batch_size": 128}
+)
+
+
+@cache
+def simulations(count: int = 2000, prior: str = "paper") -> SubjectSimulations:
+    model = speed_case.model(prior=prior)
+    phi = draw_prior(model.settings.prior, count, np.random.default_rng(1))
+    beats = model.simulate(phi)
+    good = beats.status == Status.PERIODIC
+    physiology, wall = model.settings.prior.physiology(phi[good]), model.wall_at_phases(beats).rows(good)
+    return SubjectSimulations(model, phi[good, OF_THETA], physiology, wall)
+
+
+@cache
+def trained(prior: str = "paper", count: int = 2000, epochs: int = TINY.epochs) -> SplineTraining:
+    settings = TINY.model_copy(update={"epochs": epochs})
+    return train_spline([simulations(count, prior)], CONDITIONING, settings, seed=3)
