@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
-from swesbi.parameters import PHI_LABELS, PHI_NAMES, THETA_NAMES
+from swesbi.parameters import PHI_LABELS, PHI_NAMES, REPORTED, THETA_NAMES
 from swesbi.prior import JointPriorSettings, quantile
 from swesbi.show.figures.style import (
     OBSERVED,
@@ -71,9 +71,9 @@ class Overview:
 
     @property
     def prior_band(self) -> FloatArray:
-        """The prior's central 90 % of each parameter; shape (2, 4)."""
-        levels = np.repeat([[PRIOR_TAIL], [1.0 - PRIOR_TAIL]], len(PHI_NAMES), axis=1)
-        return quantile(levels, self.prior)
+        """The prior's central 90 % of each parameter that is reported; shape (2, 4)."""
+        levels = np.repeat([[PRIOR_TAIL], [1.0 - PRIOR_TAIL]], len(self.prior.names), axis=1)
+        return quantile(levels, self.prior)[:, REPORTED]
 
 
 def draw_cohort(overview: Overview, cohort_title: str, experiment: str) -> Figure:
