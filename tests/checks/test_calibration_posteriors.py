@@ -10,14 +10,18 @@ import pytest
 import speed_case
 
 from swesbi.checks.calibration.local import TwoRecordings, classifier_accuracy, variance_given_first
-from swesbi.checks.calibration.ranks import QUANTITY_NAMES, prior_variance, quantities
+from swesbi.checks.calibration.ranks import prior_variance, quantities, quantity_names
 from swesbi.checks.calibration.recordings import exact_draws, misfit
 from swesbi.draws import effective_draws, resampled_rows
 from swesbi.measurement.likelihood import CachedModel, log_speed_sd
 from swesbi.parameters import THETA_RANGES
+from swesbi.posterior.importance import weigh
 from swesbi.prior import draw_prior
 
 PHI = speed_case.PHI[None]
+NOT_REFINED = exact_case.SETTINGS.model_copy(
+    update={"refinement": exact_case.SETTINGS.refinement.model_copy(update={"max_rounds": 0})}
+)
 
 
 def test_good_weights_are_used_as_they_are() -> None:
@@ -28,17 +32,27 @@ def test_good_weights_are_used_as_they_are() -> None:
     exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
 
 
-def test_where_few_draws_fail_the_number_of_the_study_follows() -> None:
-    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.0, 1.5), 100, exact_case.SETTINGS, 1)
+def test_where_few_draws_fail_the_proposal_is_refined() -> None:
+    model, poor = exact_case.ToyModel(), exact_case.proposal(0.3, 4.0)
+    drawn = exact_draws(model, poor, 400, exact_case.SETTINGS, 3)
+    before = weigh(model, poor, 400, exact_case.SETTINGS.prior_fraction, 3)
     assert not drawn.by_mcmc
-    assert len(drawn.phi) == exact_case.SETTINGS.proposal_draws
+    assert len(drawn.phi) == 400
+    assert drawn.efficiency > max(0.3, 5.0 * before.efficiency)
+    exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
+
+
+def test_where_few_draws_of_the_refined_fail_too_the_number_of_the_study_follows() -> None:
+    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.0, 1.5), 100, NOT_REFINED, 2)
+    assert not drawn.by_mcmc
+    assert len(drawn.phi) == NOT_REFINED.proposal_draws
 
 
 def test_where_weights_fail_altogether_mcmc_takes_over() -> None:
     model = exact_case.ToyModel()
-    drawn = exact_draws(model, exact_case.proposal(0.3, 4.0), 400, exact_case.SETTINGS, 3)
+    drawn = exact_draws(model, exact_case.proposal(0.3, 4.0), 400, NOT_REFINED, 3)
     assert drawn.by_mcmc
-    assert len(drawn.phi) == exact_case.SETTINGS.draws
+    assert len(drawn.phi) == NOT_REFINED.draws
     np.testing.assert_allclose(drawn.log_likelihood, model.log_likelihood(drawn.phi))
     exact_case.check_posterior(drawn.phi, 800, drawn.weight)
 
@@ -81,15 +95,19 @@ def test_what_was_simulated_last_is_not_simulated_again() -> None:
     assert not np.array_equal(other.log_speed, cached.predict(first).log_speed)
 
 
-def test_variances_of_the_quantities_are_those_of_prior_draws() -> None:
-    model = speed_case.model()
-    phi = draw_prior(model.settings.prior, 200_000, np.random.default_rng(6))
+@pytest.mark.parametrize("prior", ["paper", "calibrated"])
+def test_variances_of_the_quantities_are_those_of_prior_draws(prior: str) -> None:
+    model = speed_case.model(prior=prior)
+    joint = model.settings.prior
+    names = quantity_names(joint)
+    assert names == (*joint.names[:4], "attained_stiffness_kpa", "log_likelihood", *joint.names[4:])
+    phi = draw_prior(joint, 200_000, np.random.default_rng(6))
     drawn = quantities(phi, np.zeros(len(phi)), model.activation_duration_s(phi))
+    named = np.array(names) != "log_likelihood"
     variance = prior_variance(model)
-    np.testing.assert_allclose(variance[:-1], drawn[:, :-1].var(axis=0), rtol=0.03)
-    assert np.isnan(variance[-1])
-    assert QUANTITY_NAMES[-1] == "log_likelihood"
-    np.testing.assert_allclose(variance_given_first(model, phi)[:-1], drawn[:, :-1].var(axis=0))
+    np.testing.assert_allclose(variance[named], drawn[:, named].var(axis=0), rtol=0.03)
+    assert np.isnan(variance[~named]).all()
+    np.testing.assert_allclose(variance_given_first(model, phi)[named], drawn[:, named].var(axis=0))
 
 
 def test_the_attained_stiffness_nears_k_0_where_cycling_is_fast() -> None:

@@ -86,6 +86,13 @@ def test_the_bank_covers_every_pair_and_repeats() -> None:
     assert np.isfinite(first.log_likelihood).any(axis=1).all()
 
 
+@pytest.mark.slow(minutes=0.2)
+def test_the_bank_covers_every_pair_with_nuisances_too() -> None:
+    bank = fill_bank(model(prior="calibrated"), STUDY.pairs, 1000, 20, 60, np.random.default_rng(3))
+    assert bank.phi.shape[1] == 14
+    assert min(effective_draws(normalised(row)) for row in bank.log_weights()) >= 60
+
+
 def test_proposals_have_the_density_that_they_are_drawn_from() -> None:
     prior = PriorProposal(settings().prior)
     rng = np.random.default_rng(4)
@@ -172,7 +179,7 @@ def test_the_generated_cohort_is_recorded_and_none_of_the_study() -> None:
     for subject in large:
         assert subject.recording.context not in contexts
         assert subject.recording.subject not in "ABCDEF"
-        assert 0.02 < subject.recording.relative_se.mean() < 0.035
+        assert 0.016 < subject.recording.errors.total.mean() < 0.029
 
 
 def score(level: float, evidence: float) -> PairScore:
@@ -194,7 +201,9 @@ def test_the_table_adds_up() -> None:
 
 
 def test_the_stage_writes_table_and_figure_and_repeats(tmp_path: Path) -> None:
-    plain = stage_settings(load_study(read_yaml(ROOT / "config.yaml")), "discrepancy")
+    raw = read_yaml(ROOT / "config.yaml")
+    del raw["priors"]["calibrated"]["nuisances"]  # without them fewer draws do
+    plain = stage_settings(load_study(raw), "discrepancy")
     plain = plain | {"study": STUDY.model_copy(update={"subjects": 2} | SMALL).to_plain()}
     tables = []
     for name in ("one", "two"):

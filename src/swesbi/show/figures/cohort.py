@@ -71,8 +71,8 @@ class Overview:
 
     @property
     def prior_band(self) -> FloatArray:
-        """The prior's central 90 % of each parameter; shape (2, 4)."""
-        levels = np.repeat([[PRIOR_TAIL], [1.0 - PRIOR_TAIL]], len(self.prior.parameters), axis=1)
+        """The prior's central 90 % of each parameter that is reported; shape (2, 4)."""
+        levels = np.repeat([[PRIOR_TAIL], [1.0 - PRIOR_TAIL]], len(self.prior.names), axis=1)
         return quantile(levels, self.prior)[:, REPORTED]
 
 
