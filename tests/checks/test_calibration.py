@@ -18,6 +18,8 @@ from swesbi.checks.calibration.ranks import (
     RankScores,
     level_of_truth,
     moments,
+    quantities,
+    quantity_names,
     reference_points,
     score,
     stack_scores,
@@ -34,6 +36,7 @@ from swesbi.checks.calibration.table import (
     uniformity,
 )
 from swesbi.draws import equal_weights
+from swesbi.prior import JointPriorSettings, log_centre
 
 RECORDINGS = 1000
 PARAMETERS = QUANTITY_NAMES[:4]
@@ -161,3 +164,46 @@ def test_joint_coverage_sees_a_wrong_correlation_that_no_margin_shows(sign: floa
         draws = rng.multivariate_normal(np.zeros(4), wrong, 199)
         levels.append(tarp_level(phi_of(truth), phi_of(draws), equal_weights(199), reference, PRIOR))
     assert (uniformity(np.array(levels)).p_value < 1e-3) == caught
+
+
+NUISANCES = {
+    "arterial_time_constant_s": {"centre": 1.5, "log_sd": 0.2, "low": 0.46, "high": 4.9},
+    "exponent_b": {"centre": 3.0, "log_sd": 0.3, "low": 0.5, "high": 18.0},
+}
+BESIDE = JointPriorSettings.from_plain(
+    PRIOR.to_plain() | {"theta": PRIOR.to_plain()["theta"] | {"nuisances": NUISANCES}}
+)
+
+
+def scores_beside(recordings: int, nuisance_sd: float, seed: int = 11) -> RankScores:
+    """Posteriors that are the prior: right in what is reported, and in nuisances of this width."""
+    rng, draws = np.random.default_rng(seed), 199
+    centre, log_sd = log_centre(BESIDE), np.array([part.log_sd for part in BESIDE.parameters])
+    width = np.array([1.0, 1.0, 1.0, 1.0, nuisance_sd, nuisance_sd])
+    scores = []
+    for reference in reference_points(recordings, BESIDE, rng):
+        x = np.vstack([rng.standard_normal(6), width * rng.standard_normal((draws, 6))])
+        values = quantities(centre * np.exp(log_sd * x), rng.standard_normal(len(x)), 0.32)
+        scores.append(score(values[0], values[1:], equal_weights(draws), reference, BESIDE))
+    return stack_scores(scores)
+
+
+def test_nuisances_are_ranked_by_name_behind_the_quantities() -> None:
+    names = quantity_names(BESIDE)
+    assert names == (*QUANTITY_NAMES, "arterial_time_constant_s", "exponent_b")
+    phi = np.array([[45.0, 5.0, 30.0, 2.2, 1.5, 3.0]])
+    named = dict(zip(names, quantities(phi, np.array([-7.0]), 0.32)[0], strict=True))
+    assert named.pop("attained_stiffness_kpa") == pytest.approx(45.0 * (1.0 - np.exp(-5.0 * 0.32)))
+    assert named.pop("log_likelihood") == -7.0
+    assert named == dict(zip(BESIDE.names, phi[0], strict=True))
+
+
+@pytest.mark.parametrize(("nuisance_sd", "caught"), [(1.0, False), (0.3, True)])
+def test_ranks_and_joint_coverage_are_of_all_of_phi(nuisance_sd: float, caught: bool) -> None:
+    """Nuisances too narrow are found, each by its name and jointly; what is reported stays right."""
+    scores = scores_beside(RECORDINGS, nuisance_sd)
+    variance = np.ones((RECORDINGS, 8))
+    checks = check_scores(scores, variance, quantity_names(BESIDE), 0.05, 0.0, 1)
+    wrong = {"arterial_time_constant_s", "exponent_b"} if caught else set()
+    assert set(flagged(checks, SBC)) == wrong
+    assert flagged(checks, TARP) == (("joint",) if caught else ())
