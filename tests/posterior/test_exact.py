@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -9,14 +10,27 @@ import arviz
 import numpy as np
 import pytest
 import speed_case
-from exact_case import PRIOR, SETTINGS, LogitNormal, LogNormal, ToyModel, check_posterior, fitted, proposal
+from exact_case import (
+    PRIOR,
+    SETTINGS,
+    LogitNormal,
+    LogNormal,
+    ToyModel,
+    ToySettings,
+    check_posterior,
+    fitted,
+    proposal,
+)
 from pydantic import ValidationError
 
-from swesbi.artefacts import Provenance, save
+from swesbi.arrays import FloatArray
+from swesbi.artefacts import Provenance, load, save
+from swesbi.checks.calibration.ranks import standardised
 from swesbi.posterior.exact import ExactPosterior, exact_posterior, exact_to_groups, read_exact_posterior
+from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
-from swesbi.prior import to_logit
+from swesbi.prior import JointPriorSettings, draw_prior, log_density, to_logit
 
 Z, COMPONENTS = np.array([0.5, -1.0, 2.0]), ("one", "two", "three")
 PROVENANCE = Provenance(POSTERIOR, "T", 1, {"a": 1}, "0" * 16)
@@ -87,6 +101,74 @@ def test_the_artefact_reads_back(tmp_path: Path, width: float, shift: float) -> 
         assert getattr(read, name) == getattr(exact, name)
     for name in ("phi", "from_prior", "log_weight", "log_likelihood"):
         np.testing.assert_array_equal(getattr(read.weighted, name), getattr(exact.weighted, name))
+
+
+@dataclass(frozen=True)
+class WideModel:
+    """A posterior under any joint prior: that of a recording that knows each log parameter equally well."""
+
+    settings: ToySettings
+
+    def log_likelihood(self, phi: FloatArray) -> FloatArray:
+        return -0.5 * (standardised(phi, self.settings.prior) ** 2).sum(axis=1)
+
+
+@dataclass(frozen=True)
+class PriorDraws:
+    """The prior as a proposal."""
+
+    prior: JointPriorSettings
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        return draw_prior(self.prior, draws, np.random.default_rng(seed))
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        return log_density(phi, self.prior)
+
+
+FEW = SETTINGS.model_copy(
+    update={
+        "proposal_draws": 2000,
+        "draws": 500,
+        "min_efficiency": 0.01,
+        "mcmc": SETTINGS.mcmc.model_copy(update={"steps": 40, "max_steps": 40}),
+    }
+)
+BY_MCMC = FEW.model_copy(update={"min_efficiency": 0.99})
+
+
+@pytest.mark.parametrize(("settings", "sampler"), [(FEW, "importance"), (BY_MCMC, "mcmc")])
+@pytest.mark.parametrize(("name", "nuisances"), [("paper", 0), ("calibrated", 10)])
+def test_nuisances_are_kept_beside_what_is_reported(
+    tmp_path: Path, name: str, nuisances: int, settings: ExactSettings, sampler: str
+) -> None:
+    prior = speed_case.settings(name).prior
+    exact = exact_posterior(WideModel(ToySettings(prior)), PriorDraws(prior), settings, 1)
+    path = tmp_path / "posterior.h5"
+    save(path, exact_to_groups(exact, Z, COMPONENTS, prior, settings), PROVENANCE)
+    read, shown = read_exact_posterior(path), read_exact_result(path)
+    assert (read.sampler, read.phi.shape) == (sampler, (500, 4 + nuisances))
+    for found, expected in (
+        (read.phi, exact.phi),
+        (shown.phi, exact.phi),
+        (read.npe_phi, exact.npe_phi),
+        (read.weighted.phi, exact.weighted.phi),
+        (read.r_hat, exact.r_hat),
+    ):
+        np.testing.assert_array_equal(found, expected)
+    assert load(path, POSTERIOR)[0]["joint_parameter"].to_numpy().tolist() == list(prior.names)
+    for group in ("posterior", "npe", "weighted"):
+        kept = load(path, POSTERIOR, group)[0]
+        assert kept["nuisance"].to_numpy().tolist() == list(prior.nuisance_names)
+        assert kept["nuisance_parameters"].shape[-1] == nuisances
+    of_posterior = load(path, POSTERIOR, "posterior")[0].isel(chain=0)
+    for number, parameter in enumerate(prior.names):
+        column = (
+            of_posterior[parameter]
+            if number < 4
+            else of_posterior["nuisance_parameters"].sel(nuisance=parameter)
+        )
+        np.testing.assert_array_equal(column, exact.phi[:, number])
 
 
 def test_the_artefact_is_a_posterior_like_any_other(tmp_path: Path) -> None:
