@@ -29,9 +29,7 @@ FloatArray = NDArray[np.float64]
 DEGREES_OF_FREEDOM: Final = 8  # heavier tails than a posterior's, so that weights stay bounded
 WIDENING: Final = 1.2  # of the covariance
 RIDGE: Final = 1e-4  # least variance of a proposal, in eta
-DRAWS_A_PARAMETER: Final = (
-    10.0  # effective ones behind a proposal, of a flattened posterior where it has fewer
-)
+DRAWS_A_PARAMETER: Final = 10.0  # effective ones behind a proposal; a posterior with fewer is flattened
 KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 LEAST_KNOWN: Final = 0.01  # efficiency of a flow that knows something of a recording
 
@@ -118,7 +116,11 @@ class FittedProposal:
     def log_density(self, phi: FloatArray) -> FloatArray:
         """Return log q(phi) = log q(u) + log |du / dphi| of phi (n, d); shape (n,)."""
         u, log_slope = self.space.place(phi)
-        return np.asarray(self.student.log_density(u) + log_slope)
+        # far from all that a flow was trained on its map overflows; nothing is drawn there
+        known = np.isfinite(u).all(axis=1) & np.isfinite(log_slope)
+        log_density = np.full(len(phi), -np.inf)
+        log_density[known] = self.student.log_density(u[known]) + log_slope[known]
+        return log_density
 
 
 @dataclass(frozen=True)
@@ -200,7 +202,9 @@ def _fitted(rounds: Sequence[_Round], space: Space) -> FittedProposal:
     shares = np.array([one.weighted.efficiency for one in rounds])
     log_shares = np.log(shares / shares.sum())
     log_weight = [one.weighted.log_weight + share for one, share in zip(rounds, log_shares, strict=True)]
-    return FittedProposal(fitted_proposal(space.place(phi)[0], np.concatenate(log_weight)), space)
+    u = space.place(phi)[0]
+    known = np.isfinite(u).all(axis=1)
+    return FittedProposal(fitted_proposal(u[known], np.concatenate(log_weight)[known]), space)
 
 
 def refined_posterior(

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import torch
@@ -29,6 +29,7 @@ from swesbi.networks.spline.conditioning import RecordingConditioner
 from swesbi.networks.standardisation import Standardisation
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 
+FARTHEST: Final = -30.0  # in the logit: the lower bound of every parameter
 DRAWS_PER_BATCH = 50_000
 """Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
 
@@ -240,6 +241,8 @@ def from_base(spline: TrainedSpline, condition: FloatArray, u: FloatArray) -> Fl
     with reproducible(0), torch.no_grad():
         parts = [_invert(spline, part, row) for part in torch.split(_tensor(u), DRAWS_PER_BATCH)]
     eta = torch.cat(parts).numpy().astype(np.float64) * spline.eta.scale + spline.eta.mean
+    # a point so far out that the map overflows goes to a corner of the box, where no posterior has any mass
+    eta[~np.isfinite(eta).all(axis=1)] = FARTHEST
     return from_logit(eta, spline.prior)
 
 
