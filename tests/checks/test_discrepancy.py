@@ -224,17 +224,17 @@ def test_the_figure_s_text_stands_apart() -> None:
     assert_text_apart(draw_discrepancy(pd.read_csv(REFERENCE), 0.9))
 
 
-def test_the_configured_discrepancy_covers_on_the_reference_and_the_best_pair_does_not() -> None:
-    """Coverage within what chance allows of the nominal one; the pair of the highest evidence is below it."""
+def test_the_configured_discrepancy_covers_on_the_reference_and_costs_the_least_evidence_of_any() -> None:
+    """Coverage within what chance allows of the nominal one; evidence asks for none."""
     config = shipped()
     table = pd.read_csv(REFERENCE)
     chosen = config.speed_experiments[config.discrepancy_study.experiment].observation_model.discrepancy
-    by_pair = table.set_index(["speed_fraction", "timing_cycle"]).filter(like="coverage_")
+    by_pair = table.set_index(["speed_fraction", "timing_cycle"])
     nominal, subjects = config.discrepancy_study.interval, config.discrepancy_study.subjects
     least = binom.ppf(0.025, subjects, nominal) / subjects
-    assert by_pair.loc[(chosen.speed_fraction, chosen.timing_cycle)].min() >= least
-    best = best_pair(table)
-    assert by_pair.loc[(best.speed_fraction, best.timing_cycle)].max() < least
+    in_use = (chosen.speed_fraction, chosen.timing_cycle)
+    assert by_pair.filter(like="coverage_").loc[in_use].min() >= least
+    assert by_pair["log_evidence"].nlargest(2).index.tolist() == [(0.0, 0.0), in_use]
     assert table["subjects"].unique().tolist() == [config.discrepancy_study.subjects]
     grid = [(one.speed_fraction, one.timing_cycle) for one in config.discrepancy_study.pairs]
     assert grid == list(zip(table["speed_fraction"], table["timing_cycle"], strict=True))

@@ -1,4 +1,4 @@
-"""What a fixed passive part costs where the heart is not the model: it misses k_SR."""
+"""What a fixed passive part costs where the heart is not the model: it misses k_SR; and known physiology."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SUBJECTS = 12
 @pytest.mark.slow(minutes=0.5)
 def test_the_reference_beat_put_back_misses_k_sr_on_generated_subjects() -> None:
     settings, seed = study_settings(ROOT / "config.yaml")
-    rows = summary(table(infer(settings, SUBJECTS, seed))).set_index(["passive_beat", "parameter"])
+    rows = summary(table(infer(settings, SUBJECTS, seed))).set_index(["inference", "parameter"])
     of_k_sr = rows.xs("k_sr_per_s", level="parameter")
     assert of_k_sr.at["own", "covered"] >= 10
     assert of_k_sr.at["reference", "covered"] <= 7

@@ -63,7 +63,8 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     pages = {PAGE: {name: part(results) for name, part in PARTS.items()}}
     figures = documented(PagePart.STUDY)
     if name := experiment_shown(study):
-        calibration = read_calibration_results(folder, study, name, docs)
+        text = config.read_text(encoding="utf-8")
+        calibration = read_calibration_results(folder, study, name, docs, text)
         pages[CALIBRATION_PAGE] = {mark: part(calibration) for mark, part in CALIBRATION_PARTS.items()}
         figures += [*documented(PagePart.SPEEDS, name), f"training-{name}"]
         write_noise_figure(folder / "cohort" / "noise.h5", docs, study.config.cohort_title)

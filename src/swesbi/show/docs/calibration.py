@@ -12,7 +12,9 @@ import pandas as pd
 from swesbi.config.study import Study
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import read_exact_result
+from swesbi.prior import JointPriorSettings
 from swesbi.recording.noise import read_noise
+from swesbi.show.docs.nuisances import Nuisance, nuisances, nuisances_part, reasons_of
 from swesbi.show.docs.results import finished, of_experiment, read_experiment, read_table
 from swesbi.show.numbers import MISSING, fixed, share
 from swesbi.show.results import records
@@ -41,6 +43,7 @@ class CalibrationResults:
     Attributes:
         shown: What the page of results shows of it too.
         cohort_title: What the subjects are ("virtual volunteers").
+        nuisances: What is not known of a heart, with what the posteriors say of it.
         discrepancy: The study of the discrepancy; None before ``make discrepancy``.
         sensitivity: The study of other choices; None before ``make sensitivity``.
         flow_choice: The study of architectures; None before ``benchmarks/flow_choice.py``.
@@ -48,6 +51,7 @@ class CalibrationResults:
 
     shown: Exact
     cohort_title: str
+    nuisances: tuple[Nuisance, ...]
     discrepancy: pd.DataFrame | None
     sensitivity: pd.DataFrame | None
     flow_choice: pd.DataFrame | None
@@ -59,7 +63,9 @@ def experiment_shown(study: Study) -> str | None:
     return next(names, None)
 
 
-def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) -> CalibrationResults:
+def read_calibration_results(
+    folder: Path, study: Study, name: str, docs: Path, config: str
+) -> CalibrationResults:
     """Read what the page shows.
 
     Args:
@@ -67,6 +73,7 @@ def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) 
         study: Configuration and cohort.
         name: The experiment.
         docs: Folder of the documentation, which holds tables of its own.
+        config: Text of the configuration's file, whose comments are the reasons of its values.
 
     Raises:
         ArtefactError: The study is not finished: a file is missing.
@@ -89,10 +96,20 @@ def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) 
     return CalibrationResults(
         shown,
         study.config.cohort_title,
+        _nuisances(study, name, shown, config),
         _if_there(REFERENCE / "discrepancy.csv"),
         _if_there(REFERENCE / "sensitivity.csv"),
         _if_there(docs / "tables" / "flow_choice.csv"),
     )
+
+
+def _nuisances(study: Study, name: str, shown: Exact, config: str) -> tuple[Nuisance, ...]:
+    experiment = study.config.speed_experiments[name]
+    prior = JointPriorSettings(
+        theta=study.config.priors[experiment.prior], passive_scale_kpa=experiment.passive_scale_kpa
+    )
+    read = [shown.results[subject].phi for subject, support in shown.supports.items() if support.supported]
+    return nuisances(prior, reasons_of(config, experiment.prior), read)
 
 
 def answer_part(results: CalibrationResults) -> str:
@@ -134,7 +151,7 @@ def discrepancy_part(results: CalibrationResults) -> str:
     pairs = results.discrepancy.sort_values("log_evidence", ascending=False)
     in_use = results.shown.experiment.settings["observation_model"]["discrepancy"]
     named = (_pair(pairs, **size) for size in (in_use, {"speed_fraction": 0.0, "timing_cycle": 0.0}))
-    chosen = pd.concat([pairs.head(5), *named])
+    chosen = pd.concat([pairs.head(5), *named]).drop_duplicates(["speed_fraction", "timing_cycle"])
     rows = [
         {
             "speed": share(row["speed_fraction"], 0),
@@ -147,9 +164,13 @@ def discrepancy_part(results: CalibrationResults) -> str:
     ]
     note = (
         f"{int(pairs['subjects'].iloc[0])} generated subjects; the five pairs of the highest evidence, then "
-        "the pair in use, then none."
+        f"those of the pair in use ({_in_words(**in_use)}) and of none that are not among them."
     )
     return f"{markdown(of_records(rows))}\n\n{note}"
+
+
+def _in_words(speed_fraction: float, timing_cycle: float) -> str:
+    return f"{share(speed_fraction, 0)}, {share(timing_cycle)}"
 
 
 def _pair(pairs: pd.DataFrame, speed_fraction: float, timing_cycle: float) -> pd.DataFrame:
@@ -210,6 +231,7 @@ PARTS: Final[Mapping[str, Callable[[CalibrationResults], str]]] = {
     "answer": answer_part,
     "noise": _with_title(noise_table),
     "discrepancy": discrepancy_part,
+    "nuisances": lambda results: nuisances_part(results.nuisances),
     "flow": flow_part,
     "verdicts": _with_title(verdicts_table),
     "posteriors": _with_title(exact_table),
