@@ -23,10 +23,11 @@ def all_generators(
     population: PopulationSettings,
     prior: PriorSettings,
     acquisition: AcquisitionSettings,
+    lvesv_fraction: float,
 ) -> Mapping[str, Generator]:
     """Return every generator by its letter; arguments as of ``simulated_generators``."""
     return {
-        **simulated_generators(settings, population, prior, acquisition),
+        **simulated_generators(settings, population, prior, acquisition, lvesv_fraction),
         **stored_generators(STORED, acquisition),
     }
 
@@ -39,6 +40,7 @@ def generator_of(generators: Mapping[str, Generator], letter: str) -> Generator:
     """
     if letter not in generators:
         raise ValueError(
-            f"no generator {letter!r}; those of the exam and of development: {', '.join(generators)}"
+            f"no generator {letter!r}; those of the exam and of development: "
+            f"{', '.join(sorted(generators))}; 'g' is one where the prior of the experiment has `nuisances.speed_scale`"
         )
     return generators[letter]
