@@ -60,17 +60,15 @@ def test_each_level_of_noise_has_answers_and_tables_of_its_own(
     overlay = tmp_path / "results.yaml"
     overlay.write_text(f"results: {tmp_path}\n", encoding="utf-8")
     asked: list[tuple[str, dict[str, Any]]] = []
+    real_stage = command.stage_function
 
     def stage_of(name: str) -> Callable[..., None]:
-        signature = real_stage(name)
+        def run(**arguments: object) -> None:
+            asked.append((name, arguments))
 
-        def run(settings: Any, **files: Any) -> None:
-            asked.append((name, files | {"settings": settings}))
-
-        run.__annotations__["settings"] = get_type_hints(signature)["settings"]
+        run.__annotations__["settings"] = get_type_hints(real_stage(name))["settings"]
         return run
 
-    real_stage = command.stage_function
     monkeypatch.setattr(command, "stage_function", stage_of)
     monkeypatch.setattr(command, "check_finished", lambda *_: None)
     assert main(["exam", "--generators", "a", "e", "--overlay", str(overlay)]) == 0

@@ -39,8 +39,9 @@ def generator_of(generators: Mapping[str, Generator], letter: str) -> Generator:
         ValueError: There is none.
     """
     if letter not in generators:
+        there = ", ".join(sorted(generators))
         raise ValueError(
-            f"no generator {letter!r}; those of the exam and of development: "
-            f"{', '.join(sorted(generators))}; 'g' is one where the prior of the experiment has `nuisances.speed_scale`"
+            f"no generator {letter!r}; those of the exam and of development: {there}; 'g' is one where the "
+            "prior of the experiment has `nuisances.speed_scale`"
         )
     return generators[letter]
