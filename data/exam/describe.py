@@ -1,7 +1,4 @@
-"""Print what README.md beside it says of the stored hearts: counts, and ranges of those of the exam.
-
-python data/exam/describe.py
-"""
+"""Print what README.md beside it says of the stored hearts: counts, and ranges of those of the exam."""
 
 from __future__ import annotations
 
@@ -44,8 +41,8 @@ def ranges(hearts: Sequence[StoredHeart]) -> str:
     scale = np.array([heart.passive_scale_kpa for heart in hearts])
     return (
         f"ejection fraction {_range(ejected, 2)}, from the listed volumes {_range(listed, 2)}, arterial "
-        f"pressure {_range(high, 0)} over {_range(low, 0)} mmHg, attained stiffness {_range(attained, 0)} kPa "
-        f"at {_range(at, 2)} of the cycle, stretch from {_range(least, 2)} to {_range(most, 2)}, "
+        f"pressure {_range(high, 0)} over {_range(low, 0)} mmHg, attained stiffness {_range(attained, 0)} "
+        f"kPa at {_range(at, 2)} of the cycle, stretch from {_range(least, 2)} to {_range(most, 2)}, "
         f"a {_range(scale, 1)} kPa. {int((ejected < WEAK).sum())} of the {len(hearts)} eject less than "
         f"{100.0 * WEAK:.0f} %."
     )

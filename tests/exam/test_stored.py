@@ -1,5 +1,6 @@
 """The stored hearts of letters e and f: whole, drawn from their streams, and what the exam takes them for."""
 
+import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
@@ -70,6 +71,14 @@ def test_the_listed_lvesv_is_the_heart_s_own_within_the_error_of_its_measurement
     assert abs(np.mean(errors)) < 4.0 * LVESV_FRACTION / np.sqrt(len(hearts))
     assert all(is_plausible(heart.context) for heart in hearts)
     assert all(heart.exam_heart().volume_ratio == heart.beat.volume_ratio for heart in hearts)
+
+
+def test_the_page_says_of_the_hearts_what_the_command_prints() -> None:
+    command = [sys.executable, str(FOLDER / "describe.py")]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    page = " ".join((FOLDER / "README.md").read_text(encoding="utf-8").split())
+    assert len(printed) == 6
+    assert [line for line in printed if line not in page] == []
 
 
 @pytest.mark.parametrize("letter", FILES)
