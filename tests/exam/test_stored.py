@@ -11,6 +11,7 @@ import pytest
 from exam_case import CONFIG, LVESV_FRACTION
 
 from swesbi.artefacts import Provenance
+from swesbi.context import Context
 from swesbi.exam.beat import Beat
 from swesbi.exam.generators import STORED, all_generators
 from swesbi.exam.heart import K_SR
@@ -116,13 +117,19 @@ def test_hearts_of_land_have_another_law_and_beats_of_people() -> None:
         assert SYSTOLIC_MMHG[0] <= heart.beat.arterial_mmhg.max() <= SYSTOLIC_MMHG[1]
 
 
+def assert_same_person(again: Context, there: Context) -> None:
+    """All alike, but the LVESV as far as the beats are: those of f are integrated, of e in single precision."""
+    assert replace(again, lvesv_ml=there.lvesv_ml) == there
+    assert again.lvesv_ml == pytest.approx(there.lvesv_ml, rel=1e-3)
+
+
 @pytest.mark.parametrize(("stream", "number"), [("exam", 0), ("development", 2)])
 def test_a_heart_of_land_comes_again_from_its_stream(stream: Stream, number: int) -> None:
     hearts, provenance = stored("f")
     source = LandHearts(ForwardModelSettings.from_plain(provenance.settings["forward_model"]))
     again = draw_heart(source, stream, number, people_of("f"), provenance.seed)
     there = next(heart for heart in hearts if (heart.stream, heart.number) == (stream, number))
-    assert again.context == there.context
+    assert_same_person(again.context, there.context)
     assert again.own == pytest.approx(there.own, rel=1e-12)
     assert again.beat.active_kpa == pytest.approx(there.beat.active_kpa, rel=1e-3, abs=0.01)
     assert again.refused_implausible == there.refused_implausible
@@ -158,7 +165,7 @@ def test_a_heart_of_physioblocks_comes_again_from_its_stream(tmp_path: Path) -> 
     with replaying(tmp_path, f"[{failures}{as_answer(there.beat)}]") as program:
         source = PhysioBlocksHearts(PriorSettings.from_plain(provenance.settings["prior"]), program)
         again = draw_heart(source, there.stream, there.number, people_of("e"), provenance.seed)
-    assert again.context == there.context
+    assert_same_person(again.context, there.context)
     assert again.theta == pytest.approx(there.theta, rel=1e-9)
     assert again.own == pytest.approx(there.own, rel=1e-12)
     assert again.refused_failed == there.refused_failed
