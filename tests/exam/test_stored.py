@@ -118,7 +118,7 @@ def test_hearts_of_land_have_another_law_and_beats_of_people() -> None:
 
 
 def assert_same_person(again: Context, there: Context) -> None:
-    """All alike, but the LVESV as far as the beats are: those of f are integrated, of e in single precision."""
+    """All alike, but the LVESV only as far as the beats: of f integrated, of e in single precision."""
     assert replace(again, lvesv_ml=there.lvesv_ml) == there
     assert again.lvesv_ml == pytest.approx(there.lvesv_ml, rel=1e-3)
 
