@@ -47,7 +47,7 @@ sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a ta
 	cp results/tables/sensitivity.csv tests/reference/study/sensitivity.csv
 	cp results/figures/sensitivity.png docs/figures/sensitivity.png
 
-exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and a figure, in an hour and a half (docs/exam.md)
+exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figures at two levels of noise, in three hours (docs/exam.md)
 	$(BIN)/python -m swesbi exam --cores $(CORES)
 	cp results/figures/exam.png docs/figures/exam.png
 

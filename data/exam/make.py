@@ -19,7 +19,7 @@ from swesbi.config.read import parse_config, read_yaml
 from swesbi.exam.land_population import LandHearts
 from swesbi.exam.physioblocks import PhysioBlocksHearts, Program
 from swesbi.exam.stored import Stream, save_hearts
-from swesbi.exam.strangers import Source, draw_hearts
+from swesbi.exam.strangers import People, Source, draw_hearts
 
 COUNTS: Final[dict[Stream, int]] = {"exam": 60, "development": 10}
 SCRIPT: Final = Path("benchmarks/physioblocks_hearts.py")
@@ -41,6 +41,13 @@ def source_of(letter: str, config: Config, physioblocks: str | None, stack: Exit
     return PhysioBlocksHearts(config.priors[PRIOR], program)
 
 
+def people_of(config: Config) -> People:
+    """Return the population, and how well the verdict on its subjects takes LVESV to be measured."""
+    misspecification = config.speed_experiments[config.base_of(POPULATION)].misspecification
+    population = config.population_experiments[POPULATION].population
+    return People(population, misspecification.rule.volumes.lvesv_tolerance_fraction)
+
+
 def main() -> None:
     """Draw the hearts of a letter and store them."""
     parser = argparse.ArgumentParser(description=main.__doc__)
@@ -51,15 +58,20 @@ def main() -> None:
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     config = parse_config(read_yaml(arguments.config), str(arguments.config))
-    population = config.population_experiments[POPULATION].population
+    people = people_of(config)
     with ExitStack() as stack:
         source = source_of(arguments.letter, config, arguments.physioblocks, stack)
         hearts = [
             heart
             for stream, count in COUNTS.items()
-            for heart in draw_hearts(source, stream, count, population, config.seed)
+            for heart in draw_hearts(source, stream, count, people, config.seed)
         ]
-        settings = {"letter": source.letter, "population": population.to_plain(), **source.settings}
+        settings = {
+            "letter": source.letter,
+            "population": people.population.to_plain(),
+            "lvesv_fraction": people.lvesv_fraction,
+            **source.settings,
+        }
     save_hearts(hearts, arguments.path, config.seed, settings)
 
 

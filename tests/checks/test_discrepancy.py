@@ -224,8 +224,8 @@ def test_the_figure_s_text_stands_apart() -> None:
     assert_text_apart(draw_discrepancy(pd.read_csv(REFERENCE), 0.9))
 
 
-def test_the_configured_discrepancy_covers_on_the_reference_and_costs_the_least_evidence_of_any() -> None:
-    """Coverage within what chance allows of the nominal one; evidence asks for none."""
+def test_the_configured_discrepancy_covers_on_the_reference_and_evidence_asks_for_less() -> None:
+    """Coverage within what chance allows of the nominal one; evidence asks for none, and for no timing error."""
     config = shipped()
     table = pd.read_csv(REFERENCE)
     chosen = config.speed_experiments[config.discrepancy_study.experiment].observation_model.discrepancy
@@ -234,7 +234,8 @@ def test_the_configured_discrepancy_covers_on_the_reference_and_costs_the_least_
     least = binom.ppf(0.025, subjects, nominal) / subjects
     in_use = (chosen.speed_fraction, chosen.timing_cycle)
     assert by_pair.filter(like="coverage_").loc[in_use].min() >= least
-    assert by_pair["log_evidence"].nlargest(2).index.tolist() == [(0.0, 0.0), in_use]
+    assert by_pair["log_evidence"].idxmax() == (0.0, 0.0)
+    assert by_pair["log_evidence"].loc[chosen.speed_fraction].idxmax() == chosen.timing_cycle
     assert table["subjects"].unique().tolist() == [config.discrepancy_study.subjects]
     grid = [(one.speed_fraction, one.timing_cycle) for one in config.discrepancy_study.pairs]
     assert grid == list(zip(table["speed_fraction"], table["timing_cycle"], strict=True))

@@ -427,6 +427,10 @@ def test_a_heart_of_the_exam_has_the_settings_of_the_answers_of_its_experiment()
     assert (parts["generator"], parts["stream"], parts["hearts"]) == ("b", "exam", 200)
     small = stage_settings(study, "exam_answers", generator="b", stream="small_exam")
     assert {key for key in parts if parts[key] != small[key]} == {"stream", "hearts"}
+    former = stage_settings(study, "exam_answers", generator="b", noise="former")
+    assert {key for key in parts if parts[key] != former[key]} == {"noise", "noise_factor"}
+    assert (parts["noise"], parts["noise_factor"]) == ("cohort", 1.0)
+    assert (former["noise"], former["noise_factor"]) == ("former", pytest.approx(4.0 / 3.0))
     louder = load_study(changed(exam__made__loud_factor=3.0))
     assert stage_settings(louder, "exam_answers", generator="b") != parts
 

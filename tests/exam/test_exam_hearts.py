@@ -6,16 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exam_case import CONFIG, SEED, STREAM, generators, recorded
+from exam_case import CONFIG, CONTEXT, LVESV_FRACTION, SEED, STREAM, generators, recorded
 from study_copy import ROOT
 
 from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, draw_context, draw_volunteer
 from swesbi.exam import hearts, ranges
-from swesbi.exam.generators import generator_of
+from swesbi.exam.echocardiography import with_own_lvesv
+from swesbi.exam.generators import all_generators, generator_of
 from swesbi.exam.heart import ExamHeart
+from swesbi.exam.noise import noisier
 from swesbi.exam.settings import EXAM
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
 from swesbi.population.contexts import is_plausible
+from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.volunteers import (
     LATE_DIASTOLE,
@@ -77,7 +80,7 @@ def test_all_that_is_drawn_of_a_heart_comes_from_the_stream_of_its_letter_and_nu
     rng = generator(SEED, STREAM, "a", 4)
     context = draw_context(4, rng)
     made = recorded("a", 4)
-    assert replace(made.heart.context, subject=context.subject) == context
+    assert replace(made.heart.context, subject=context.subject, lvesv_ml=context.lvesv_ml) == context
     assert made.redrawn == 0
     assert made.heart.context.subject == f"{STREAM}-a005"
 
@@ -157,9 +160,68 @@ def test_louder_recordings_have_twice_the_errors_of_repeats_and_twice_the_assume
     own, loud = CONFIG.acquisition, generators()["g"].acquisition
     assert loud.repeat_sd_fraction == 2.0 * own.repeat_sd_fraction
     assert loud.sweep_fraction == 2.0 * own.sweep_fraction
-    assert loud.scale_fraction == 2.0 * CONFIG.exam.made.assumed_scale_fraction
+    speed_scale = CONFIG.priors["calibrated"].nuisances.speed_scale
+    assert speed_scale is not None
+    assert loud.scale_fraction == 2.0 * speed_scale.log_sd
     assert loud.sample_sd_fraction == own.sample_sd_fraction
     assert generators()["a"].acquisition == own
+
+
+def test_without_a_prior_of_the_scale_nothing_is_twice_what_is_assumed_of_it() -> None:
+    own = CONFIG.priors["calibrated"]
+    fixed = own.model_copy(update={"nuisances": own.nuisances.model_copy(update={"speed_scale": None})})
+    population = CONFIG.population_experiments["amortised"].population
+    made = all_generators(CONFIG.exam.made, population, fixed, CONFIG.acquisition, LVESV_FRACTION)
+    assert set(generators()) - set(made) == {"g"}
+    with pytest.raises(ValueError, match=r"no generator 'g'.* where the prior .* `nuisances.speed_scale`"):
+        generator_of(made, "g")
+
+
+def test_the_former_noise_is_that_of_the_first_recordings_of_the_cohort() -> None:
+    own, former = CONFIG.acquisition, noisier(CONFIG.acquisition, CONFIG.exam.noise_factor("former"))
+    errors = (former.sample_sd_fraction, former.repeat_sd_fraction, former.sweep_fraction)
+    assert errors == pytest.approx((0.08, 0.04, 0.02), rel=1e-12)
+    assert former.scale_fraction == own.scale_fraction
+    assert noisier(own, CONFIG.exam.noise_factor("cohort")) == own
+
+
+def test_the_standard_errors_are_told_from_a_cohort_of_the_same_noise() -> None:
+    assert NoiseComponents(0.03, 0.06, 0.015).times(4.0) == NoiseComponents(0.12, 0.24, 0.06)
+    assert NoiseComponents(0.03, 0.06, 0.015).times(1.0) == NoiseComponents(0.03, 0.06, 0.015)
+
+
+@pytest.mark.parametrize("letter", SIMULATED)
+def test_the_listed_lvesv_is_the_heart_s_own_within_the_error_of_its_measurement(letter: str) -> None:
+    for index in range(3):
+        made = heart(letter, index)
+        true_ml = made.context.lvedv_ml * made.volume_ratio
+        assert 0.0 < abs(np.log(made.context.lvesv_ml / true_ml)) < 4.0 * LVESV_FRACTION
+        assert is_plausible(made.context)
+
+
+def test_the_volume_ratio_is_that_of_the_true_beat() -> None:
+    volume = simulate_truth(volunteer()).beats.volume_ml[0]
+    made = hearts.heart_of(volunteer(), hearts.Structure({}))
+    assert made.volume_ratio == volume.min() / volume.max()
+
+
+def test_the_error_of_lvesv_has_the_sd_that_the_verdict_takes_it_to_have() -> None:
+    rng = np.random.default_rng(4)
+    listed = np.array([with_own_lvesv(CONTEXT, 0.4, LVESV_FRACTION, rng).lvesv_ml for _ in range(2000)])
+    errors = np.log(listed / (0.4 * CONTEXT.lvedv_ml))
+    assert LVESV_FRACTION == 0.15
+    assert errors.std() == pytest.approx(LVESV_FRACTION, rel=0.05)
+    assert abs(errors.mean()) < 4.0 * LVESV_FRACTION / np.sqrt(2000)
+    assert replace(with_own_lvesv(CONTEXT, 0.4, 0.0, rng), lvesv_ml=CONTEXT.lvesv_ml) == CONTEXT
+
+
+def test_an_lvesv_that_ingestion_refuses_is_not_listed() -> None:
+    rng = np.random.default_rng(5)
+    weak = [with_own_lvesv(CONTEXT, 0.93, LVESV_FRACTION, rng) for _ in range(200)]
+    assert max(one.lvesv_ml for one in weak) <= 0.97 * CONTEXT.lvedv_ml
+    assert all(map(is_plausible, weak))
+    with pytest.raises(RuntimeError, match=r"a001: no LVESV .* of a heart that ejects 0\.010 of its blood"):
+        with_own_lvesv(CONTEXT, 0.99, 0.001, rng)
 
 
 def test_other_passive_stiffness_leaves_the_beat_of_an_exponential_wall_alone() -> None:
@@ -191,6 +253,7 @@ def test_an_unknown_letter_is_named_with_those_that_there_are() -> None:
     ("changes", "words"),
     [
         ({"attained_kpa": float("nan")}, "must be a positive stiffness"),
+        ({"volume_ratio": 1.2}, "must lie between 0 and 1"),
         ({"k_sr_per_s": 12.0}, "is not that of theta"),
         ({"theta": np.ones(4)}, r"theta has shape \(4,\)"),
         ({"curve": TruthCurve(np.array([0.0, 0.5]), np.array([1.0, -1.0]))}, "not positive throughout"),

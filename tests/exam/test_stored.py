@@ -1,5 +1,6 @@
 """The stored hearts of letters e and f: whole, drawn from their streams, and what the exam takes them for."""
 
+import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
@@ -7,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from exam_case import CONFIG, LVESV_FRACTION
 
 from swesbi.artefacts import Provenance
+from swesbi.context import Context
 from swesbi.exam.beat import Beat
 from swesbi.exam.generators import STORED, all_generators
 from swesbi.exam.heart import K_SR
@@ -24,9 +27,10 @@ from swesbi.exam.stored import (
     save_hearts,
     stored_generators,
 )
-from swesbi.exam.strangers import Drawn, draw_heart
+from swesbi.exam.strangers import Drawn, People, draw_heart
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.operator import passive_shape
+from swesbi.population.contexts import is_plausible
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import PriorSettings, in_bounds
 from swesbi.seeds import generator, seed_sequence
@@ -42,6 +46,40 @@ LARGEST_FILE = 500_000
 def stored(letter: str) -> tuple[tuple[StoredHeart, ...], Provenance]:
     hearts, provenance = load_hearts(FOLDER / FILES[letter][0])
     return tuple(hearts), provenance
+
+
+def people_of(letter: str) -> People:
+    settings = stored(letter)[1].settings
+    return People(PopulationSettings.from_plain(settings["population"]), settings["lvesv_fraction"])
+
+
+@pytest.mark.parametrize("letter", FILES)
+def test_hearts_are_of_the_people_of_the_configuration(letter: str) -> None:
+    """A heart of a former population, or measured otherwise, is to be drawn anew: data/exam/README.md."""
+    population = CONFIG.population_experiments["amortised"].population
+    assert people_of(letter) == People(population, LVESV_FRACTION)
+    assert stored(letter)[1].seed == CONFIG.seed
+
+
+@pytest.mark.parametrize("letter", FILES)
+def test_the_listed_lvesv_is_the_heart_s_own_within_the_error_of_its_measurement(letter: str) -> None:
+    hearts = stored(letter)[0]
+    errors = [
+        np.log(heart.context.lvesv_ml / (heart.context.lvedv_ml * heart.beat.volume_ratio))
+        for heart in hearts
+    ]
+    assert 0.7 * LVESV_FRACTION < np.std(errors) < 1.3 * LVESV_FRACTION
+    assert abs(np.mean(errors)) < 4.0 * LVESV_FRACTION / np.sqrt(len(hearts))
+    assert all(is_plausible(heart.context) for heart in hearts)
+    assert all(heart.exam_heart().volume_ratio == heart.beat.volume_ratio for heart in hearts)
+
+
+def test_the_page_says_of_the_hearts_what_the_command_prints() -> None:
+    command = [sys.executable, str(FOLDER / "describe.py")]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    page = " ".join((FOLDER / "README.md").read_text(encoding="utf-8").split())
+    assert len(printed) == 6
+    assert [line for line in printed if line not in page] == []
 
 
 @pytest.mark.parametrize("letter", FILES)
@@ -79,14 +117,19 @@ def test_hearts_of_land_have_another_law_and_beats_of_people() -> None:
         assert SYSTOLIC_MMHG[0] <= heart.beat.arterial_mmhg.max() <= SYSTOLIC_MMHG[1]
 
 
+def assert_same_person(again: Context, there: Context) -> None:
+    """All alike, but the LVESV only as far as the beats: of f integrated, of e in single precision."""
+    assert replace(again, lvesv_ml=there.lvesv_ml) == there
+    assert again.lvesv_ml == pytest.approx(there.lvesv_ml, rel=1e-3)
+
+
 @pytest.mark.parametrize(("stream", "number"), [("exam", 0), ("development", 2)])
 def test_a_heart_of_land_comes_again_from_its_stream(stream: Stream, number: int) -> None:
     hearts, provenance = stored("f")
     source = LandHearts(ForwardModelSettings.from_plain(provenance.settings["forward_model"]))
-    population = PopulationSettings.from_plain(provenance.settings["population"])
-    again = draw_heart(source, stream, number, population, provenance.seed)
+    again = draw_heart(source, stream, number, people_of("f"), provenance.seed)
     there = next(heart for heart in hearts if (heart.stream, heart.number) == (stream, number))
-    assert again.context == there.context
+    assert_same_person(again.context, there.context)
     assert again.own == pytest.approx(there.own, rel=1e-12)
     assert again.beat.active_kpa == pytest.approx(there.beat.active_kpa, rel=1e-3, abs=0.01)
     assert again.refused_implausible == there.refused_implausible
@@ -118,12 +161,11 @@ def test_a_heart_of_physioblocks_comes_again_from_its_stream(tmp_path: Path) -> 
     """What is drawn of a heart follows from its stream; the beats are the stored ones."""
     hearts, provenance = stored("e")
     there = next(heart for heart in hearts if heart.refused_failed and not heart.refused_stiff)
-    population = PopulationSettings.from_plain(provenance.settings["population"])
     failures = '{"error": "no convergence"}, ' * there.refused_failed
     with replaying(tmp_path, f"[{failures}{as_answer(there.beat)}]") as program:
         source = PhysioBlocksHearts(PriorSettings.from_plain(provenance.settings["prior"]), program)
-        again = draw_heart(source, there.stream, there.number, population, provenance.seed)
-    assert again.context == there.context
+        again = draw_heart(source, there.stream, there.number, people_of("e"), provenance.seed)
+    assert_same_person(again.context, there.context)
     assert again.theta == pytest.approx(there.theta, rel=1e-9)
     assert again.own == pytest.approx(there.own, rel=1e-12)
     assert again.refused_failed == there.refused_failed
@@ -200,10 +242,10 @@ def test_a_file_of_another_letter_is_refused() -> None:
 
 
 def test_the_exam_has_the_stored_letters() -> None:
-    made = MadeSettings(assumed_scale_fraction=0.05, loud_factor=2.0)
-    population = PopulationSettings.from_plain(stored("e")[1].settings["population"])
-    prior = PriorSettings.from_plain(stored("e")[1].settings["prior"])
-    generators = all_generators(made, population, prior, ACQUISITION)
+    people, prior = people_of("e"), PriorSettings.from_plain(stored("e")[1].settings["prior"])
+    generators = all_generators(
+        MadeSettings(loud_factor=2.0), people.population, prior, ACQUISITION, people.lvesv_fraction
+    )
     assert {letter: generators[letter].title for letter in FILES} == {
         letter: title for letter, (_, title) in FILES.items()
     }

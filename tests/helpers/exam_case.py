@@ -19,13 +19,18 @@ from swesbi.exam.score import HeartAnswer
 CONFIG = speed_case.shipped()
 SEED: Final = 3
 STREAM: Final = "tests"
+LVESV_FRACTION: Final = CONFIG.speed_experiments[
+    "calibrated"
+].misspecification.rule.volumes.lvesv_tolerance_fraction
 CONTEXT: Final = Context("a001", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
 
 
 @cache
 def generators() -> Mapping[str, Generator]:
     population = CONFIG.population_experiments["amortised"].population
-    return all_generators(CONFIG.exam.made, population, CONFIG.priors["calibrated"], CONFIG.acquisition)
+    return all_generators(
+        CONFIG.exam.made, population, CONFIG.priors["calibrated"], CONFIG.acquisition, LVESV_FRACTION
+    )
 
 
 @cache
@@ -42,10 +47,12 @@ def answer(
     median: float = 1.0,
     high: float = 1.25,
     by_mcmc: bool = False,
+    width_fixed: float = 0.25,
 ) -> HeartAnswer:
     """An answer whose interval's limits and median are multiples of (40, 30, 60, 6)."""
     unit: FloatArray = np.array([40.0, 30.0, 60.0, 6.0])
     return HeartAnswer(
         number, CONTEXT, 0, status, "", by_mcmc=by_mcmc, converged=True, efficiency=0.5 + 0.01 * number,
         truth=np.array(truth), low=low * unit, median=median * unit, high=high * unit,
+        width_log_scale_fixed=np.full(4, width_fixed),
     )  # fmt: skip

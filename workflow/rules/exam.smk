@@ -9,7 +9,7 @@ rule small_exam_answers:
         noise=rules.noise.output.noise,
         null=f"{RESULTS}/{EXAMINED}/null.h5",
     output:
-        answers=f"{RESULTS}/{EXAMINED}/small_exam/{{generator}}.h5",
+        answers=f"{RESULTS}/{EXAMINED}/small_exam/cohort/{{generator}}.h5",
     log:
         f"{RESULTS}/logs/small_exam_answers/{{generator}}.log",
     benchmark:

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from swesbi.config.parts import Wildcards, named, value_of
 from swesbi.config.study import Study
-from swesbi.exam.settings import EXAM
+from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE
 
 SOURCES: Final[Mapping[str, str]] = {
     "ingest": "context recording measurement",
@@ -182,7 +182,9 @@ def _exam_answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     section = study.config.exam
     letter, stream = wildcards.get("generator", ""), wildcards.get("stream", EXAM)
     listed = {str(key): number for key, number in section.hearts_of(stream).items()}
+    noise = FORMER_NOISE if wildcards.get("noise") == FORMER_NOISE else COHORT_NOISE
     asked = {"generator": letter, "stream": stream, "hearts": listed.get(letter, 1)}
+    asked |= {"noise": noise, "noise_factor": section.noise_factor(noise)}
     return asked | _fields(
         study,
         {"experiment": section.experiment},

@@ -42,4 +42,9 @@ class Beat:
     @property
     def ejection_fraction(self) -> float:
         """(EDV - ESV) / EDV."""
-        return float(1.0 - self.volume_ml.min() / self.volume_ml.max())
+        return 1.0 - self.volume_ratio
+
+    @property
+    def volume_ratio(self) -> float:
+        """ESV / EDV, smallest over largest volume."""
+        return float(self.volume_ml.min() / self.volume_ml.max())

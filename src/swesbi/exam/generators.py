@@ -23,10 +23,11 @@ def all_generators(
     population: PopulationSettings,
     prior: PriorSettings,
     acquisition: AcquisitionSettings,
+    lvesv_fraction: float,
 ) -> Mapping[str, Generator]:
     """Return every generator by its letter; arguments as of ``simulated_generators``."""
     return {
-        **simulated_generators(settings, population, prior, acquisition),
+        **simulated_generators(settings, population, prior, acquisition, lvesv_fraction),
         **stored_generators(STORED, acquisition),
     }
 
@@ -38,7 +39,9 @@ def generator_of(generators: Mapping[str, Generator], letter: str) -> Generator:
         ValueError: There is none.
     """
     if letter not in generators:
+        there = ", ".join(sorted(generators))
         raise ValueError(
-            f"no generator {letter!r}; those of the exam and of development: {', '.join(generators)}"
+            f"no generator {letter!r}; those of the exam and of development: {there}; 'g' is one where the "
+            "prior of the experiment has `nuisances.speed_scale`"
         )
     return generators[letter]

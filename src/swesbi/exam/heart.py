@@ -26,6 +26,7 @@ class ExamHeart:
         theta: True parameters in the order of ``THETA_NAMES``, shape (3,); None where its law has others.
         k_sr_per_s: True rate of relaxation, in 1/s; None where its law has none.
         attained_kpa: Largest true active stiffness of the beat.
+        volume_ratio: End-systolic over end-diastolic volume of the beat.
     """
 
     context: Context
@@ -33,6 +34,7 @@ class ExamHeart:
     theta: FloatArray | None
     k_sr_per_s: float | None
     attained_kpa: float
+    volume_ratio: float
 
     def __post_init__(self) -> None:
         """Refuse a heart whose truths contradict each other, or are no stiffness.
@@ -43,6 +45,8 @@ class ExamHeart:
         name = self.context.subject
         if not (np.isfinite(self.attained_kpa) and self.attained_kpa > 0.0):
             raise ValueError(f"{name}: attained_kpa = {self.attained_kpa}: must be a positive stiffness")
+        if not 0.0 < self.volume_ratio < 1.0:
+            raise ValueError(f"{name}: volume_ratio = {self.volume_ratio}: must lie between 0 and 1")
         if not (self.curve.stiffness_kpa > 0.0).all():
             raise ValueError(f"{name}: the total stiffness is not positive throughout the cycle")
         if self.theta is None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, Range, draw_context, volunteer_in
+from swesbi.exam.echocardiography import with_own_lvesv
 from swesbi.exam.heart import K_SR, ExamHeart
+from swesbi.exam.noise import louder
 from swesbi.exam.passive import incremental_modulus_kpa, mooney_rivlin_wall
 from swesbi.exam.ranges import (
     DOUBLED,
@@ -65,6 +67,7 @@ class SimulatedHearts:
         structure: Draws what else differs.
         prior: Of theta.
         acquisition: How they are recorded.
+        lvesv_fraction: Standard deviation of the logarithm of a measured LVESV.
     """
 
     letter: str
@@ -74,16 +77,19 @@ class SimulatedHearts:
     structure: DrawStructure
     prior: PriorSettings
     acquisition: AcquisitionSettings
+    lvesv_fraction: float
 
     def draw(self, index: int, rng: np.random.Generator) -> ExamHeart:
         """Return the heart of this number, drawn from ``rng`` alone.
 
         Raises:
-            RuntimeError: It has no periodic beat, or cannot be as stiff as designed.
+            RuntimeError: It has no periodic beat, cannot be as stiff as designed, or ejects too little for
+                ingestion.
         """
         context = self.contexts(index, rng)
         volunteer = volunteer_in(context, self.physiology, self.prior, self.acquisition, rng)
-        return heart_of(volunteer, self.structure(volunteer, rng))
+        heart = heart_of(volunteer, self.structure(volunteer, rng))
+        return replace(heart, context=with_own_lvesv(context, heart.volume_ratio, self.lvesv_fraction, rng))
 
 
 def heart_of(volunteer: Volunteer, structure: Structure) -> ExamHeart:
@@ -103,6 +109,7 @@ def heart_of(volunteer: Volunteer, structure: Structure) -> ExamHeart:
         theta=theta if structure.own_law else None,
         k_sr_per_s=float(theta[K_SR]),
         attained_kpa=float(beats.active_stiffness_kpa[0].max()),
+        volume_ratio=float(beats.end_systolic_volume_ml[0] / beats.end_diastolic_volume_ml[0]),
     )
 
 
@@ -163,30 +170,23 @@ def of_development(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
     )
 
 
-def louder(acquisition: AcquisitionSettings, settings: MadeSettings) -> AcquisitionSettings:
-    """Return the acquisition of (g): larger errors of repeats and sweeps, and of the scale of all speeds."""
-    factor = settings.loud_factor
-    changes = {
-        "repeat_sd_fraction": factor * acquisition.repeat_sd_fraction,
-        "sweep_fraction": factor * acquisition.sweep_fraction,
-        "scale_fraction": factor * settings.assumed_scale_fraction,
-    }
-    return acquisition.model_copy(update=changes)
-
-
 def simulated_generators(
     settings: MadeSettings,
     population: PopulationSettings,
     prior: PriorSettings,
     acquisition: AcquisitionSettings,
+    lvesv_fraction: float,
 ) -> dict[str, SimulatedHearts]:
     """Return the generators that this program simulates, that of development among them, by letter.
+
+    (g) is among them where the prior frees the scale of the speeds, without which nothing is assumed of it.
 
     Args:
         settings: What else the hearts depend on.
         population: Whom contexts are drawn from.
-        prior: Of theta.
+        prior: Of theta and of the scale of the speeds.
         acquisition: How hearts are recorded, but those of (g).
+        lvesv_fraction: Standard deviation of the logarithm of a measured LVESV.
     """
     people = from_population(population)
     rows: dict[str, tuple[str, DrawContext, Mapping[str, Range], DrawStructure]] = {
@@ -194,14 +194,16 @@ def simulated_generators(
         "b": ("its ranges doubled", with_extremes(population), DOUBLED, as_volunteers),
         "c": ("length dependence, inertance, viscosity", people, PHYSIOLOGY, with_length_dependence),
         "d": ("spring in series", people, PHYSIOLOGY, with_series_spring),
-        "g": ("errors and scale doubled", people, PHYSIOLOGY, as_volunteers),
         "h": ("another passive stiffness", people, PHYSIOLOGY, with_wall_tangent),
         DEVELOPMENT: ("structure of development", people, PHYSIOLOGY, of_development),
     }
-    protocols = {"g": louder(acquisition, settings)}
+    protocols: dict[str, AcquisitionSettings] = {}
+    if (speed_scale := prior.nuisances.speed_scale) is not None:
+        rows["g"] = ("errors and scale doubled", people, PHYSIOLOGY, as_volunteers)
+        protocols["g"] = louder(acquisition, settings, speed_scale)
     return {
-        letter: SimulatedHearts(letter, *row, prior, protocols.get(letter, acquisition))
-        for letter, row in rows.items()
+        letter: SimulatedHearts(letter, *row, prior, protocols.get(letter, acquisition), lvesv_fraction)
+        for letter, row in sorted(rows.items())
     }
 
 

@@ -38,7 +38,8 @@ fibre along itself: septa at their stiffest show 2.1 to 5.5 m/s (README of the v
 91 kPa, and 35 kPa in the geometric mean, a seventieth.
 """
 WAVE_SPREAD: Final[Range] = (1.0 / 1.5, 1.5)  # chosen: angle of fibre and wave differ between hearts
-EJECTION_FRACTION: Final[Range] = (0.4, 0.8)
+# What a person can have: failure is severe below 0.30 (Lang et al. 2015), thick walls eject above 0.75.
+EJECTION_FRACTION: Final[Range] = (0.15, 0.85)
 SYSTOLIC_MMHG: Final[Range] = (60.0, 200.0)
 
 

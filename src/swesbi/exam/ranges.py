@@ -29,7 +29,6 @@ THICK_SHARE: Final = 0.25
 THICK_IVSD_CM: Final[Range] = (1.1, 2.0)
 # Severe dilatation begins at an LVEDV of 130 mL in women and 200 mL in men (Lang et al. 2015).
 DILATED_LVEDV_ML: Final[Range] = (150.0, 300.0)
-DILATED_EJECTION_FRACTION: Final[Range] = (0.15, 0.45)
 MAX_ATTEMPTS: Final = 1000
 SHAPE_FACTOR: Final[Range] = (0.8, 1.2)
 """Of the passive stretch's excursion from one against the cavity's."""
@@ -82,8 +81,7 @@ def _changed(context: Context, kind: float, rng: np.random.Generator) -> Context
         return replace(context, ivsd_cm=log_uniform(THICK_IVSD_CM, rng))
     if kind < 2.0 * THICK_SHARE:
         lvedv_ml = log_uniform(DILATED_LVEDV_ML, rng)
-        ejected = float(rng.uniform(*DILATED_EJECTION_FRACTION))
-        return replace(context, lvedv_ml=lvedv_ml, lvesv_ml=lvedv_ml * (1.0 - ejected))
+        return replace(context, lvedv_ml=lvedv_ml, lvesv_ml=lvedv_ml * context.lvesv_ml / context.lvedv_ml)
     return context
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 from swesbi import artefacts
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
-from swesbi.draws import median_and_interval
+from swesbi.draws import interval_levels, median_and_interval
 from swesbi.exam.heart import K_SR, ExamHeart
 from swesbi.parameters import K_0, K_ATP, THETA_NAMES
 from swesbi.verdict.answers import REFUSED, SUPPORTED
@@ -45,6 +45,9 @@ class HeartAnswer:
     low: Annotated[FloatArray, artefacts.Variable("quantity", UNITS, "lower end of the credible interval")]
     median: Annotated[FloatArray, artefacts.Variable("quantity", UNITS, "posterior median")]
     high: Annotated[FloatArray, artefacts.Variable("quantity", UNITS, "upper end of the credible interval")]
+    width_log_scale_fixed: Annotated[
+        FloatArray, artefacts.Variable("quantity", "1", "log high / low, the scale of the speeds fixed at 1")
+    ]
 
     @property
     def supported(self) -> bool:
@@ -69,11 +72,12 @@ class HeartAnswer:
 
 @dataclass(frozen=True)
 class Intervals:
-    """Limits and medians of the scored quantities; shape (4,) each."""
+    """Limits and medians of the scored quantities, and widths at a fixed scale of the speeds; (4,) each."""
 
     low: FloatArray
     median: FloatArray
     high: FloatArray
+    width_log_scale_fixed: FloatArray
 
 
 def truths(heart: ExamHeart) -> FloatArray:
@@ -83,12 +87,15 @@ def truths(heart: ExamHeart) -> FloatArray:
     return np.array([heart.attained_kpa, k_sr, *theta[[K_0, K_ATP]]])
 
 
-def intervals(phi: FloatArray, attained_kpa: FloatArray, mass: float) -> Intervals:
+def intervals(
+    phi: FloatArray, attained_kpa: FloatArray, speed_scale: FloatArray | None, mass: float
+) -> Intervals:
     """Return equal-tailed intervals of the scored quantities.
 
     Args:
         phi: Posterior draws, theta first; shape (m, d).
         attained_kpa: Largest active stiffness of each; NaN where it has no beat; shape (m,).
+        speed_scale: Scale of the speeds of each, shape (m,); None where the prior fixes it.
         mass: Mass of the intervals.
 
     Raises:
@@ -98,12 +105,32 @@ def intervals(phi: FloatArray, attained_kpa: FloatArray, mass: float) -> Interva
     if not works.any():
         raise ValueError("no draw of the posterior has a periodic beat; its attained stiffness is not known")
     values = np.column_stack([attained_kpa[works], phi[works][:, OF_THETA]])
-    return Intervals(*median_and_interval(values, mass))
+    scale = np.ones(int(works.sum())) if speed_scale is None else speed_scale[works]
+    return Intervals(*median_and_interval(values, mass), width_at_fixed_scale(values, scale, mass))
+
+
+def width_at_fixed_scale(values: FloatArray, speed_scale: FloatArray, mass: float) -> FloatArray:
+    """Return log high / low of each quantity, were the scale q of the speeds known to be 1; shape (k,).
+
+    The interval is that of the residuals of log quantity after linear regression on log q, over the
+    draws. Exact where the posterior of both logarithms is normal, since the width of a conditional normal
+    distribution does not depend on the value of q that is given; else an approximation.
+
+    Args:
+        values: Draws of the quantities, positive; shape (m, k).
+        speed_scale: Their q; shape (m,).
+        mass: Mass of the interval.
+    """
+    log_values, log_q = np.log(values), np.log(speed_scale)
+    centred = (log_q - log_q.mean())[:, None]
+    slope = np.linalg.lstsq(centred, log_values - log_values.mean(axis=0), rcond=None)[0]
+    low, high = np.quantile(log_values - centred @ slope, interval_levels(mass), axis=0)
+    return np.asarray(high - low)
 
 
 def no_intervals() -> Intervals:
     """Return the intervals of a heart that is refused."""
-    return Intervals(*np.full((3, len(QUANTITIES)), np.nan))
+    return Intervals(*np.full((4, len(QUANTITIES)), np.nan))
 
 
 def refusal(number: int, heart: ExamHeart, redrawn: int, reason: str) -> HeartAnswer:

@@ -11,6 +11,11 @@ from swesbi.base import Settings
 EXAM: Final = "exam"
 """Name of the exam's streams; every other name gives hearts of development."""
 Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h"]
+NoiseLevel = Literal["cohort", "former"]
+"""How noisy the recordings are: as the study's cohort, or as it was before it was recorded anew."""
+COHORT_NOISE: Final[NoiseLevel] = "cohort"
+FORMER_NOISE: Final[NoiseLevel] = "former"
+NOISE_LEVELS: Final = (COHORT_NOISE, FORMER_NOISE)
 Hearts = Annotated[int, Field(ge=1)]
 
 
@@ -24,9 +29,6 @@ class ScoreSettings(Settings):
 class MadeSettings(Settings):
     """What hearts depend on beside the population, the prior and the acquisition."""
 
-    assumed_scale_fraction: float = Field(
-        gt=0, lt=1, description="sd of the log of the common scale of the speeds that inference assumes"
-    )
     loud_factor: float = Field(gt=1, description="of generator g: its errors over those that are assumed")
 
 
@@ -35,8 +37,15 @@ class ExamSettings(Settings):
 
     hearts: dict[Letter, Hearts] = Field(min_length=1, description="number of hearts by generator")
     small_hearts: dict[Letter, Hearts] = Field(min_length=1, description="of the small exam of development")
+    former_noise_factor: float = Field(
+        gt=1, le=4, description="errors of samples, repeats and sweeps at the former noise, over acquisition"
+    )
     made: MadeSettings
     score: ScoreSettings
+
+    def noise_factor(self, level: NoiseLevel) -> float:
+        """Return the errors of samples, repeats and sweeps at a level of noise, over those of acquisition."""
+        return self.former_noise_factor if level == FORMER_NOISE else 1.0
 
     def hearts_of(self, stream: str) -> dict[Letter, Hearts]:
         """Return how many hearts of each generator are asked for: of the exam, or of a small one."""

@@ -85,6 +85,7 @@ class StoredHeart:
             theta=self.theta if own_law else None,
             k_sr_per_s=float(self.theta[K_SR]) if own_law else None,
             attained_kpa=float(beat.active_kpa.max()),
+            volume_ratio=beat.volume_ratio,
         )
 
 

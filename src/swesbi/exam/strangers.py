@@ -14,6 +14,7 @@ from swesbi.arrays import FloatArray
 from swesbi.checks.discrepancy.cohort import PHYSIOLOGY
 from swesbi.context import Context
 from swesbi.exam.beat import Beat
+from swesbi.exam.echocardiography import with_own_lvesv
 from swesbi.exam.stored import StoredHeart, Stream
 from swesbi.measurement.operator import passive_shape
 from swesbi.population.contexts import draw_one
@@ -65,12 +66,25 @@ class Source(Protocol):
         """Say why a beat is no person's, or nothing where it may be."""
 
 
+@dataclass(frozen=True)
+class People:
+    """Whose hearts they are, and how they are measured.
+
+    Attributes:
+        population: Whom contexts are drawn from.
+        lvesv_fraction: Standard deviation of the logarithm of a measured LVESV.
+    """
+
+    population: PopulationSettings
+    lvesv_fraction: float
+
+
 def draw_hearts(
-    source: Source, stream: Stream, count: int, population: PopulationSettings, seed: int
+    source: Source, stream: Stream, count: int, people: People, seed: int
 ) -> Iterator[StoredHeart]:
     """Draw the hearts number 0 to ``count - 1`` of a stream; see :func:`draw_heart`."""
     for number in range(count):
-        heart = draw_heart(source, stream, number, population, seed)
+        heart = draw_heart(source, stream, number, people, seed)
         LOGGER.info(
             "%s: ejection fraction %.2f, attains %.1f kPa",
             heart.context.subject,
@@ -80,13 +94,12 @@ def draw_hearts(
         yield heart
 
 
-def draw_heart(
-    source: Source, stream: Stream, number: int, population: PopulationSettings, seed: int
-) -> StoredHeart:
+def draw_heart(source: Source, stream: Stream, number: int, people: People, seed: int) -> StoredHeart:
     """Draw one heart, all of it from ``generator(seed, stream, letter, number)``.
 
     What has no periodic beat, no person's beat, or is stiffer by its active part alone in late diastole than
-    it is designed to be in all, is counted and drawn again, context included, from the same stream.
+    it is designed to be in all, is counted and drawn again, context included, from the same stream. The
+    error of the listed LVESV is drawn last.
 
     Raises:
         RuntimeError: No heart came of many draws.
@@ -94,7 +107,7 @@ def draw_heart(
     rng = generator(seed, stream, source.letter, number)
     refused: Counter[str] = Counter()
     for _ in range(MAX_ATTEMPTS):
-        context = draw_one(number, population, rng).context
+        context = draw_one(number, people.population, rng).context
         drawn = source.draw(context, rng)
         designed_kpa, exponent_b = (float(rng.uniform(*PHYSIOLOGY[name])) for name in PASSIVE)
         beat = _beat(source, context, drawn)
@@ -104,23 +117,28 @@ def draw_heart(
         scale = designed_scale(
             designed_kpa, beat.phase, beat.active_kpa, passive_shape(beat.stretch, exponent_b)
         )
-        if scale > 0.0:
-            return StoredHeart(
-                context=context,
-                stream=stream,
-                number=number,
-                theta=drawn.theta,
-                own_names=tuple(drawn.own),
-                own=np.array(list(drawn.own.values())),
-                late_diastolic_kpa=designed_kpa,
-                passive_exponent_b=exponent_b,
-                passive_scale_kpa=scale,
-                beat=beat,
-                refused_failed=refused[FAILED],
-                refused_implausible=refused[IMPLAUSIBLE],
-                refused_stiff=refused[STIFF],
-            )
-        refused[STIFF] += 1
+        if scale <= 0.0:
+            refused[STIFF] += 1
+            continue
+        measured = _measured(context, beat, people.lvesv_fraction, rng)
+        if measured is None:
+            refused[IMPLAUSIBLE] += 1
+            continue
+        return StoredHeart(
+            context=measured,
+            stream=stream,
+            number=number,
+            theta=drawn.theta,
+            own_names=tuple(drawn.own),
+            own=np.array(list(drawn.own.values())),
+            late_diastolic_kpa=designed_kpa,
+            passive_exponent_b=exponent_b,
+            passive_scale_kpa=scale,
+            beat=beat,
+            refused_failed=refused[FAILED],
+            refused_implausible=refused[IMPLAUSIBLE],
+            refused_stiff=refused[STIFF],
+        )
     raise RuntimeError(f"{source.letter}: no heart number {number} in {MAX_ATTEMPTS} draws: {dict(refused)}")
 
 
@@ -135,3 +153,14 @@ def _beat(source: Source, context: Context, drawn: Drawn) -> Beat | str:
         LOGGER.info("%s drawn again: %s", context.subject, refusal)
         return IMPLAUSIBLE
     return beat
+
+
+def _measured(
+    context: Context, beat: Beat, lvesv_fraction: float, rng: np.random.Generator
+) -> Context | None:
+    """Return the context with the LVESV of this beat; none where ingestion would admit no such heart."""
+    try:
+        return with_own_lvesv(context, beat.volume_ratio, lvesv_fraction, rng)
+    except RuntimeError as error:
+        LOGGER.info("drawn again: %s", error)
+        return None

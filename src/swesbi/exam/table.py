@@ -1,4 +1,4 @@
-"""The exam's two tables: one row a generator and quantity, and one row a generator on how it was answered."""
+"""The exam's two tables at one level of noise: a row a generator and quantity, and a row a generator."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.exam.score import QUANTITIES, HeartAnswer
-from swesbi.exam.settings import ScoreSettings
+from swesbi.exam.settings import NoiseLevel, ScoreSettings
 from swesbi.verdict.answers import OUTCOMES, REFUSED
 
 TESTED: Final = "tested"
@@ -20,24 +20,30 @@ NO_NUMBER: Final = (np.nan, np.nan, np.nan)
 
 
 def exam_table(
-    answers: Mapping[str, Sequence[HeartAnswer]], titles: Mapping[str, str], settings: ScoreSettings
+    answers: Mapping[str, Sequence[HeartAnswer]],
+    titles: Mapping[str, str],
+    noise: NoiseLevel,
+    settings: ScoreSettings,
 ) -> pd.DataFrame:
     """Return one row a generator and quantity.
 
-    Columns: generator, quantity, n (hearts that have it); supported, strained, unsupported and refused, as
-    shares of them; coverage, the share of the answered in their interval, and coverage_supported of the
-    supported; missed_and_supported, the share of the supported whose attained stiffness or k_SR lies outside;
-    bias_log and width_log, means over the answered of log median / truth and log high / low; Clopper-Pearson
-    limits of both coverages; n_supported; and whether the generator is tested. Where it is not, what is said
-    of the supported is empty.
+    Columns: generator, quantity, n (hearts that have it); supported, strained and unsupported, as shares of
+    them; coverage, the share of the answered in their interval, and coverage_supported of the supported;
+    missed_and_supported, the share of the supported whose attained stiffness or k_SR lies outside; bias_log,
+    the mean over the answered of log median / truth; width_log, the median over them of log high / low, and
+    behind it width_log_scale_fixed, the same were the scale of the speeds known (see
+    :func:`swesbi.exam.score.width_at_fixed_scale`); the share refused; Clopper-Pearson limits of both
+    coverages; n_supported; whether the generator is tested; and noise, the level. Where it is not tested,
+    what is said of the supported is empty.
 
     Args:
         answers: Of each generator, by letter.
         titles: What each letter stands for.
+        noise: Level at which all were recorded.
         settings: Least number of supported hearts, confidence.
     """
     rows = [
-        {"generator": f"{letter}: {titles[letter]}"} | _row(of_letter, column, settings)
+        {"generator": f"{letter}: {titles[letter]}"} | _row(of_letter, column, settings) | {"noise": noise}
         for letter, of_letter in answers.items()
         for column in range(len(QUANTITIES))
         if np.isfinite([answer.truth[column] for answer in of_letter]).any()
@@ -52,27 +58,26 @@ def _row(answers: Sequence[HeartAnswer], column: int, settings: ScoreSettings) -
     tested = len(supported) >= settings.least_supported
     share, low, high = _coverage(answered, column, settings.confidence)
     of_supported = _coverage(supported, column, settings.confidence) if tested else NO_NUMBER
-    bias, width = _logs(answered, column)
-    return (
-        {"quantity": QUANTITIES[column], "n": len(having)}
-        | _shares(having)
-        | {
-            "coverage": share,
-            "coverage_supported": of_supported[0],
-            "missed_and_supported": float(np.mean([one.missed for one in supported])) if tested else np.nan,
-            "bias_log": bias,
-            "width_log": width,
-            "coverage_low": low,
-            "coverage_high": high,
-            "coverage_supported_low": of_supported[1],
-            "coverage_supported_high": of_supported[2],
-            "n_supported": len(supported),
-            "tested": TESTED if tested else NOT_TESTED,
-        }
-    )
+    shares = _shares(having)
+    refused = {REFUSED: shares.pop(REFUSED)}
+    asked = {
+        "coverage": share,
+        "coverage_supported": of_supported[0],
+        "missed_and_supported": float(np.mean([one.missed for one in supported])) if tested else np.nan,
+    }
+    limits = {
+        "coverage_low": low,
+        "coverage_high": high,
+        "coverage_supported_low": of_supported[1],
+        "coverage_supported_high": of_supported[2],
+        "n_supported": len(supported),
+        "tested": TESTED if tested else NOT_TESTED,
+    }
+    of_quantity = {"quantity": QUANTITIES[column], "n": len(having)}
+    return of_quantity | shares | asked | _logs(answered, column) | refused | limits
 
 
-def _shares(answers: Sequence[HeartAnswer]) -> dict[str, object]:
+def _shares(answers: Sequence[HeartAnswer]) -> dict[str, float]:
     return {name: float(np.mean([answer.status == name for answer in answers])) for name in OUTCOMES}
 
 
@@ -85,23 +90,28 @@ def _coverage(answers: Sequence[HeartAnswer], column: int, confidence: float) ->
     return float(covered.mean()), float(interval.low), float(interval.high)
 
 
-def _logs(answers: Sequence[HeartAnswer], column: int) -> tuple[float, float]:
-    """Return the mean of log median over truth, and of log high over low; NaN of none."""
+def _logs(answers: Sequence[HeartAnswer], column: int) -> dict[str, object]:
+    """Return bias and both widths in log; NaN of none."""
+    names = ("bias_log", "width_log", "width_log_scale_fixed")
     if not answers:
-        return np.nan, np.nan
+        return dict(zip(names, NO_NUMBER, strict=True))
     truth, low, median, high = (_column(answers, name, column) for name in ("truth", "low", "median", "high"))
-    return float(np.log(median / truth).mean()), float(np.log(high / low).mean())
+    widths = np.log(high / low), _column(answers, "width_log_scale_fixed", column)
+    numbers = (np.log(median / truth).mean(), *(np.median(width) for width in widths))
+    return dict(zip(names, map(float, numbers), strict=True))
 
 
 def _column(answers: Sequence[HeartAnswer], name: str, column: int) -> FloatArray:
     return np.array([getattr(answer, name)[column] for answer in answers])
 
 
-def samplers_table(answers: Mapping[str, Sequence[HeartAnswer]], titles: Mapping[str, str]) -> pd.DataFrame:
+def samplers_table(
+    answers: Mapping[str, Sequence[HeartAnswer]], titles: Mapping[str, str], noise: NoiseLevel
+) -> pd.DataFrame:
     """Return one row a generator.
 
     Columns: generator, hearts, refused and redrawn (numbers), efficiency (median over the answered), by_mcmc
-    and not_converged (shares of the answered).
+    and not_converged (shares of the answered), noise.
     """
     rows = []
     for letter, of_letter in answers.items():
@@ -115,6 +125,7 @@ def samplers_table(answers: Mapping[str, Sequence[HeartAnswer]], titles: Mapping
                 "efficiency": _of_answered(np.median, [answer.efficiency for answer in answered]),
                 "by_mcmc": _of_answered(np.mean, [answer.by_mcmc for answer in answered]),
                 "not_converged": _of_answered(np.mean, [not answer.converged for answer in answered]),
+                "noise": noise,
             }
         )
     return pd.DataFrame(rows)

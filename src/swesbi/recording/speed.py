@@ -52,6 +52,10 @@ class NoiseComponents:
         """The same where each phase is repeated by itself: what sweeps differ by, its repeats do as well."""
         return NoiseComponents(math.hypot(self.repeat_fraction, self.sweep_fraction), self.sample_fraction)
 
+    def times(self, factor: float) -> NoiseComponents:
+        """Return those of recordings whose errors are all so many times as large."""
+        return NoiseComponents(*(factor * fraction for fraction in vars(self).values()))
+
 
 @dataclass(frozen=True)
 class PhaseSpeeds:

@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 from swesbi.config.read import ConfigError, add_options, read_merged, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.exam.settings import EXAM
+from swesbi.exam.settings import COHORT_NOISE, EXAM, NOISE_LEVELS, NoiseLevel
 from swesbi.study.new_subject import check_finished, finished_population
 from swesbi.study.registry import stage_code, stage_function
 from swesbi.study.stages.origin import Origin
@@ -33,10 +33,12 @@ def main(arguments: Sequence[str]) -> int:
     _check(study, options, letters)
     finished = finished_population(Path(study.config.results), options.experiment)
     check_finished(finished, snakemake_options(options.config, options.overlay))
-    answers = [_answered(study, options, letter, vars(finished)) for letter in letters]
-    table = options.out or Path(study.config.results) / "tables" / f"{options.stream}.csv"
-    _tabulated(study, answers, table)
-    print(f"written: {table}, {_samplers(table)}, {_figure(table, '.png')}")
+    main_table = options.out or Path(study.config.results) / "tables" / f"{options.stream}.csv"
+    for noise in options.noise:
+        answers = [_answered(study, options, letter, noise, vars(finished)) for letter in letters]
+        table = _table(main_table, noise)
+        _tabulated(study, answers, table)
+        print(f"written: {table}, {_samplers(table)}, {_figure(table, '.png')}")
     return 0
 
 
@@ -53,13 +55,15 @@ def _check(study: Study, options: argparse.Namespace, letters: Sequence[str]) ->
         raise ConfigError(f"number = {options.number}: at least one heart is needed")
 
 
-def _answered(study: Study, options: argparse.Namespace, letter: str, inputs: dict[str, Any]) -> Path:
-    """Answer the hearts of one generator, and return where."""
-    plain = stage_settings(study, ANSWERS, generator=letter, stream=options.stream)
+def _answered(
+    study: Study, options: argparse.Namespace, letter: str, noise: NoiseLevel, inputs: dict[str, Any]
+) -> Path:
+    """Answer the hearts of one generator at a level of noise, and return where."""
+    plain = stage_settings(study, ANSWERS, generator=letter, stream=options.stream, noise=noise)
     if options.number is not None:
         plain["hearts"] = options.number
     run = stage_function(ANSWERS)
-    path: Path = Path(study.config.results) / options.experiment / options.stream / f"{letter}.h5"
+    path = Path(study.config.results, options.experiment, options.stream, noise, f"{letter}.h5")
     run(
         **inputs,
         answers=path,
@@ -81,6 +85,11 @@ def _tabulated(study: Study, answers: Sequence[Path], table: Path) -> None:
         settings=get_type_hints(run)["settings"].from_plain(stage_settings(study, TABLE)),
         origin=Origin(study.config.seed, "", stage_code(TABLE)),
     )
+
+
+def _table(main_table: Path, noise: NoiseLevel) -> Path:
+    """Return where the table of a level of noise lies: the cohort's is the main one."""
+    return main_table if noise == COHORT_NOISE else main_table.with_stem(f"{main_table.stem}_{noise}_noise")
 
 
 def _samplers(table: Path) -> Path:
@@ -108,7 +117,14 @@ def _parser() -> argparse.ArgumentParser:
         default=EXAM,
         help="name of the random streams; others give hearts of development",
     )
+    parser.add_argument(
+        "--noise",
+        nargs="+",
+        choices=NOISE_LEVELS,
+        default=NOISE_LEVELS,
+        help="levels of noise, each with tables of its own; default: all",
+    )
     parser.add_argument("--cores", type=int, default=2, help="hearts side by side; changes no answer")
-    parser.add_argument("--out", type=Path, help="table; default: <results>/tables/exam.csv")
+    parser.add_argument("--out", type=Path, help="main table; default: <results>/tables/exam.csv")
     add_options(parser)
     return parser

@@ -58,6 +58,8 @@ FILES: Final = {
     "cohort.csv": "every subject as a population's network answers or refuses it",
     "exam.csv": "the exam: coverage by generator and quantity",
     "exam_samplers.csv": "the exam: how the hearts of each generator were answered",
+    "exam_former_noise.csv": "the same as exam.csv at the cohort's former noise",
+    "exam_former_noise_samplers.csv": "the same as exam_samplers.csv at the cohort's former noise",
     "ppc.csv": "table 1: predictive scores of every subject and experiment",
     "features.csv": "checked features of every subject and experiment",
     "posterior.csv": "posterior medians, intervals and correlations",

@@ -18,9 +18,10 @@ from swesbi.artefacts import load, save
 from swesbi.base import Settings
 from swesbi.exam.generators import all_generators, generator_of
 from swesbi.exam.heart import Generator
+from swesbi.exam.noise import noisier
 from swesbi.exam.recorded import RecordedHeart, record_heart
 from swesbi.exam.score import KIND, HeartAnswer, intervals, read_answers, refusal, to_dataset, truths
-from swesbi.exam.settings import MadeSettings, ScoreSettings
+from swesbi.exam.settings import MadeSettings, NoiseLevel, ScoreSettings
 from swesbi.exam.table import exam_table as table_of
 from swesbi.exam.table import samplers_table
 from swesbi.measurement.likelihood import speed_model
@@ -34,6 +35,7 @@ from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
 from swesbi.recording.protocol import Repeats
 from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.speed import NoiseComponents
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.exam import draw_exam
 from swesbi.show.figures.style import save_figure
@@ -54,12 +56,14 @@ BATCH: Final = 10
 class ExamAnswersStageSettings(AnswerSettings):
     """Which hearts are asked for, what they are made of, and all that answers depend on.
 
-    The acquisition is that of every generator that says no other.
+    The acquisition, at the level of noise, is that of every generator that says no other.
     """
 
     generator: str = Field(min_length=1, description="letter of the generator")
     stream: str = Field(min_length=1, description="name of its random streams")
     hearts: int = Field(ge=1, description="number of hearts")
+    noise: NoiseLevel = Field(description="level of noise at which they are recorded")
+    noise_factor: float = Field(ge=1, description="its errors but that of the scale, over acquisition")
     made: MadeSettings
     prior: PriorSettings
     acquisition: AcquisitionSettings
@@ -77,7 +81,9 @@ class ExamAnswersStageSettings(AnswerSettings):
         Raises:
             ValueError: No generator has this letter.
         """
-        generators = all_generators(self.made, self.population, self.prior, self.acquisition)
+        acquisition = noisier(self.acquisition, self.noise_factor)
+        measured = self.verdict.rule.volumes.lvesv_tolerance_fraction
+        generators = all_generators(self.made, self.population, self.prior, acquisition, measured)
         return generator_of(generators, self.generator)
 
 
@@ -123,7 +129,8 @@ class Examiner:
             answer, judged = self._judged(made, posterior, support)
             exact = read_exact_result(posterior)
         attained_kpa = answer.model.simulate(exact.phi).active_stiffness_kpa.max(axis=1)
-        found = intervals(exact.phi, attained_kpa, exact.interval_mass)
+        speed_scale = answer.model.settings.prior.column(exact.phi, "speed_scale")
+        found = intervals(exact.phi, attained_kpa, speed_scale, exact.interval_mass)
         return HeartAnswer(
             number, made.heart.context, made.redrawn, status(judged),
             SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged),
@@ -133,8 +140,8 @@ class Examiner:
 
     def _judged(self, made: RecordedHeart, posterior: Path, support: Path) -> tuple[Answer, Support]:
         """Infer and judge a recording as that of any subject outside the study, under the same streams."""
-        settings, components = self.settings, read_noise(self.noise).components
-        recording = measured_speeds(made.observation, components)
+        settings = self.settings
+        recording = measured_speeds(made.observation, self._components())
         model = speed_model(recording, settings.exact_posterior.model)
         origin = Origin(self.origin.seed, recording.subject, self.origin.code_hash)
         answer = Answer(model, self._knowledge(), settings, origin, STREAM)
@@ -142,12 +149,16 @@ class Examiner:
         reference = answer.reference(settings.reference_recordings)
         return answer, answer.judge(posterior, support, reference, efficiency, [self._noise_test(made)])
 
+    def _components(self) -> NoiseComponents:
+        """Return the noise of a cohort that is recorded as its hearts are: the study's, times the factor."""
+        return read_noise(self.noise).components.times(self.settings.noise_factor)
+
     def _knowledge(self) -> Knowledge:
         flow, null = load_spline(self.estimator)[0], read_null(self.null)
         return Knowledge(partial(flow_proposal, flow), null.contexts, lambda: null.pooled)
 
     def _noise_test(self, made: RecordedHeart) -> SupportTest:
-        settings, components = self.settings, read_noise(self.noise).components
+        settings, components = self.settings, self._components()
         swept = settings.source.acquisition.sweep_fraction > 0.0
         repeats: Repeats = "sweeps" if swept else "separate"
         return noise_test_of(made.samples, repeats, components, settings.recording, settings.noise_level)
@@ -181,7 +192,7 @@ def exam_answers(
     check_network(estimator, settings.train_population)
     done = {answer.number: answer for answer in _kept(answers, settings, origin)}
     missing = [number for number in range(settings.hearts) if number not in done]
-    label = f"{settings.stream}, {settings.generator}: {settings.source.title}"
+    label = f"{settings.stream}, {settings.noise} noise, {settings.generator}: {settings.source.title}"
     progress = Progress(label, len(missing), unit="heart")
     for answer in _answered(Examiner(estimator, noise, null, settings, origin), missing, processes):
         done[answer.number] = answer
@@ -234,7 +245,7 @@ def exam_table(
     """Write what the answers of all generators come to: coverage by quantity, samplers, a figure.
 
     Args:
-        answers: Of each generator.
+        answers: Of each generator, at one level of noise.
         table: Output, one row a generator and quantity.
         samplers: Output, one row a generator.
         figure_pdf: Output, coverage.
@@ -242,19 +253,30 @@ def exam_table(
 
     Raises:
         ArtefactError: A file holds no answers.
+        ValueError: The files are of several levels of noise.
     """
-    by_letter, titles = _by_letter(answers)
-    frame = table_of(by_letter, titles, settings.score)
+    by_letter, titles, noise = _by_letter(answers)
+    frame = table_of(by_letter, titles, noise, settings.score)
     write_csv(table, frame)
-    write_csv(samplers, samplers_table(by_letter, titles))
+    write_csv(samplers, samplers_table(by_letter, titles, noise))
     save_figure(draw_exam(frame, settings.interval), figure_pdf, figure_png)
 
 
-def _by_letter(answers: Sequence[Path]) -> tuple[Mapping[str, list[HeartAnswer]], Mapping[str, str]]:
-    """Return the answers and the title of each generator, by letter in order."""
-    found, titles = {}, {}
-    for path in answers:
-        settings = ExamAnswersStageSettings.from_plain(dict(load(path, KIND)[1].settings))
-        found[settings.generator] = read_answers(path)
-        titles[settings.generator] = settings.source.title
-    return {letter: found[letter] for letter in sorted(found)}, titles
+def _by_letter(
+    answers: Sequence[Path],
+) -> tuple[Mapping[str, list[HeartAnswer]], Mapping[str, str], NoiseLevel]:
+    """Return the answers and the title of each generator, by letter in order, and their level of noise."""
+    of_path = {path: _settings_of(path) for path in answers}
+    levels: list[NoiseLevel] = sorted({settings.noise for settings in of_path.values()})
+    if len(levels) != 1:
+        raise ValueError(
+            f"a table needs answers at one level of noise, found {len(levels)} ({', '.join(levels)}) among "
+            f"{', '.join(map(str, answers))}; make a table of each"
+        )
+    ordered = sorted(of_path.items(), key=lambda item: item[1].generator)
+    found = {settings.generator: read_answers(path) for path, settings in ordered}
+    return found, {settings.generator: settings.source.title for _, settings in ordered}, levels[0]
+
+
+def _settings_of(path: Path) -> ExamAnswersStageSettings:
+    return ExamAnswersStageSettings.from_plain(dict(load(path, KIND)[1].settings))
