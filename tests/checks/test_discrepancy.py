@@ -225,7 +225,7 @@ def test_the_figure_s_text_stands_apart() -> None:
 
 
 def test_the_configured_discrepancy_covers_on_the_reference_and_evidence_asks_for_less() -> None:
-    """Coverage within what chance allows of the nominal one; evidence asks for none, and for no timing error."""
+    """Coverage within what chance allows of the nominal one; evidence asks for none, and no timing error."""
     config = shipped()
     table = pd.read_csv(REFERENCE)
     chosen = config.speed_experiments[config.discrepancy_study.experiment].observation_model.discrepancy
