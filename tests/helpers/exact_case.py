@@ -63,7 +63,9 @@ SETTINGS = ExactSettings(
     min_efficiency=0.1,
     draws=4000,
     interval=0.9,
-    refinement=RefinementSettings(draws=4000, prior_fraction=0.1, min_efficiency=0.3, max_rounds=5),
+    refinement=RefinementSettings(
+        draws=4000, prior_fraction=0.1, min_efficiency=0.3, usable_efficiency=0.1, max_rounds=5
+    ),
     mcmc=MCMC,
 )
 

@@ -44,7 +44,13 @@ SETTINGS = ExactSettings.from_plain(
         "min_efficiency": 0.1,
         "draws": 400,
         "interval": 0.9,
-        "refinement": {"draws": 200, "prior_fraction": 0.1, "min_efficiency": 0.3, "max_rounds": 1},
+        "refinement": {
+            "draws": 200,
+            "prior_fraction": 0.1,
+            "min_efficiency": 0.3,
+            "usable_efficiency": 0.1,
+            "max_rounds": 1,
+        },
         "mcmc": {
             "ensembles": 4,
             "walkers": 16,

@@ -83,7 +83,9 @@ def model() -> SpeedModel:
     return speed_case.model()
 
 
-REFINEMENT = RefinementSettings(draws=4000, prior_fraction=0.1, min_efficiency=0.3, max_rounds=5)
+REFINEMENT = RefinementSettings(
+    draws=4000, prior_fraction=0.1, min_efficiency=0.3, usable_efficiency=0.1, max_rounds=5
+)
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ RIDGE: Final = 1e-4  # least variance of a proposal, in eta
 DRAWS_A_PARAMETER: Final = 10.0  # effective ones behind a proposal; a posterior with fewer is flattened
 KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 LEAST_KNOWN: Final = 0.01  # efficiency of a flow that knows something of a recording
+LEAST_GAIN: Final = 1.1  # of a round, over the best before it, that lets another follow
 
 
 @dataclass(frozen=True)
@@ -178,7 +179,7 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
         stream = integer_seed(seed, "refinement", number)
         weighted = weigh(model, proposal, settings.draws, settings.prior_fraction, stream)
         rounds.append(_Round(proposal, weighted))
-        if weighted.efficiency >= settings.min_efficiency or number == settings.max_rounds:
+        if number == settings.max_rounds or _is_enough(rounds, settings):
             break
         proposal = PairProposal(first, _fitted(rounds, _space_of(first, rounds[0], model.settings.prior)))
     best = max(rounds, key=lambda one: one.weighted.efficiency)
@@ -189,6 +190,15 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
 class _Round:
     proposal: Proposal
     weighted: WeightedDraws
+
+
+def _is_enough(rounds: Sequence[_Round], settings: RefinementSettings) -> bool:
+    """Tell whether the last proposal is efficient, or usable and hardly better than the best before it."""
+    *before, last = (one.weighted.efficiency for one in rounds)
+    if last >= settings.min_efficiency:
+        return True
+    best = max(before, default=0.0)
+    return max(last, best) >= settings.usable_efficiency and last < LEAST_GAIN * best
 
 
 def _space_of(first: Proposal, weighed: _Round, prior: JointPriorSettings) -> Space:

@@ -45,6 +45,9 @@ class RefinementSettings(Settings):
     draws: int = Field(ge=200, description="draws weighted in each round")
     prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
     min_efficiency: float = Field(gt=0.0, lt=1.0, description="efficiency at which a proposal is good enough")
+    usable_efficiency: float = Field(
+        gt=0.0, lt=1.0, description="efficiency of a proposal that stays where another round gains little"
+    )
     max_rounds: int = Field(ge=0, description="fitted proposals at most")
 
 
