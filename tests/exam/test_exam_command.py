@@ -88,7 +88,7 @@ def test_each_level_of_noise_has_answers_and_tables_of_its_own(
 
 
 def test_a_table_of_two_levels_of_noise_is_refused(tmp_path: Path) -> None:
-    loaded = load_study(read_merged(ROOT / "config.yaml"))
+    loaded = load_study(read_merged(ROOT / "config.yaml", None))
     paths = [tmp_path / f"{noise}.h5" for noise in ("cohort", "former")]
     for path in paths:
         plain = stage_settings(loaded, "exam_answers", generator="a", noise=path.stem)
