@@ -1,6 +1,6 @@
 """Search the setting of the forward model with physiological timing, and print it and what it reaches.
 
-python benchmarks/physiological_timing.py              # the search, a quarter of an hour on one core
+python benchmarks/physiological_timing.py              # the search, two runs of four minutes on a free core
 python benchmarks/physiological_timing.py --judge      # what the setting in config.yaml reaches, in seconds
 
 Contexts are those of the shipped cohort and of twelve healthy adults of the population; theta is the centre
@@ -75,7 +75,7 @@ def main() -> None:
     )
     parser.add_argument("--judge", action="store_true", help="the setting in config.yaml, without a search")
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2], help="a run of CMA-ES for each")
-    parser.add_argument("--generations", type=int, default=200, help="of each run")
+    parser.add_argument("--generations", type=int, default=250, help="of each run")
     arguments = parser.parse_args()
     config = parse_config(read_yaml(ROOT / "config.yaml"))
     contexts = (*read_subjects(COHORT), *healthy_adults(config, ADULTS))

@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pandas as pd
 import pytest
+from exact_study import EXACT, write_inputs
 from figure_text import assert_text_apart
 from ladder_case import EFFORT, PAIRS, SEED, exact, result, rung, wide_proposal
 from speed_case import PHI, ROOT, model, settings
@@ -218,7 +219,7 @@ def test_a_change_within_a_person_is_a_ratio_and_stays_where_k0_moves() -> None:
 def test_k0_in_kpa_is_called_conditional_wherever_it_is_printed() -> None:
     frame = table()
     assert rows(frame, "base", "k0_kpa")["words"].str.contains("conditional").all()
-    assert not rows(frame, "base", "attained_stiffness_kpa")["words"].str.contains("conditional").any()
+    assert not rows(frame, "base", "attained_kpa")["words"].str.contains("conditional").any()
 
 
 def test_what_survives_is_what_no_structure_moves() -> None:
@@ -359,3 +360,36 @@ def test_the_shipped_pair_leads_the_grid_and_stands_in_it_once() -> None:
     pairs = effort.pairs(PAIRS[0])
     assert pairs[0] == PAIRS[0]
     assert len(pairs) == len(set(pairs)) == 2
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    paths = write_inputs(tmp_path_factory.mktemp("ladder"))
+    return {"observations": [paths["observation"]], "noise": paths["noise"], "estimator": paths["estimator"]}
+
+
+def test_the_stage_infers_a_structure_from_the_network_of_the_study(
+    inputs: dict[str, Any], tmp_path: Path
+) -> None:
+    base = settings()
+    heart = base.forward_model.model_copy(update={"stress_measure": "second_piola"})
+    plain = {
+        "base": base.to_plain(),
+        "model": base.model_copy(update={"forward_model": heart}).to_plain(),
+        "exact": EXACT.to_plain(),
+        "effort": EFFORT.to_plain(),
+    }
+    paths = [tmp_path / name / "second_piola.h5" for name in ("one", "two")]
+    for path in paths:
+        stage.ladder_run(
+            **inputs,
+            structure=path,
+            settings=stage.LadderRunStageSettings.from_plain(plain),
+            origin=Origin(SEED, "", "c"),
+        )
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    found = read_structure(paths[0])
+    assert {one.answer for one in found.posteriors} == {SHIPPED, CHOSEN, CHANGED}
+    assert found.pairs[0] == base.discrepancy
+    best = found.pairs[best_pair(found.evidence)]
+    assert found.answers(CHOSEN)["T"].speed_fraction == best.speed_fraction

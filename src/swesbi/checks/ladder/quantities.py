@@ -25,37 +25,29 @@ class Quantity:
         name: Name in artefacts and tables.
         unit: Its unit, a reciprocal as a power.
         words: What tables call it.
-        tex: What figures call it.
     """
 
     name: str
     unit: str
     words: str
-    tex: str
 
 
 CONDITIONAL: Final = "conditional on the structure"
 """What is said of k_0 in kPa wherever the ladder prints it."""
-ATTAINED: Final = "attained_stiffness_kpa"
-SHOWN: Final = "shown_stiffness_kpa"
+ATTAINED: Final = "attained_kpa"
+SHOWN: Final = "shown_kpa"
 QUANTITIES: Final = (
     *(
         Quantity(
             p.name,
             p.cf_unit,
             f"{p.text} in kPa, {CONDITIONAL}" if p.name == "k0_kpa" else f"{p.meaning} {p.text}",
-            f"{p.tex} (kPa, conditional)" if p.name == "k0_kpa" else p.label,
         )
         for p in PHI
     ),
-    Quantity(
-        ATTAINED, "kPa", "attained stiffness: largest active stiffness of the simulated beat",
-        "attained stiffness (kPa)",
-    ),
-    Quantity(
-        SHOWN, "kPa", "largest active stiffness that elastography shows of it", "shown stiffness (kPa)"
-    ),
-)  # fmt: skip
+    Quantity(ATTAINED, "kPa", "attained stiffness: largest active stiffness of the simulated beat"),
+    Quantity(SHOWN, "kPa", "shown stiffness: what elastography sees of it"),
+)
 """What each posterior is summarised by, in the order of the last axis of its values."""
 QUANTITY_UNITS: Final = ", ".join(quantity.unit for quantity in QUANTITIES)
 CHANGE_OF: Final = "change_of_"

@@ -21,7 +21,7 @@ from swesbi.heart.periodic import Status
 from swesbi.heart.physiology import TIME_CONSTANT
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import ML_PER_M3, PA_PER_MMHG, Beats, simulate
-from swesbi.parameters import PHYSIOLOGY_NAMES
+from swesbi.parameters import PHYSIOLOGY, PHYSIOLOGY_NAMES
 from swesbi.prior import NuisanceSettings
 from swesbi.progress import Progress
 from swesbi.seeds import generator
@@ -44,10 +44,10 @@ RANGES: Final[Mapping[str, Range]] = {
 """Ranges that beats should lie in, by quantity."""
 SEARCHED: Final[Mapping[str, Range]] = {
     "sigma_0_pa": (6.0e4, 4.0e5),
-    "destruction_alpha": (0.5, 12.3),  # bounds of its prior, four standard deviations off, stay declared
+    "destruction_alpha": (0.5, 12.5),
     "activation_onset_s": (0.015, 0.06),
     "activation_duration_s": (0.24, 0.42),
-    "activation_ramp_s": (0.01, 0.049),  # likewise; 10 to 90 % of the rise within 60 ms
+    "activation_ramp_s": (0.01, 0.08),  # one width for rise and fall: calcium falls more slowly than it rises
     "passive_c0_pa": (400.0, 6.0e3),
     "passive_c2_pa": (60.0, 900.0),
     "fibre_viscosity_pa_s": (20.0, 2.0e3),
@@ -55,7 +55,7 @@ SEARCHED: Final[Mapping[str, Range]] = {
     "proximal_resistance_pa_s_m3": (2.0e6, 1.5e7),
     "distal_resistance_pa_s_m3": (8.0e7, 3.0e8),
     "systemic_capacitance_m3_pa": (3.0e-9, 2.0e-8),
-    "pulmonary_capacitance_m3_pa": (2.0e-8, 3.0e-7),
+    "pulmonary_capacitance_m3_pa": (4.0e-8, 3.0e-7),
     "initial_pulmonary_pressure_pa": (500.0, 2.5e3),
 }
 """Bounds of the parameters that are searched, in the logarithm."""
@@ -65,6 +65,7 @@ MARGIN: Final = 0.03
 """Share of a range's width by which the search stays inside it, so that rounding does not leave it."""
 BOUNDS_SD: Final = 4.0
 """Bounds of nuisance parameters, in standard deviations of the logarithm."""
+DECLARED: Final = {parameter.name: parameter.declared for parameter in PHYSIOLOGY}
 NEARNESS: Final = 1e-4
 """Weight of the squared log change of a parameter from the shipped setting: what need not move stays."""
 
@@ -75,7 +76,7 @@ class TimingSearch:
 
     seeds: tuple[int, ...] = (1, 2)
     population_size: int = 16
-    generations: int = 200
+    generations: int = 250
     step: float = 0.2
 
 
@@ -240,8 +241,8 @@ def moved_nuisances(
 ) -> dict[str, dict[str, float]]:
     """Return centre and bounds of the nuisance parameters that a searched setting moves.
 
-    Widths stay, and bounds lie at four standard deviations; the passive wall is a factor of the setting's
-    own, and stays at 1.
+    Widths stay, and bounds lie at four standard deviations, or where the forward model is declared no
+    further; the passive wall is a factor of the setting's own, and stays at 1.
 
     Args:
         settings: The setting.
@@ -253,7 +254,12 @@ def moved_nuisances(
     for name, prior in nuisances.freed(PHYSIOLOGY_NAMES).items():
         if name in own:
             reach = float(np.exp(BOUNDS_SD * prior.log_sd))
-            values = {"centre": own[name], "low": own[name] / reach, "high": own[name] * reach}
+            low, high = DECLARED[name]
+            values = {
+                "centre": own[name],
+                "low": max(own[name] / reach, low),
+                "high": min(own[name] * reach, high),
+            }
             moved[name] = {key: float(f"{value:.3g}") for key, value in values.items()}
     return moved
 

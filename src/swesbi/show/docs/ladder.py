@@ -22,8 +22,8 @@ MISSING: Final = "Not measured yet: `make ladder` on a finished study."
 TABLES: Final = ("ladder", "ladder_pairs", "ladder_moves")
 POSTERIORS_SHOWN: Final = {
     "k0_kpa": "k_0 (kPa), conditional on the structure",
-    "attained_stiffness_kpa": "attained stiffness (kPa)",
-    "shown_stiffness_kpa": "shown stiffness (kPa)",
+    "attained_kpa": "attained stiffness (kPa)",
+    "shown_kpa": "shown stiffness (kPa)",
     "k_sr_per_s": "k_SR (1/s)",
     "change_of_k0_kpa": "change of k_0 (ratio)",
     "change_of_k_sr_per_s": "change of k_SR (ratio)",

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from textwrap import wrap
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from swesbi.checks.ladder.posteriors import SHIPPED
-from swesbi.checks.ladder.quantities import BY_NAME, CHANGE_OF
+from swesbi.checks.ladder.quantities import ATTAINED, CHANGE_OF, SHOWN
 from swesbi.checks.ladder.table import ABOUT_PEOPLE, AVERAGE
 from swesbi.checks.settings import BASE
+from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.show.figures.choices import subject_points
 from swesbi.show.figures.style import (
     EXCLUDED_BACKGROUND,
@@ -25,12 +28,20 @@ from swesbi.show.figures.style import (
 
 WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
 ROW_HEIGHT_IN: Final = 0.2
-FRAME_HEIGHT_IN: Final = 1.7
-MOVES_SHOWN: Final = (
-    ("k0_kpa", "attained_stiffness_kpa", "shown_stiffness_kpa", "k_sr_per_s"),
-    ("k_atp_per_s", f"{CHANGE_OF}k0_kpa", f"{CHANGE_OF}shown_stiffness_kpa", f"{CHANGE_OF}k_sr_per_s"),
-)
-"""Quantities whose moves are drawn, beside evidence and probability: a tuple a row."""
+FRAME_HEIGHT_IN: Final = 1.9
+LINEAR: Final = 5.0  # log evidence within this is shown on a linear scale
+SYMBOLS: Final = dict(zip(THETA_NAMES, THETA_SYMBOLS, strict=True))
+TITLES: Final = {
+    "k0_kpa": f"{SYMBOLS['k0_kpa']} (conditional)",
+    ATTAINED: "attained stiffness",
+    SHOWN: "shown stiffness",
+    "k_sr_per_s": SYMBOLS["k_sr_per_s"],
+    "k_atp_per_s": SYMBOLS["k_atp_per_s"],
+    f"{CHANGE_OF}k0_kpa": f"change of {SYMBOLS['k0_kpa']}",
+    f"{CHANGE_OF}{SHOWN}": "change of shown",
+    f"{CHANGE_OF}k_sr_per_s": f"change of {SYMBOLS['k_sr_per_s']}",
+}
+"""Quantities whose moves are drawn beside evidence and probability, half of them in each row."""
 
 
 def draw_ladder(table: pd.DataFrame, survives_widths: float, cohort_title: str) -> Figure:
@@ -45,21 +56,19 @@ def draw_ladder(table: pd.DataFrame, survives_widths: float, cohort_title: str) 
     names = list(dict.fromkeys(shown["label"]))
     with style():
         figure = new_figure(WIDTH_IN, 2 * ROW_HEIGHT_IN * len(names) + FRAME_HEIGHT_IN)
-        axes = figure.subplots(2, 1 + len(MOVES_SHOWN[0]), sharey=True)
+        axes = figure.subplots(2, 1 + len(TITLES) // 2, sharey=True)
         of_each = shown.groupby(["structure", "subject"], sort=False).first().reset_index()
         of_each = of_each[of_each["structure"] != AVERAGE]
         _evidence(axes[0, 0], of_each, names)
         _probability(axes[1, 0], of_each, names)
-        for row, quantities in zip(axes, MOVES_SHOWN, strict=True):
-            for panel, quantity in zip(row[1:], quantities, strict=True):
-                _moves(panel, shown[shown["quantity"] == quantity], names, quantity, survives_widths)
+        for panel, quantity in zip(axes[:, 1:].flat, TITLES, strict=True):
+            _moves(panel, shown[shown["quantity"] == quantity], names, quantity, survives_widths)
         handles, labels = axes[0, 1].get_legend_handles_labels()
         place: dict[str, Any] = {"loc": "outside lower center", "ncols": len(labels)}
         figure.legend(handles, labels, title=f"subject ({cohort_title})", **place)
         figure.suptitle(
-            "Shifts of medians in widths of the base's interval (grey: survives); "
-            "$k_0$ in kPa is conditional on the structure.\n"
-            f"{ABOUT_PEOPLE}",
+            "Log evidence less the base's; shifts in widths of the base's interval (grey: survives).\n"
+            "$k_0$ in kPa is conditional on the structure.\n" + "\n".join(wrap(ABOUT_PEOPLE, 110)),
             fontsize=6.5,
         )
     return figure
@@ -73,9 +82,15 @@ def _against_base(rows: pd.DataFrame) -> pd.DataFrame:
 
 def _evidence(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
     subject_points(axes, rows, names, "against_base")
-    axes.set_xscale("symlog", linthresh=5.0)
+    axes.set_xscale("symlog", linthresh=LINEAR)
+    reach = max(LINEAR, 1.5 * float(rows["against_base"].abs().max()))
+    axes.set_xlim(-reach, reach)
+    far = 10.0 ** np.floor(np.log10(reach))
+    axes.xaxis.set_major_locator(FixedLocator([-far, 0.0, far]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.axvline(0.0, color=PRIOR, linewidth=0.6)
-    axes.set_title("log evidence less the base's")
+    axes.set_title("log evidence")
 
 
 def _probability(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
@@ -91,11 +106,4 @@ def _moves(axes: Axes, rows: pd.DataFrame, names: list[str], quantity: str, surv
     axes.axvspan(-survives_widths, survives_widths, color=EXCLUDED_BACKGROUND, zorder=0)
     reach = max(2.0 * survives_widths, 1.1 * float(np.abs(moved["shift_in_widths"]).max()))
     axes.set_xlim(-reach, reach)
-    axes.set_title(_title(quantity))
-
-
-def _title(quantity: str) -> str:
-    if quantity.startswith(CHANGE_OF):
-        plain = BY_NAME[quantity.removeprefix(CHANGE_OF)].tex.split(" (")[0]
-        return f"change of {plain}"
-    return BY_NAME[quantity].tex
+    axes.set_title(TITLES[quantity])
