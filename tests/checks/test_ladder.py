@@ -383,7 +383,7 @@ def test_the_stage_infers_a_structure_from_the_network_of_the_study(
     for path in paths:
         stage.ladder_run(
             **inputs,
-            structure=path,
+            posteriors=path,
             settings=stage.LadderRunStageSettings.from_plain(plain),
             origin=Origin(SEED, "", "c"),
         )

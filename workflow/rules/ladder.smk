@@ -9,7 +9,7 @@ rule ladder_run:
         noise=f"{RESULTS}/cohort/noise.h5",
         estimator=f"{RESULTS}/{LADDER}/estimator.pt",
     output:
-        structure=f"{RESULTS}/ladder/{{structure}}.h5",
+        posteriors=f"{RESULTS}/ladder/{{structure}}.h5",
     log:
         f"{RESULTS}/logs/ladder_run/{{structure}}.log",
     benchmark:
@@ -27,7 +27,7 @@ rule ladder_run:
 rule ladder:
     input:
         structures=expand(
-            rules.ladder_run.output.structure,
+            rules.ladder_run.output.posteriors,
             structure=CONFIG.ladder.structures,
         ),
     output:

@@ -44,7 +44,7 @@ def ladder_run(
     observations: Sequence[Path],
     noise: Path,
     estimator: Path,
-    structure: Path,
+    posteriors: Path,
     settings: LadderRunStageSettings,
     origin: Origin,
 ) -> None:
@@ -71,8 +71,8 @@ def ladder_run(
     ]
     changed = [replace(model, recording=second) for model, second in zip(models, seconds, strict=True)]
     rung = Rung(first, settings.exact, settings.effort, origin.seed)
-    result = infer_structure(models, changed, rung, f"structure {structure.stem}")
-    save(structure, to_groups(result), origin.provenance(KIND, settings))
+    result = infer_structure(models, changed, rung, f"structure {posteriors.stem}")
+    save(posteriors, to_groups(result), origin.provenance(KIND, settings))
 
 
 class LadderStageSettings(Settings):
