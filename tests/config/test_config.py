@@ -37,7 +37,7 @@ HEAVY = {
     "pandas",
     "xarray",
 }
-WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base"}
+WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base", "structure": "base"}
 WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
 
 
@@ -282,6 +282,7 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "calibration_local",
     "identifiability",
     "sensitivity_run",
+    "ladder_run",
     "population_simulate",
     "train_population",
     "population_calibration",
@@ -300,6 +301,7 @@ AFFECTED = {
     "experiments__calibrated__exact__min_efficiency": {
         "exact_posterior",
         "sensitivity_run",
+        "ladder_run",
         "calibration_local",
         "calibration_recordings",
         "population_calibration",
@@ -350,6 +352,8 @@ AFFECTED = {
     "new_subjects__margin_fraction": set(),
     "noise__interval": {"noise"},
     "discrepancy_study__subjects": {"discrepancy"},
+    "ladder__max_rounds": {"ladder_run"},
+    "ladder__survives_widths": {"ladder"},
     "exam__score__least_supported": {"exam_table"},
     "cmaes__search__generations": {"cmaes"},
     "forward_model__steps_per_beat": OF_A_RECORDING

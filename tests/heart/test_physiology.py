@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
-from systolic_intervals import systolic_intervals
 
 from swesbi.context import Context
+from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.simulate import Beats, simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])

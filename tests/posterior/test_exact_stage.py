@@ -8,50 +8,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 import speed_case
-import spline_case
-from exact_case import SETTINGS, fitted
-from recordings import RECORDING, make_samples
+from exact_case import fitted
+from exact_study import EXACT, write_inputs
 
-from swesbi.artefacts import Provenance, load, save, to_groups
+from swesbi.artefacts import load
 from swesbi.measurement.likelihood import read_speed_model
-from swesbi.networks.spline.files import KIND, load_spline, save_spline
+from swesbi.networks.spline.files import load_spline
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.importance import FlowProposal, flow_proposal, weigh
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import in_bounds
-from swesbi.recording.components import repeat_levels
-from swesbi.recording.ingest import ingest
-from swesbi.recording.noise import KIND as NOISE
-from swesbi.recording.noise import fit_noise, to_dataset
-from swesbi.recording.observation import KIND as OBSERVATION
-from swesbi.recording.samples import ACCEPTED, rejection
 from swesbi.study.stages import exact as stage
 from swesbi.study.stages.origin import Origin
-
-EXACT = SETTINGS.model_copy(
-    update={
-        "proposal_draws": 500,
-        "draws": 800,
-        "mcmc": SETTINGS.mcmc.model_copy(
-            update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}
-        ),
-    }
-)
 
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    folder = tmp_path_factory.mktemp("exact")
-    speeds = speed_case.model().recording.speed_m_s
-    samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=1)
-    observed = ingest(samples, speed_case.CONTEXT, RECORDING, 100)
-    noise = fit_noise({"T": repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)})
-    paths = {"observation": folder / "observation.h5", "noise": folder / "noise.h5"}
-    save(paths["observation"], to_groups(observed), Provenance(OBSERVATION, "T", 1, {}, "c"))
-    save(paths["noise"], to_dataset(noise), Provenance(NOISE, "", 1, {}, "c"))
-    flow = spline_case.trained(epochs=30).spline
-    save_spline(folder / "estimator.pt", flow, Provenance(KIND, "", 1, {}, "0" * 16))
-    return {**paths, "estimator": folder / "estimator.pt"}
+    return write_inputs(tmp_path_factory.mktemp("exact"))
 
 
 def posterior(inputs: dict[str, Path], path: Path, seed: int = 1) -> Path:

@@ -45,7 +45,7 @@ def results(finished: StudyCopy) -> ReproductionResults:
 @pytest.fixture
 def written(finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(finished.folder)
-    for page in ("reproduction.md", "calibration.md", "population.md"):
+    for page in ("reproduction.md", "calibration.md", "population.md", "ladder.md"):
         (tmp_path / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")
     assert main(["--overlay", "smoke.yaml", "--docs", str(tmp_path)]) == 0
     return tmp_path

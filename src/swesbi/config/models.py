@@ -12,6 +12,7 @@ from typing import Final, Literal, Self
 from pydantic import Field, model_validator
 
 from swesbi.base import Settings
+from swesbi.checks.ladder.settings import LadderSettings
 from swesbi.checks.settings import (
     BASE,
     AcquisitionSeedsSettings,
@@ -198,6 +199,15 @@ def check_sensitivity(config: Config) -> None:
         raise ValueError(f"sensitivity.variants needs the variant {BASE!r}, with `changes: {{}}`")
 
 
+def check_ladder(config: Config) -> None:
+    """The ladder begins with the network of an experiment with an exact likelihood, or of a population."""
+    if config.base_of(name := config.ladder.experiment) not in config.speed_experiments:
+        known = ", ".join((*config.speed_experiments, *config.population_experiments)) or "none"
+        raise ValueError(
+            f"ladder.experiment = {name!r} is neither of kind speeds nor over a population; known: {known}"
+        )
+
+
 def check_exam(config: Config) -> None:
     """The exam is answered by the network of a population."""
     if (name := config.exam.experiment) not in config.population_experiments:
@@ -219,6 +229,7 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_population_experiments,
     check_discrepancy_study,
     check_sensitivity,
+    check_ladder,
     check_exam,
 )
 
@@ -242,6 +253,12 @@ class SensitivitySettings(Settings):
     experiment: Name = Field(description="an experiment of kind speeds")
     short_training_epochs: int = Field(ge=1, description="epochs of the variants without `full_training`")
     variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
+
+
+class LadderChoiceSettings(LadderSettings):
+    """The ladder of structures, on the network of one experiment."""
+
+    experiment: Name = Field(description="an experiment of kind speeds, or one over a population")
 
 
 class ExamChoiceSettings(ExamSettings):
@@ -305,6 +322,7 @@ class Config(Settings):
     acquisition_seeds: AcquisitionSeedsSettings
     discrepancy_study: DiscrepancyChoiceSettings
     sensitivity: SensitivitySettings
+    ladder: LadderChoiceSettings
     exam: ExamChoiceSettings
     new_subjects: NewSubjectsSettings
     resources: ResourceSettings

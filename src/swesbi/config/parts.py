@@ -51,7 +51,7 @@ def value_of(study: Study, wildcards: Wildcards, source: str) -> Any:  # noqa: A
 
 
 def named(study: Study, wildcards: Wildcards, kind: str) -> str:
-    """Return a wildcard that must name a subject, an experiment, a prior or a variant of the study.
+    """Return a wildcard that must name something of the study: a subject, an experiment, a prior, ...
 
     Raises:
         ConfigError: It is missing, or the study has no such thing.
@@ -62,6 +62,7 @@ def named(study: Study, wildcards: Wildcards, kind: str) -> str:
         "experiment": (*study.config.experiments, *study.config.population_experiments),
         "prior": study.config.priors,
         "variant": study.config.sensitivity.variants,
+        "structure": study.config.ladder.structures,
     }
     if name not in known[kind]:
         raise ConfigError(f"{kind} = {name!r}: unknown; the study has {', '.join(known[kind])}")

@@ -146,6 +146,24 @@ def _sensitivity(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return shown | {"labels": labels}
 
 
+def _ladder_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the posteriors under one structure depend on: the changed model, and the study's own."""
+    section, name = study.config.ladder, named(study, wildcards, "structure")
+    changes = section.structures[name].changes
+    changed = study.with_changes(changes, f"ladder.structures.{name}.changes")
+    chosen = {"experiment": section.experiment}
+    own = _fields(study, chosen, "base=model experiment.exact")
+    return own | _fields(changed, chosen, "model") | {"effort": section.effort.to_plain()}
+
+
+def _ladder(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    section = study.config.ladder
+    labels = {name: structure.label for name, structure in section.structures.items()}
+    chosen = {"experiment": section.experiment}
+    shown = _fields(study, chosen, "cohort_title experiment.exact.interval ladder.survives_widths")
+    return shown | {"labels": labels}
+
+
 def _new_subject(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the answer for a subject outside the pool depends on."""
     return _answer(study, wildcards) | _fields(
@@ -236,6 +254,8 @@ COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "discrepancy": _discrepancy,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,
+    "ladder_run": _ladder_run,
+    "ladder": _ladder,
     "exam_answers": _exam_answers,
     "exam_table": _exam_table,
     "new_subject": _new_subject,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from scipy.stats import multivariate_t
 
 from swesbi.draws import effective_draws, normalised
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
-from swesbi.posterior.importance import FlowProposal, LikelihoodModel, Proposal, WeightedDraws, weigh
+from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, weigh
 from swesbi.posterior.settings import ExactSettings, RefinementSettings
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 from swesbi.seeds import integer_seed
@@ -77,6 +77,7 @@ def _tempering(log_weight: FloatArray, least_effective: float) -> float:
     )
 
 
+@runtime_checkable
 class Space(Protocol):
     """A space in which a posterior is near normal, and its map onto the prior's box."""
 
@@ -203,7 +204,7 @@ def _is_enough(rounds: Sequence[_Round], settings: RefinementSettings) -> bool:
 
 def _space_of(first: Proposal, weighed: _Round, prior: JointPriorSettings) -> Space:
     knows = weighed.weighted.efficiency >= LEAST_KNOWN
-    return first if isinstance(first, FlowProposal) and knows else LogitSpace(prior)
+    return first if isinstance(first, Space) and knows else LogitSpace(prior)
 
 
 def _fitted(rounds: Sequence[_Round], space: Space) -> FittedProposal:

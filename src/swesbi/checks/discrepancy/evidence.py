@@ -88,6 +88,11 @@ class Bank:
         """The draws as parameters; shape (n, d)."""
         return from_logit(self.eta, self.prior)
 
+    @property
+    def rounds(self) -> int:
+        """Number of proposals so far."""
+        return len(self._proposals)
+
     def extend(self, proposal: LogitProposal, count: int, rng: np.random.Generator) -> None:
         """Add ``count`` draws of a proposal and their simulations."""
         eta = proposal.draw(count, rng)
@@ -129,14 +134,29 @@ def fill_bank(
     """
     bank = Bank(model, pairs)
     bank.extend(PriorProposal(bank.prior), per_round, rng)
-    for _ in range(max_rounds - 1):
+    cover_pairs(bank, per_round, max_rounds, min_effective_draws, rng)
+    return bank
+
+
+def cover_pairs(
+    bank: Bank, per_round: int, max_rounds: int, min_effective_draws: float, rng: np.random.Generator
+) -> None:
+    """Extend a bank by proposals fitted to its worst pair, until all are covered or the rounds are used up.
+
+    Args:
+        bank: A bank with one proposal or more, which count as rounds.
+        per_round: Simulations of each proposal.
+        max_rounds: Proposals at most.
+        min_effective_draws: Effective sample size at which a pair is done.
+        rng: Source of the draws.
+    """
+    while bank.rounds < max_rounds:
         log_weights = bank.log_weights()
         effective = np.array([effective_draws(normalised(row)) for row in log_weights])
         worst = int(effective.argmin())
         if effective[worst] >= min_effective_draws:
             break
         bank.extend(fitted_proposal(bank.eta, log_weights[worst]), per_round, rng)
-    return bank
 
 
 def _likelihoods(
@@ -213,13 +233,18 @@ def score_pairs(bank: Bank, theta: FloatArray) -> tuple[PairScore, ...]:
             *scores,
             PairScore(
                 log_evidence=float(logsumexp(log_weight) - np.log(len(log_weight))),
-                log_evidence_se=float(np.sqrt(max(1.0 / effective - 1.0 / len(log_weight), 0.0))),
+                log_evidence_se=evidence_se(effective, len(log_weight)),
                 truth_level=weight @ below,
                 chi2=float(bank.chi2[index, highest]),
                 effective_draws=effective,
             ),
         ]
     return tuple(scores)
+
+
+def evidence_se(effective: float, draws: int) -> float:
+    """Return the standard error of a log evidence from so many weighted draws (delta method)."""
+    return float(np.sqrt(max(1.0 / effective - 1.0 / draws, 0.0)))
 
 
 def discrepancy_table(

@@ -13,8 +13,10 @@ from swesbi.artefacts import ArtefactError, atomic_path
 from swesbi.config.read import ConfigError, add_options, read_merged
 from swesbi.config.study import load_study
 from swesbi.show.docs.calibration import PARTS as CALIBRATION_PARTS
-from swesbi.show.docs.calibration import experiment_shown, read_calibration_results
+from swesbi.show.docs.calibration import REFERENCE, experiment_shown, read_calibration_results
 from swesbi.show.docs.figures import write_noise_figure, write_population_figure
+from swesbi.show.docs.ladder import PARTS as LADDER_PARTS
+from swesbi.show.docs.ladder import LadderResults
 from swesbi.show.docs.marks import MarkError, fill
 from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
@@ -25,6 +27,7 @@ from swesbi.show.page.figures import PagePart, figures_of
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
 POPULATION_PAGE: Final = "population.md"
+LADDER_PAGE: Final = "ladder.md"
 EXIT_USAGE: Final = 2
 
 
@@ -61,6 +64,8 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     folder = Path(study.config.results)
     results = read_results(folder, study)
     pages = {PAGE: {name: part(results) for name, part in PARTS.items()}}
+    ladder = LadderResults.read(REFERENCE)
+    pages[LADDER_PAGE] = {mark: part(ladder) for mark, part in LADDER_PARTS.items()}
     figures = documented(PagePart.STUDY)
     if name := experiment_shown(study):
         text = config.read_text(encoding="utf-8")

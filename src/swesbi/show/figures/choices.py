@@ -128,10 +128,10 @@ def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
         axes = figure.subplots(2, len(THETA_NAMES), sharey=True)
         for column, (parameter, symbol) in enumerate(zip(THETA_NAMES, THETA_SYMBOLS, strict=True)):
             rows = shown[shown["parameter"] == parameter]
-            _points(axes[0, column], rows, names, "shift_in_widths")
+            subject_points(axes[0, column], rows, names, "shift_in_widths")
             axes[0, column].axvspan(-0.5, 0.5, color="#EDEDED", zorder=0)
             axes[0, column].set_title(symbol)
-            _points(axes[1, column], rows, names, "width_ratio")
+            subject_points(axes[1, column], rows, names, "width_ratio")
             _ratios(axes[1, column], rows["width_ratio"].to_numpy())
         middle = (len(THETA_NAMES) - 1) // 2
         axes[0, middle].set_xlabel(
@@ -153,7 +153,8 @@ def _ratios(axes: Axes, ratios: NDArray[np.float64]) -> None:
     axes.axvline(1.0, color=PRIOR, linewidth=0.6)
 
 
-def _points(axes: Axes, rows: pd.DataFrame, names: list[str], column: str) -> None:
+def subject_points(axes: Axes, rows: pd.DataFrame, names: list[str], column: str) -> None:
+    """Draw a column of rows, each at the height of its label among ``names``, a marker a subject."""
     subjects = list(dict.fromkeys(rows["subject"]))
     offsets = np.linspace(-0.28, 0.28, len(subjects)) if len(subjects) > 1 else np.zeros(1)
     for number, (subject, offset) in enumerate(zip(subjects, offsets, strict=True)):

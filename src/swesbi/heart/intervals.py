@@ -5,20 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.arrays import FloatArray
 from swesbi.heart.simulate import Beats
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class SystolicIntervals:
-    """Durations (n,) in seconds, to the resolution of the beats' samples."""
+    """Durations (n,) in seconds, to the resolution of the beats' samples; NaN where a valve never opens."""
 
-    isovolumic_contraction_s: Array
-    ejection_s: Array
-    isovolumic_relaxation_s: Array
+    isovolumic_contraction_s: FloatArray
+    ejection_s: FloatArray
+    isovolumic_relaxation_s: FloatArray
 
 
 def systolic_intervals(beats: Beats, period_s: float) -> SystolicIntervals:
@@ -32,7 +30,7 @@ def systolic_intervals(beats: Beats, period_s: float) -> SystolicIntervals:
     return SystolicIntervals(contraction, ejection, relaxation)
 
 
-def _durations(aortic: Array, mitral: Array) -> tuple[float, float, float]:
+def _durations(aortic: FloatArray, mitral: FloatArray) -> tuple[float, float, float]:
     """Return the three durations in samples; NaN where a valve never opens."""
     if not (aortic > 0.0).any() or not (mitral > 0.0).any():
         return np.nan, np.nan, np.nan

@@ -1,0 +1,100 @@
+"""Search the setting of the forward model with physiological timing, and print it and what it reaches.
+
+python benchmarks/physiological_timing.py              # the search, two runs of four minutes on a free core
+python benchmarks/physiological_timing.py --judge      # what the setting in config.yaml reaches, in seconds
+
+Contexts are those of the shipped cohort and of twelve healthy adults of the population; theta is the centre
+of the prior. The values go to `ladder.structures.physiological_timing` of config.yaml.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from itertools import count
+from typing import Final
+
+import numpy as np
+from cases import ROOT
+
+from swesbi.checks.ladder.timing import (
+    SEARCHED,
+    TimingSearch,
+    moved_nuisances,
+    rounded,
+    search_timing,
+    timing_loss,
+    timing_table,
+)
+from swesbi.config.models import Config
+from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.study import Study
+from swesbi.context import Context
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.population.contexts import draw_population
+from swesbi.prior import log_centre
+from swesbi.recording.cohort import read_subjects
+
+ADULTS: Final = 12
+GROUP: Final = "adults"
+COHORT: Final = ROOT / "data" / "virtual_volunteers" / "subjects.csv"
+STRUCTURE: Final = "physiological_timing"
+
+
+def healthy_adults(config: Config, wanted: int) -> tuple[Context, ...]:
+    """Draw the first healthy adults of the population over which `amortised` is trained."""
+    population = config.population_experiments["amortised"].population
+    found: list[Context] = []
+    for number in count():
+        drawn = draw_population([number], population, config.seed, "physiological timing")[0]
+        if drawn.group == GROUP:
+            found.append(drawn.context)
+        if len(found) == wanted:
+            return tuple(found)
+    raise RuntimeError("no number is left")
+
+
+def configured(config: Config) -> ForwardModelSettings:
+    """Return the forward model of the structure as config.yaml has it."""
+    changes = config.ladder.structures[STRUCTURE].changes
+    return Study(config, {}).with_changes(changes, "config.yaml").config.forward_model
+
+
+def report(theta: np.ndarray, contexts: tuple[Context, ...], settings: ForwardModelSettings) -> None:
+    """Print the parameters of a setting and what it reaches."""
+    for name in SEARCHED:
+        print(f"{name:32s} {getattr(settings, name):.3g}")
+    print(f"loss {timing_loss(theta, contexts, settings):.5f} (0: every range reached in every context)")
+    print(timing_table(theta, contexts, settings).to_string(index=False, float_format=lambda x: f"{x:.4g}"))
+
+
+def main() -> None:
+    """Search or judge, and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--judge", action="store_true", help="the setting in config.yaml, without a search")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2], help="a run of CMA-ES for each")
+    parser.add_argument("--generations", type=int, default=250, help="of each run")
+    arguments = parser.parse_args()
+    config = parse_config(read_yaml(ROOT / "config.yaml"))
+    contexts = (*read_subjects(COHORT), *healthy_adults(config, ADULTS))
+    theta = log_centre(config.priors["paper"])
+    if arguments.judge:
+        report(theta, contexts, configured(config))
+        return
+    print("as shipped")
+    report(theta, contexts, config.forward_model)
+    begin = time.perf_counter()
+    search = TimingSearch(seeds=tuple(arguments.seeds), generations=arguments.generations)
+    fit = search_timing(theta, contexts, config.forward_model, search)
+    print(f"\nfound in {time.perf_counter() - begin:.0f} s by {fit.simulations} simulations")
+    found = rounded(fit.settings)
+    report(theta, contexts, found)
+    print("\nnuisance parameters that move with it")
+    for name, values in moved_nuisances(found, config.priors["calibrated"].nuisances).items():
+        print(f"{name}: {{ {', '.join(f'{key}: {value:g}' for key, value in values.items())} }}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""Settings of the ladder: its structures, the grid of the discrepancy, the change within a person."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import Field, JsonValue, model_validator
+
+from swesbi.base import Settings
+from swesbi.checks.settings import BASE, Cycle, Fraction
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.parameters import THETA_NAMES
+
+
+class Structure(Settings):
+    """Other equations, or other fixed values in them: ``changes`` to the configuration."""
+
+    label: str = Field(min_length=1, description="what figures and tables call it")
+    changes: dict[str, JsonValue] = Field(description="keys of the configuration with their other values")
+
+
+class LadderEffort(Settings):
+    """What is inferred under each structure, and the effort put into it."""
+
+    speed_fractions: tuple[Fraction, ...] = Field(min_length=1, description="grid of delta")
+    timing_cycles: tuple[Cycle, ...] = Field(min_length=1, description="grid of tau")
+    simulations_per_round: int = Field(ge=100, description="simulations that each proposal adds to a bank")
+    max_rounds: int = Field(ge=2, description="proposals of a bank at most")
+    min_effective_draws: int = Field(ge=10, description="effective sample size at which a pair is done")
+    change: dict[str, float] = Field(
+        min_length=1, description="factors of theta by which a second recording of each person is made"
+    )
+
+    @model_validator(mode="after")
+    def _check_change(self) -> Self:
+        for name, factor in self.change.items():
+            if name not in THETA_NAMES or factor <= 0.0:
+                raise ValueError(
+                    f"change.{name} = {factor}: needs one of {', '.join(THETA_NAMES)} and a factor above 0"
+                )
+        return self
+
+    def pairs(self, shipped: DiscrepancySettings) -> tuple[DiscrepancySettings, ...]:
+        """Return the shipped pair (delta, tau) first, then every other of the grid, tau running fastest."""
+        grid = (
+            DiscrepancySettings(speed_fraction=delta, timing_cycle=tau)
+            for delta in self.speed_fractions
+            for tau in self.timing_cycles
+        )
+        return (shipped, *(pair for pair in grid if pair != shipped))
+
+
+class LadderSettings(LadderEffort):
+    """The ladder of structures."""
+
+    survives_widths: float = Field(
+        gt=0.0, description="a quantity survives that no structure moves by as many widths of its interval"
+    )
+    structures: dict[str, Structure] = Field(min_length=2, description="`base`, without changes, among them")
+
+    @model_validator(mode="after")
+    def _check_base(self) -> Self:
+        if (base := self.structures.get(BASE)) is None or base.changes:
+            raise ValueError(f"structures needs the structure {BASE!r}, with `changes: {{}}`")
+        return self
+
+    @property
+    def effort(self) -> LadderEffort:
+        """What one structure's inference depends on."""
+        return LadderEffort(**{name: getattr(self, name) for name in LadderEffort.model_fields})

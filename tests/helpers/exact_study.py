@@ -1,0 +1,43 @@
+"""A recording, its noise and the smallest network on disk: what stages with an exact likelihood read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import speed_case
+import spline_case
+from exact_case import SETTINGS
+from recordings import RECORDING, make_samples
+
+from swesbi.artefacts import Provenance, save, to_groups
+from swesbi.networks.spline.files import KIND, save_spline
+from swesbi.recording.components import repeat_levels
+from swesbi.recording.ingest import ingest
+from swesbi.recording.noise import KIND as NOISE
+from swesbi.recording.noise import fit_noise, to_dataset
+from swesbi.recording.observation import KIND as OBSERVATION
+from swesbi.recording.samples import ACCEPTED, rejection
+
+EXACT = SETTINGS.model_copy(
+    update={
+        "proposal_draws": 500,
+        "draws": 800,
+        "mcmc": SETTINGS.mcmc.model_copy(
+            update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}
+        ),
+    }
+)
+
+
+def write_inputs(folder: Path) -> dict[str, Path]:
+    """Write observation, noise and network of one subject; return their paths by name."""
+    speeds = speed_case.model().recording.speed_m_s
+    samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=1)
+    observed = ingest(samples, speed_case.CONTEXT, RECORDING, 100)
+    noise = fit_noise({"T": repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)})
+    paths = {"observation": folder / "observation.h5", "noise": folder / "noise.h5"}
+    save(paths["observation"], to_groups(observed), Provenance(OBSERVATION, "T", 1, {}, "c"))
+    save(paths["noise"], to_dataset(noise), Provenance(NOISE, "", 1, {}, "c"))
+    flow = spline_case.trained(epochs=30).spline
+    save_spline(folder / "estimator.pt", flow, Provenance(KIND, "", 1, {}, "0" * 16))
+    return {**paths, "estimator": folder / "estimator.pt"}

@@ -1,0 +1,92 @@
+"""Structures of the ladder on the speed model of the tests, and results that are made up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import speed_case
+
+from swesbi.arrays import FloatArray
+from swesbi.checks.ladder.infer import Rung
+from swesbi.checks.ladder.posteriors import (
+    CHANGED,
+    CHOSEN,
+    SHIPPED,
+    LadderPosterior,
+    PairEvidence,
+    StructureResult,
+)
+from swesbi.checks.ladder.quantities import QUANTITIES
+from swesbi.checks.ladder.settings import LadderEffort
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.posterior.refine import FittedProposal, LogitSpace, StudentProposal
+from swesbi.posterior.settings import ExactSettings
+from swesbi.prior import JointPriorSettings, log_centre, to_logit
+
+SEED: Final = 5
+LEVELS: Final = np.linspace(0.0, 1.0, 2001)
+EFFORT: Final = LadderEffort(
+    speed_fractions=(0.01, 0.03),
+    timing_cycles=(0.015,),
+    simulations_per_round=1000,
+    max_rounds=5,
+    min_effective_draws=200,
+    change={"k0_kpa": 1.25, "k_sr_per_s": 0.8},
+)
+PAIRS: Final = tuple(
+    DiscrepancySettings(speed_fraction=delta, timing_cycle=0.015) for delta in (0.02, 0.01, 0.03)
+)
+
+
+def exact(**changes: object) -> ExactSettings:
+    """Return the shipped sizes of exact posteriors, a few times smaller."""
+    shipped = speed_case.shipped().speed_experiments["calibrated"].exact
+    refinement = shipped.refinement.model_copy(update={"draws": 1000})
+    small: dict[str, Any] = {"proposal_draws": 3000, "draws": 1000, "refinement": refinement}
+    return shipped.model_copy(update=small | changes)
+
+
+def wide_proposal(prior: JointPriorSettings) -> FittedProposal:
+    """Return a wide Student distribution in the logit of the prior's box, about the prior's centre."""
+    centre = to_logit(log_centre(prior), prior)
+    return FittedProposal(StudentProposal(centre, np.eye(len(centre))), LogitSpace(prior))
+
+
+def rung(prior: JointPriorSettings, settings: ExactSettings | None = None) -> Rung:
+    def first(_: SpeedRecording) -> FittedProposal:
+        return wide_proposal(prior)
+
+    return Rung(first, settings or exact(), EFFORT, SEED)
+
+
+def posterior(
+    subject: str, answer: str, centre: FloatArray, log_evidence: float = 0.0, se: float = 0.0
+) -> LadderPosterior:
+    """A uniform posterior: every quantity within a tenth of its centre, in one order or the other."""
+    levels = LEVELS if answer != CHANGED else LEVELS[::-1]
+    values = centre * (1.0 + 0.2 * (levels[:, None] - 0.5))
+    return LadderPosterior(
+        subject, answer, values, 0.02, 0.015, log_evidence, se,
+        by_mcmc=False, k_hat=0.1, efficiency=0.8, converged=True,
+    )  # fmt: skip
+
+
+def result(
+    subjects: Sequence[str] = ("A", "B"), factor: float = 1.0, log_evidence: float = 0.0, se: float = 0.0
+) -> StructureResult:
+    """A structure that moves k_0, and nothing else, by a factor; a second recording has a quarter more."""
+    centre = np.full(len(QUANTITIES), 10.0)
+    centre[0] *= factor
+    parts = [
+        posterior(subject, answer, centre * (1.25 if answer == CHANGED else 1.0), log_evidence, se)
+        for subject in subjects
+        for answer in (SHIPPED, CHANGED, CHOSEN)
+    ]
+    evidence = [
+        PairEvidence(subject, np.array([0.0, 2.0, -1.0]) + log_evidence, np.full(3, 0.1), np.full(3, 500.0))
+        for subject in subjects
+    ]
+    return StructureResult(tuple(parts), tuple(evidence), PAIRS)
