@@ -12,13 +12,15 @@ from typing import Final, Literal, Self
 from pydantic import Field, model_validator
 
 from swesbi.base import Settings
-from swesbi.checks.ladder.settings import LadderSettings
-from swesbi.checks.settings import (
-    BASE,
-    AcquisitionSeedsSettings,
-    CmaesSettings,
-    DiscrepancyStudySettings,
-    Variant,
+from swesbi.checks.settings import BASE, AcquisitionSeedsSettings
+from swesbi.config.beside import (
+    CmaesStudySettings,
+    DiscrepancyChoiceSettings,
+    ExamChoiceSettings,
+    LadderChoiceSettings,
+    NewSubjectsSettings,
+    ResourceSettings,
+    SensitivitySettings,
 )
 from swesbi.config.experiments import (
     AnyExperiment,
@@ -27,7 +29,6 @@ from swesbi.config.experiments import (
     PopulationExperimentSettings,
     SpeedExperimentSettings,
 )
-from swesbi.exam.settings import ExamSettings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, summary_names
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
@@ -232,68 +233,6 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_ladder,
     check_exam,
 )
-
-
-class CmaesStudySettings(Settings):
-    """The optimisation-based reference: within the bounds of one of the priors."""
-
-    prior: Name = Field(description="name of the prior whose bounds limit the search")
-    search: CmaesSettings
-
-
-class DiscrepancyChoiceSettings(DiscrepancyStudySettings):
-    """The choice of the discrepancy for one experiment."""
-
-    experiment: Name = Field(description="an experiment of kind speeds")
-
-
-class SensitivitySettings(Settings):
-    """Variants of one experiment, each rerun with a choice made otherwise."""
-
-    experiment: Name = Field(description="an experiment of kind speeds")
-    short_training_epochs: int = Field(ge=1, description="epochs of the variants without `full_training`")
-    variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
-
-
-class LadderChoiceSettings(LadderSettings):
-    """The ladder of structures, on the network of one experiment."""
-
-    experiment: Name = Field(description="an experiment of kind speeds, or one over a population")
-
-
-class ExamChoiceSettings(ExamSettings):
-    """The exam of one experiment."""
-
-    experiment: Name = Field(description="an experiment over a population")
-
-
-class NewSubjectsSettings(Settings):
-    """Recordings that the trained network answers without being trained on them."""
-
-    cohort: str | None = Field(description="folder of their recordings; null: there are none")
-    phases: int | None = Field(
-        ge=8, le=60, description="gated phases of their recordings; null: as configured"
-    )
-    cohort_title: str = Field(min_length=1, description="what their figures call them")
-    margin_fraction: float = Field(
-        ge=0.0, lt=1.0, description="how far beyond the contexts trained on, as a fraction of their limits"
-    )
-    noise_level: float = Field(
-        gt=0.0, lt=0.5, description="of the test that a recording has the pool's noise"
-    )
-
-
-class ResourceSettings(Settings):
-    """How the work is split and where it runs; nothing here may change a result."""
-
-    shards_per_subject: int = Field(ge=1, le=1000, description="simulation jobs a subject and prior")
-    population_parts: int = Field(
-        ge=1, le=1000, description="jobs of the simulations, and of the calibration, over a population"
-    )
-    subjects_per_job: int | None = Field(
-        ge=1, description="subjects of a job that serves a large cohort; null: as many as keep jobs few"
-    )
-    device: Literal["auto", "cpu", "cuda"] = Field(description="where the network is trained")
 
 
 class Config(Settings):
