@@ -193,7 +193,7 @@ def test_nuisances_are_ranked_by_name_behind_the_quantities() -> None:
     assert names == (*QUANTITY_NAMES, "arterial_time_constant_s", "exponent_b")
     phi = np.array([[45.0, 5.0, 30.0, 2.2, 1.5, 3.0]])
     named = dict(zip(names, quantities(phi, np.array([-7.0]), 0.32)[0], strict=True))
-    assert named.pop("attained_stiffness_kpa") == pytest.approx(45.0 * (1.0 - np.exp(-5.0 * 0.32)))
+    assert named.pop("isometric_stiffness_kpa") == pytest.approx(45.0 * (1.0 - np.exp(-5.0 * 0.32)))
     assert named.pop("log_likelihood") == -7.0
     assert named == dict(zip(BESIDE.names, phi[0], strict=True))
 

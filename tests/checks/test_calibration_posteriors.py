@@ -100,7 +100,7 @@ def test_variances_of_the_quantities_are_those_of_prior_draws(prior: str) -> Non
     model = speed_case.model(prior=prior)
     joint = model.settings.prior
     names = quantity_names(joint)
-    assert names == (*joint.names[:4], "attained_stiffness_kpa", "log_likelihood", *joint.names[4:])
+    assert names == (*joint.names[:4], "isometric_stiffness_kpa", "log_likelihood", *joint.names[4:])
     phi = draw_prior(joint, 200_000, np.random.default_rng(6))
     drawn = quantities(phi, np.zeros(len(phi)), model.activation_duration_s(phi))
     named = np.array(names) != "log_likelihood"

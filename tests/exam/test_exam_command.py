@@ -150,7 +150,9 @@ def test_a_heart_is_answered_as_a_subject_outside_the_study_is(
     whole = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}
     made.samples.frame().astype(whole).to_csv(cohort / "swe" / f"{subject}.csv", index=False)
     pd.DataFrame([asdict(made.heart.context)]).to_csv(cohort / "subjects.csv", index=False)
-    (cohort / "recording.yaml").write_text("origin: a heart of development\n", encoding="utf-8")
+    (cohort / "recording.yaml").write_text(
+        "origin: a heart of development\nprotocol: { repeats_are: sweeps }\n", encoding="utf-8"
+    )
     out = tmp_path / "out"
     done = finished.call(
         *("-m", "swesbi", "new-subject", "--overlay", finished.config, "--experiment", "amortised"),

@@ -132,7 +132,7 @@ class Hidden:
 
 @pytest.mark.slow(minutes=0.5)
 def test_with_nuisances_the_base_space_serves_better_than_the_logit() -> None:
-    model, first = proposal("calibrated", 4000, 40)
+    model, first = proposal("calibrated", 8000, 80)
     in_base, in_logit = (refine(model, one, FEW, 1) for one in (first, Hidden(first)))
     assert in_base.efficiency[0] == in_logit.efficiency[0] > 0.01
     assert max(in_base.efficiency) > 2.0 * in_base.efficiency[0]

@@ -33,8 +33,12 @@ def study_of(finished: StudyCopy) -> Study:
             read_yaml(finished.folder / "config.yaml"), read_yaml(finished.folder / "smoke.yaml")
         )
         study = load_study(config)
-    absolute = study.config.model_copy(update={"cohort": str(finished.folder / study.config.cohort)})
-    return replace(study, config=absolute)
+    cohort = str(finished.folder / study.config.cohort)
+    listed = {
+        name: part.model_copy(update={"subjects": study.subjects_of(name)})
+        for name, part in study.config.experiments.items()
+    }
+    return replace(study, config=study.config.model_copy(update={"cohort": cohort, "experiments": listed}))
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +106,7 @@ def test_the_page_on_the_population_has_its_strata_and_its_cohort(written: Path,
     parts = parts_of((written / "population.md").read_text(encoding="utf-8"))
     assert set(parts) == {"strata", "cohort", "scaling"}
     assert "| female" in parts["strata"]
-    assert "3 virtual volunteers" in parts["cohort"]
+    assert "4 virtual volunteers" in parts["cohort"]
     for name in ("strata-amortised", "cohort-amortised"):
         assert f"figures/{name}.png" in parts[name.split("-")[0]]
         assert (written / "figures" / f"{name}.png").is_file()

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final, get_type_hints
 
 from swesbi.artefacts.atomic import make_command
+from swesbi.config.parts import named
 from swesbi.config.read import ConfigError, add_options, overlay, read_merged, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
@@ -156,6 +157,7 @@ def main(arguments: Sequence[str]) -> int:
     study = _study(options)
     experiment = options.experiment or _experiment(study)
     subject: str = options.subject
+    named(study, {"experiment": experiment}, "experiment")
     _check_subject(study, experiment, subject)
     results = Path(study.config.results)
     over_population = experiment in study.config.population_experiments
