@@ -11,6 +11,17 @@ import pytest
 from reference_tables import (
     COHORT,
     EVERY,
+    FEATURES,
+    OF_PAPER,
+    SMALL_STUDY,
+    SUBJECTS,
+    differences,
+    small_study,
+    store,
+    stored,
+)
+    COHORT,
+    EVERY,
     SMALL_STUDY,
     SUBJECTS,
     differences,
