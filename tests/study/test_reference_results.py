@@ -20,15 +20,6 @@ from reference_tables import (
     store,
     stored,
 )
-    COHORT,
-    EVERY,
-    SMALL_STUDY,
-    SUBJECTS,
-    differences,
-    small_study,
-    store,
-    stored,
-)
 from study_copy import StudyCopy
 
 
