@@ -98,8 +98,10 @@ def development_hearts(config: Config, letter: str, number: int) -> list[Generat
 
 def _generators(config: Config) -> dict[str, Generator]:
     population = config.population_experiments[config.exam.experiment]
-    prior = config.priors[config.speed_experiments[population.base].prior]
-    return dict(all_generators(config.exam.made, population.population, prior, config.acquisition))
+    base = config.speed_experiments[population.base]
+    prior, measured = config.priors[base.prior], base.misspecification.rule.volumes.lvesv_tolerance_fraction
+    made = all_generators(config.exam.made, population.population, prior, config.acquisition, measured)
+    return dict(made)
 
 
 def _recorded(made_by: Generator, index: int, noise: NoiseComponents, config: Config) -> GeneratedSubject:
