@@ -180,7 +180,11 @@ def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings,
     import cma  # it loads pyplot, and most who import this module only read fits
 
     rng = generator(seed, "cmaes")
-    evolution = cma.CMAEvolutionStrategy(rng.random(len(THETA)), settings.sigma0, _options(settings, rng))
+    evolution = cma.CMAEvolutionStrategy(
+        rng.random(len(THETA)),
+        settings.sigma0,
+        library_options(settings.population_size, settings.generations, rng),
+    )
     losses, thetas = [], []
     best_loss, best_theta = np.inf, np.full(len(THETA), np.nan)
     while not evolution.stop():
@@ -201,12 +205,12 @@ def to_theta(u: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     return np.clip(low * (high / low) ** u, low, high)
 
 
-def _options(settings: CmaesSettings, rng: np.random.Generator) -> dict[str, Any]:
-    """Options of the library: a random stream of our own, silence, no files."""
+def library_options(population_size: int, generations: int, rng: np.random.Generator) -> dict[str, Any]:
+    """Return options of the library: the unit cube, a random stream of our own, silence, no files."""
     return {
         "bounds": [0.0, 1.0],
-        "popsize": settings.population_size,
-        "maxiter": settings.generations,
+        "popsize": population_size,
+        "maxiter": generations,
         "randn": lambda *shape: rng.standard_normal(shape),
         "seed": np.nan,  # leaves NumPy's global random state alone
         "verbose": -9,

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
 
 from swesbi.arrays import FloatArray
+from swesbi.checks.cmaes import library_options
 from swesbi.context import Context
 from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.periodic import Status
@@ -199,7 +200,9 @@ def _run(
     import cma  # it loads pyplot
 
     start, rng = searched_of(shipped), generator(seed, "physiological timing")
-    evolution = cma.CMAEvolutionStrategy(start, search.step, _options(search, rng))
+    evolution = cma.CMAEvolutionStrategy(
+        start, search.step, library_options(search.population_size, search.generations, rng)
+    )
     widths = np.array([np.log(high / low) for low, high in SEARCHED.values()])
     best, loss, simulations = shipped, float("inf"), 0
     while not evolution.stop():
@@ -214,20 +217,6 @@ def _run(
         if min(values) < loss:
             loss, best = min(values), settings[int(np.argmin(values))]
     return TimingFit(best, loss, simulations)
-
-
-def _options(search: TimingSearch, rng: np.random.Generator) -> dict[str, Any]:
-    """Options of the library: a random stream of our own, silence, no files."""
-    return {
-        "bounds": [0.0, 1.0],
-        "popsize": search.population_size,
-        "maxiter": search.generations,
-        "randn": lambda *shape: rng.standard_normal(shape),
-        "seed": np.nan,  # leaves NumPy's global random state alone
-        "verbose": -9,
-        "verb_log": 0,
-        "verb_disp": 0,
-    }
 
 
 def rounded(settings: ForwardModelSettings) -> ForwardModelSettings:

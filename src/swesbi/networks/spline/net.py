@@ -8,7 +8,7 @@ coordinate needs and no earlier pass has: the same sums of the same terms, hence
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
@@ -204,14 +204,9 @@ def log_q(spline: TrainedSpline, condition: FloatArray, phi: FloatArray) -> Floa
     """
     _check(condition[None], len(spline.components))
     eta = to_logit(phi, spline.prior)
-    row, standardised = _tensor(condition), _tensor(spline.eta.apply(eta))
-    with reproducible(0), torch.no_grad():
-        parts = [
-            spline.net(row.expand(len(part), -1)).log_prob(part)
-            for part in torch.split(standardised, DRAWS_PER_BATCH)
-        ]
+    parts = _in_batches(spline, condition, eta, lambda flow, part: flow.log_prob(part))
     log_density = torch.cat(parts).numpy().astype(np.float64)
-    return np.asarray(log_density - np.log(spline.eta.scale).sum() - log_jacobian(eta, spline.prior))
+    return log_density - _log_standardised(spline, eta)
 
 
 def to_base(spline: TrainedSpline, condition: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -224,14 +219,26 @@ def to_base(spline: TrainedSpline, condition: FloatArray, phi: FloatArray) -> tu
     """
     _check(condition[None], len(spline.components))
     eta = to_logit(phi, spline.prior)
+    parts = _in_batches(spline, condition, eta, lambda flow, part: flow.transform.call_and_ladj(part))
+    u, slope = (torch.cat(columns).numpy().astype(np.float64) for columns in zip(*parts, strict=True))
+    return u, slope - _log_standardised(spline, eta)
+
+
+def _in_batches(
+    spline: TrainedSpline, condition: FloatArray, eta: FloatArray, evaluate: Callable[[Any, Tensor], Any]
+) -> list[Any]:
+    """Return what the flow under one condition says of eta (n, d), standardised, batch by batch."""
     row, standardised = _tensor(condition), _tensor(spline.eta.apply(eta))
     with reproducible(0), torch.no_grad():
-        parts = [
-            spline.net(row.expand(len(part), -1)).transform.call_and_ladj(part)
+        return [
+            evaluate(spline.net(row.expand(len(part), -1)), part)
             for part in torch.split(standardised, DRAWS_PER_BATCH)
         ]
-    u, slope = (torch.cat(columns).numpy().astype(np.float64) for columns in zip(*parts, strict=True))
-    return u, np.asarray(slope - np.log(spline.eta.scale).sum() - log_jacobian(eta, spline.prior))
+
+
+def _log_standardised(spline: TrainedSpline, eta: FloatArray) -> FloatArray:
+    """Return log |d phi / d standardised eta| at eta (n, d); shape (n,)."""
+    return np.asarray(np.log(spline.eta.scale).sum() + log_jacobian(eta, spline.prior))
 
 
 def from_base(spline: TrainedSpline, condition: FloatArray, u: FloatArray) -> FloatArray:
