@@ -77,7 +77,7 @@ def compare(model: SpeedModel, flow: TrainedSpline, settings: ExactSettings) -> 
         k_hat=weighted.k_hat,
         efficiency=weighted.efficiency,
         reliable=not weight_failures(
-            weighted, k_hat_limit(draws, settings.max_k_hat), settings.min_efficiency
+            weighted, k_hat_limit(draws, settings.max_k_hat), settings.min_effective_draws
         ),
         weighting_s=weighting_s,
         weighted_effective=weighted.efficiency * draws,

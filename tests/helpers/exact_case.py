@@ -58,13 +58,20 @@ MCMC = McmcSettings(
 )
 SETTINGS = ExactSettings(
     proposal_draws=8000,
+    most_proposal_draws=8000,
     prior_fraction=0.1,
     max_k_hat=0.7,
-    min_efficiency=0.1,
+    min_effective_draws=800,
     draws=4000,
     interval=0.9,
     refinement=RefinementSettings(
-        draws=4000, prior_fraction=0.1, min_efficiency=0.3, usable_efficiency=0.1, max_rounds=5
+        draws=4000,
+        most_draws=4000,
+        effective_draws=100,
+        prior_fraction=0.1,
+        min_efficiency=0.3,
+        usable_efficiency=0.1,
+        max_rounds=5,
     ),
     mcmc=MCMC,
 )

@@ -21,6 +21,8 @@ from swesbi.recording.samples import ACCEPTED, rejection
 EXACT = SETTINGS.model_copy(
     update={
         "proposal_draws": 500,
+        "most_proposal_draws": 500,
+        "min_effective_draws": 50,
         "draws": 800,
         "mcmc": SETTINGS.mcmc.model_copy(
             update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}

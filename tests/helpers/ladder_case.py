@@ -45,7 +45,8 @@ def exact(**changes: object) -> ExactSettings:
     """Return the shipped sizes of exact posteriors, a few times smaller."""
     shipped = speed_case.shipped().speed_experiments["calibrated"].exact
     refinement = shipped.refinement.model_copy(update={"draws": 1000})
-    small: dict[str, Any] = {"proposal_draws": 3000, "draws": 1000, "refinement": refinement}
+    weighted = {"proposal_draws": 3000, "most_proposal_draws": 3000, "min_effective_draws": 90}
+    small: dict[str, Any] = {**weighted, "draws": 1000, "refinement": refinement}
     return shipped.model_copy(update=small | changes)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -75,9 +76,19 @@ def test_each_criterion_calls_the_sampler_alone() -> None:
     assert by_k_hat.sampler == "mcmc"
     assert [reason.split()[1] for reason in by_k_hat.reasons] == ["Pareto"]
     assert by_k_hat.k_hat_limit == 0.01
-    by_efficiency = posterior(settings=SETTINGS.model_copy(update={"min_efficiency": 0.95}))
-    assert by_efficiency.sampler == "mcmc"
-    assert by_efficiency.reasons == ("91 % of the weighted draws are effective, fewer than 95 %",)
+    by_number = posterior(settings=SETTINGS.model_copy(update={"min_effective_draws": 7600}))
+    assert by_number.sampler == "mcmc"
+    (reason,) = by_number.reasons
+    assert re.fullmatch(r"7[23]\d\d of 8000 weighted draws are effective, fewer than 7600", reason)
+
+
+def test_more_draws_are_weighted_before_the_sampler_takes_over() -> None:
+    short = {"proposal_draws": 1000, "min_effective_draws": 3000}
+    exact = posterior(settings=SETTINGS.model_copy(update=short))
+    assert exact.sampler == "importance"
+    assert len(exact.weighted.phi) == SETTINGS.most_proposal_draws
+    assert exact.efficiency * len(exact.weighted.phi) >= 3000
+    check_posterior(exact.phi, 3000)
 
 
 def test_a_sampler_that_does_not_converge_is_recorded(tmp_path: Path) -> None:
@@ -129,12 +140,13 @@ class PriorDraws:
 FEW = SETTINGS.model_copy(
     update={
         "proposal_draws": 2000,
+        "most_proposal_draws": 2000,
         "draws": 500,
-        "min_efficiency": 0.01,
+        "min_effective_draws": 20,
         "mcmc": SETTINGS.mcmc.model_copy(update={"steps": 40, "max_steps": 40}),
     }
 )
-BY_MCMC = FEW.model_copy(update={"min_efficiency": 0.99})
+BY_MCMC = FEW.model_copy(update={"min_effective_draws": 1999})
 
 
 @pytest.mark.parametrize(("settings", "sampler"), [(FEW, "importance"), (BY_MCMC, "mcmc")])
@@ -203,7 +215,7 @@ def test_settings_that_cannot_work_are_refused() -> None:
 
 
 def test_weights_serve_on_the_speed_model() -> None:
-    settings = SETTINGS.model_copy(update={"proposal_draws": 4000, "draws": 2000})
+    settings = SETTINGS.model_copy(update={"proposal_draws": 4000, "min_effective_draws": 400, "draws": 2000})
     exact = exact_posterior(speed_case.model(), fitted(speed_case.model()), settings, 1)
     assert exact.sampler == "importance"
     assert exact.efficiency > 0.5

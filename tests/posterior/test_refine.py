@@ -151,7 +151,7 @@ def test_of_a_recording_that_a_network_does_not_know_the_logit_is_the_space() ->
 
 def test_a_refined_posterior_has_the_network_s_own_draws_beside_it_and_repeats() -> None:
     model, first = proposal("paper", epochs=30)
-    settings = SETTINGS.model_copy(update={"proposal_draws": 2000, "draws": 500})
+    settings = SETTINGS.model_copy(update={"proposal_draws": 2000, "min_effective_draws": 200, "draws": 500})
     exact, efficiency = refined_posterior(model, first, settings, 1, "T")
     again, _ = refined_posterior(model, first, settings, 1, "T")
     other, _ = refined_posterior(model, first, settings, 2, "T")

@@ -84,7 +84,13 @@ def model() -> SpeedModel:
 
 
 REFINEMENT = RefinementSettings(
-    draws=4000, prior_fraction=0.1, min_efficiency=0.3, usable_efficiency=0.1, max_rounds=5
+    draws=4000,
+    most_draws=4000,
+    effective_draws=100,
+    prior_fraction=0.1,
+    min_efficiency=0.3,
+    usable_efficiency=0.1,
+    max_rounds=5,
 )
 
 

@@ -12,6 +12,14 @@ Deviation = Annotated[float, Field(ge=0.0)]
 Procedure = Literal["sbi", "fast"]
 
 
+class EmbeddingSettings(Settings):
+    """A net, trained with a flow, that works out what a recording says before the flow's transforms."""
+
+    hidden_features: int = Field(ge=1, description="hidden units a layer")
+    hidden_layers: int = Field(ge=1, description="hidden layers")
+    outputs: int = Field(ge=1, description="numbers that the transforms are given beside the recording")
+
+
 class SplineSettings(Settings):
     """Architecture in the terms of zuko, and how the flow is trained."""
 
@@ -20,6 +28,7 @@ class SplineSettings(Settings):
     hidden_features: int = Field(ge=1, description="hidden units a layer")
     hidden_layers: int = Field(ge=1, description="hidden layers a transform")
     bins: int = Field(ge=2, description="bins of each spline; the masked autoregressive flow has none")
+    embedding: EmbeddingSettings | None = Field(default=None, description="null: none")
     batch_size: int = Field(ge=2)
     learning_rate: float = Field(gt=0.0, description="largest of the schedule (Adam)")
     warm_up_fraction: float = Field(gt=0.0, lt=1.0, description="share of the steps in which the rate grows")

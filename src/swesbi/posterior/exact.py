@@ -86,9 +86,9 @@ def exact_posterior(
 ) -> ExactPosterior:
     """Draw from the exact posterior of a recording.
 
-    Draws of the proposal are weighted; where the Pareto shape or the efficiency of the weights fails its
-    criterion, MCMC started from draws of the proposal takes over. A sampler that does not converge gives
-    its draws all the same, and ``converged`` and ``reasons`` say so.
+    Draws of the proposal are weighted; where the Pareto shape or the effective number of the weights fails
+    its criterion, more draws are; where these fail too, MCMC started from them takes over. A sampler that
+    does not converge gives its draws all the same, and ``converged`` and ``reasons`` say so.
 
     Args:
         model: Prior and exact likelihood.
@@ -99,9 +99,13 @@ def exact_posterior(
     Raises:
         NoLikelihoodError: The likelihood is zero at every draw.
     """
-    weighted = weigh(model, proposal, settings.proposal_draws, settings.prior_fraction, seed)
-    limit = k_hat_limit(settings.proposal_draws, settings.max_k_hat)
-    if reasons := weight_failures(weighted, limit, settings.min_efficiency):
+    for draws in settings.attempts:
+        weighted = weigh(model, proposal, draws, settings.prior_fraction, seed)
+        limit = k_hat_limit(draws, settings.max_k_hat)
+        reasons = weight_failures(weighted, limit, settings.min_effective_draws)
+        if not reasons:
+            break
+    else:
         return _by_mcmc(model, weighted, limit, reasons, settings, seed)
     return ExactPosterior(
         phi=resample(weighted, settings.draws, generator(seed, "exact", "resampling")),
@@ -117,15 +121,16 @@ def exact_posterior(
     )
 
 
-def weight_failures(weighted: WeightedDraws, limit: float, min_efficiency: float) -> tuple[str, ...]:
+def weight_failures(weighted: WeightedDraws, limit: float, min_effective: float) -> tuple[str, ...]:
     """Return why weights are not reliable, a sentence for each criterion that fails."""
+    effective = weighted.efficiency * len(weighted.phi)
     reasons = []
     if not weighted.k_hat <= limit:
         reasons.append(f"the Pareto shape of the weights is {weighted.k_hat:.2f}, above {limit:.2f}")
-    if not weighted.efficiency >= min_efficiency:
+    if not effective >= min_effective:
+        draws = len(weighted.phi)
         reasons.append(
-            f"{100 * weighted.efficiency:.2g} % of the weighted draws are effective, "
-            f"fewer than {100 * min_efficiency:.2g} %"
+            f"{effective:.0f} of {draws} weighted draws are effective, fewer than {min_effective:.0f}"
         )
     return tuple(reasons)
 

@@ -42,7 +42,9 @@ class McmcSettings(Settings):
 class RefinementSettings(Settings):
     """When a proposal is refined, and how far."""
 
-    draws: int = Field(ge=200, description="draws weighted in each round")
+    draws: int = Field(ge=200, description="draws weighted in a round, at least")
+    most_draws: int = Field(ge=200, description="draws weighted in a round, at most")
+    effective_draws: int = Field(ge=1, description="effective draws of a round, by which more are drawn")
     prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
     min_efficiency: float = Field(gt=0.0, lt=1.0, description="efficiency at which a proposal is good enough")
     usable_efficiency: float = Field(
@@ -50,14 +52,21 @@ class RefinementSettings(Settings):
     )
     max_rounds: int = Field(ge=0, description="fitted proposals at most")
 
+    @model_validator(mode="after")
+    def _check_draws(self) -> Self:
+        if self.most_draws < self.draws:
+            raise ValueError(f"most_draws = {self.most_draws} is less than draws = {self.draws}; raise it")
+        return self
+
 
 class ExactSettings(Settings):
     """The refinement of a proposal, importance weighting, its criteria, and what is kept."""
 
     proposal_draws: int = Field(ge=100, description="draws from the proposal, each simulated and weighted")
+    most_proposal_draws: int = Field(ge=100, description="draws of a second attempt, where the first fails")
     prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
     max_k_hat: float = Field(gt=0.0, le=1.0, description="of the Pareto shape, and 1 - 1/log10(draws)")
-    min_efficiency: float = Field(gt=0.0, lt=1.0, description="least effective share of the draws")
+    min_effective_draws: int = Field(ge=1, description="least effective number of the weighted draws")
     draws: int = Field(ge=1, description="equally weighted draws that are kept")
     interval: float = Field(gt=0.0, lt=1.0, description="mass of the equal-tailed credible interval")
     refinement: RefinementSettings
@@ -70,7 +79,17 @@ class ExactSettings(Settings):
                 f"draws = {self.draws}, but a round of the sampler leaves only {self.mcmc.least_draws}; "
                 "raise mcmc.steps or lower draws"
             )
+        if self.most_proposal_draws < self.proposal_draws:
+            raise ValueError(
+                f"most_proposal_draws = {self.most_proposal_draws} is less than proposal_draws = "
+                f"{self.proposal_draws}; set both alike for a single attempt"
+            )
         return self
+
+    @property
+    def attempts(self) -> tuple[int, ...]:
+        """Draws of each attempt at weights, before MCMC."""
+        return tuple(dict.fromkeys((self.proposal_draws, self.most_proposal_draws)))
 
 
 def warm_up_steps(steps: int, fraction: float) -> int:

@@ -97,10 +97,11 @@ def exact_draws(
     """
     weighted = weigh(model, proposal, draws, settings.prior_fraction, seed)
     by_mcmc, limit = False, k_hat_limit(draws, settings.max_k_hat)
-    if weight_failures(weighted, limit, settings.refinement.usable_efficiency):
+    least_effective = settings.refinement.usable_efficiency * draws
+    if weight_failures(weighted, limit, least_effective):
         proposal = refine(model, proposal, settings.refinement, seed).proposal
         weighted = weigh(model, proposal, draws, settings.prior_fraction, integer_seed(seed, "refined"))
-    if weight_failures(weighted, limit, settings.refinement.usable_efficiency):
+    if weight_failures(weighted, limit, least_effective):
         posterior = exact_posterior(model, proposal, settings, seed)
         weighted, by_mcmc = posterior.weighted, posterior.sampler == "mcmc"
     drawn = ExactDraws(

@@ -18,8 +18,9 @@ import torch
 import torch.nn.functional as F
 import zuko
 from torch import Tensor
+from zuko.distributions import NormalizingFlow
 from zuko.flows.autoregressive import MaskedAutoregressiveTransform
-from zuko.nn import MaskedLinear
+from zuko.nn import MLP, MaskedLinear
 from zuko.utils import unpack
 
 from swesbi.arrays import FloatArray
@@ -32,6 +33,34 @@ from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 FARTHEST: Final = -30.0  # in the logit: the lower bound of every parameter
 DRAWS_PER_BATCH = 50_000
 """Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
+
+
+class ConditionalFlow(zuko.flows.Flow):  # type: ignore[misc]  # zuko is not typed
+    """A flow whose conditioning vector passes an embedding net, trained with it, which all transforms share.
+
+    The masks of an autoregressive net leave few units to each coordinate; what a recording says is worked out
+    before them. The vector itself goes along, so that an embedding only has to add to it.
+    """
+
+    def __init__(self, flow: zuko.flows.Flow, embedding: torch.nn.Module | None) -> None:
+        super().__init__(flow.transform, flow.base)
+        self.embedding = embedding
+
+    def embed(self, condition: Tensor) -> Tensor:
+        """Return what the transforms take of conditions (n, C); shape (n, C + outputs)."""
+        if self.embedding is None:
+            return condition
+        return torch.cat((condition, self.embedding(condition)), dim=-1)
+
+    def of_embedded(self, embedded: Tensor) -> NormalizingFlow:
+        """Return the densities under conditions that are embedded already."""
+        return super().forward(embedded)
+
+    def forward(self, c: Tensor | None = None) -> NormalizingFlow:
+        """Return the densities under conditions c (n, C)."""
+        if c is None:
+            raise ValueError("the flow is conditional; give it conditioning vectors")
+        return self.of_embedded(self.embed(c))
 
 
 @dataclass(frozen=True)
@@ -139,7 +168,7 @@ class TrainedSpline:
         best_validation_loss: Mean of -log q(eta | z) over held-out theta at the best epoch, standardised eta.
     """
 
-    net: zuko.flows.Flow
+    net: ConditionalFlow
     settings: SplineSettings
     prior: JointPriorSettings
     conditioner: RecordingConditioner
@@ -159,17 +188,22 @@ class TrainedSpline:
         return inverse_transforms(self.net)
 
 
-def build_net(settings: SplineSettings, parameters: int, components: int) -> zuko.flows.Flow:
+def build_net(settings: SplineSettings, parameters: int, components: int) -> ConditionalFlow:
     """Build an untrained flow of so many parameters, conditioned on ``components`` numbers."""
+    embedding, outputs = None, 0
+    if settings.embedding is not None:
+        outputs = settings.embedding.outputs
+        hidden = (settings.embedding.hidden_features,) * settings.embedding.hidden_layers
+        embedding = MLP(components, outputs, hidden, activation=torch.nn.SiLU)
     shape = {
         "features": parameters,
-        "context": components,
+        "context": components + outputs,
         "transforms": settings.transforms,
         "hidden_features": (settings.hidden_features,) * settings.hidden_layers,
     }
     if settings.model == "maf":
-        return zuko.flows.MAF(**shape)
-    return zuko.flows.NSF(**shape, bins=settings.bins)
+        return ConditionalFlow(zuko.flows.MAF(**shape), embedding)
+    return ConditionalFlow(zuko.flows.NSF(**shape, bins=settings.bins), embedding)
 
 
 def draw_phi(spline: TrainedSpline, condition: FloatArray, draws: int, seed: int) -> FloatArray:
@@ -228,10 +262,11 @@ def _in_batches(
     spline: TrainedSpline, condition: FloatArray, eta: FloatArray, evaluate: Callable[[Any, Tensor], Any]
 ) -> list[Any]:
     """Return what the flow under one condition says of eta (n, d), standardised, batch by batch."""
-    row, standardised = _tensor(condition), _tensor(spline.eta.apply(eta))
+    standardised = _tensor(spline.eta.apply(eta))
     with reproducible(0), torch.no_grad():
+        row = spline.net.embed(_tensor(condition[None]))
         return [
-            evaluate(spline.net(row.expand(len(part), -1)), part)
+            evaluate(spline.net.of_embedded(row.expand(len(part), -1)), part)
             for part in torch.split(standardised, DRAWS_PER_BATCH)
         ]
 
@@ -244,8 +279,8 @@ def _log_standardised(spline: TrainedSpline, eta: FloatArray) -> FloatArray:
 def from_base(spline: TrainedSpline, condition: FloatArray, u: FloatArray) -> FloatArray:
     """Return the phi (n, d) of points u (n, d) of the base space; errors as of :func:`to_base`."""
     _check(condition[None], len(spline.components))
-    row = _tensor(condition)
     with reproducible(0), torch.no_grad():
+        row = spline.net.embed(_tensor(condition[None]))
         parts = [_invert(spline, part, row) for part in torch.split(_tensor(u), DRAWS_PER_BATCH)]
     eta = torch.cat(parts).numpy().astype(np.float64) * spline.eta.scale + spline.eta.mean
     # a point so far out that the map overflows goes to a corner of the box, where no posterior has any mass
@@ -255,15 +290,16 @@ def from_base(spline: TrainedSpline, condition: FloatArray, u: FloatArray) -> Fl
 
 def _draw(spline: TrainedSpline, condition: Tensor, draws: int) -> FloatArray:
     """Draw standardised eta for conditions (B, C); shape (B, draws, d)."""
-    base = spline.net(condition).base.sample((draws,))
-    conditions = condition.expand(draws, *condition.shape).flatten(0, 1)
+    embedded = spline.net.embed(condition)
+    base = spline.net.of_embedded(embedded).base.sample((draws,))
+    conditions = embedded.expand(draws, *embedded.shape).flatten(0, 1)
     eta = _invert(spline, base.flatten(0, 1), conditions)
     drawn: FloatArray = eta.view(base.shape).transpose(0, 1).numpy().astype(np.float64)
     return drawn
 
 
 def _invert(spline: TrainedSpline, u: Tensor, condition: Tensor) -> Tensor:
-    """Return standardised eta (n, d) of points u (n, d) of the base space, under one condition or (n, C)."""
+    """Return standardised eta (n, d) of points u (n, d) of the base space, under embedded conditions."""
     conditions = condition.expand(len(u), condition.shape[-1])
     for inverse in spline.inverse:
         u = inverse(u, conditions)
