@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import speed_case
 
 from swesbi.heart.periodic import Status
+from swesbi.networks.settings import EmbeddingSettings
 from swesbi.networks.spline.conditioning import ConditioningSettings
 from swesbi.networks.spline.pool import SubjectSimulations
 from swesbi.networks.spline.training import SplineTraining, train_spline
@@ -16,8 +18,13 @@ from swesbi.prior import draw_prior
 
 EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]
 CONDITIONING = ConditioningSettings(summary=EXPERIMENT.summary, grid_points=100, density_kg_m3=1000.0)
+SMALL: dict[str, Any] = {"transforms": 2, "hidden_features": 24, "hidden_layers": 1, "batch_size": 128}
 TINY = EXPERIMENT.estimator.model_copy(
-    update={"transforms": 2, "hidden_features": 24, "hidden_layers": 1, "epochs": 12, "batch_size": 128}
+    update={
+        **SMALL,
+        "embedding": EmbeddingSettings(hidden_features=32, hidden_layers=1, outputs=8),
+        "epochs": 12,
+    }
 )
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
+import spline_case
 import torch
 import zuko
 
-from swesbi.networks.spline.net import inverse_transforms
+from swesbi.networks.spline.net import ConditionalFlow, build_net, inverse_transforms
 
 FEATURES, CONTEXT = 4, 7
 
@@ -40,6 +41,32 @@ def test_inverse_undoes_the_transform() -> None:
         for inverse in inverse_transforms(net):
             found = inverse(found, condition)
     torch.testing.assert_close(found, x, rtol=0.0, atol=1e-4)
+
+
+def test_an_embedding_adds_to_the_condition_and_all_transforms_see_it() -> None:
+    net = build_net(spline_case.TINY, FEATURES, CONTEXT)
+    condition, x = torch.randn(50, CONTEXT), torch.randn(50, FEATURES)
+    embedded = net.embed(condition)
+    assert embedded.shape == (50, CONTEXT + 8)
+    torch.testing.assert_close(embedded[:, :CONTEXT], condition)
+    expected = net(condition).log_prob(x)
+    torch.testing.assert_close(net.of_embedded(embedded).log_prob(x), expected)
+    moved = torch.cat((condition, embedded[:, CONTEXT:].flip(0)), dim=1)
+    assert float((net.of_embedded(moved).log_prob(x) - expected).detach().abs().max()) > 1e-3
+    (-expected.mean()).backward()
+    assert all(parameter.grad is not None for parameter in net.embedding.parameters())
+    with pytest.raises(ValueError, match="conditional"):
+        net()
+
+
+def test_a_flow_without_an_embedding_is_the_library_s() -> None:
+    plain = spline_case.TINY.model_copy(update={"embedding": None})
+    condition, x = torch.randn(50, CONTEXT), torch.randn(50, FEATURES)
+    net = build_net(plain, FEATURES, CONTEXT)
+    bare = zuko.flows.MAF(FEATURES, CONTEXT, transforms=2, hidden_features=(24,))
+    bare.load_state_dict(net.state_dict())
+    torch.testing.assert_close(net(condition).log_prob(x), bare(condition).log_prob(x))
+    assert isinstance(net, ConditionalFlow)
 
 
 def test_every_unit_is_evaluated_once() -> None:
