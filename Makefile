@@ -55,7 +55,9 @@ ladder: $(INSTALLED) ## what the posteriors owe to the equations: a table and a 
 
 exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figures at two levels of noise, in three hours (docs/exam.md)
 	$(BIN)/python -m swesbi exam --cores $(CORES)
-	cp results/figures/exam.png docs/figures/exam.png
+	for name in exam exam_former_noise; do \
+		cp results/tables/$$name.csv results/tables/$${name}_samplers.csv docs/tables/ || exit; \
+		cp results/figures/$$name.png docs/figures/ || exit; done
 
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
 	$(BIN)/python -m swesbi.show.docs

@@ -49,10 +49,19 @@ def results(finished: StudyCopy) -> ReproductionResults:
 @pytest.fixture
 def written(finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(finished.folder)
-    for page in ("reproduction.md", "calibration.md", "population.md", "ladder.md"):
-        (tmp_path / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")
-    assert main(["--overlay", "smoke.yaml", "--docs", str(tmp_path)]) == 0
-    return tmp_path
+    docs = tmp_path / "docs"
+    docs.mkdir()
+    for page in (
+        "reproduction.md",
+        "calibration.md",
+        "population.md",
+        "ladder.md",
+        "exam.md",
+        "../README.md",
+    ):
+        (docs / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")
+    assert main(["--overlay", "smoke.yaml", "--docs", str(docs)]) == 0
+    return docs
 
 
 def parts_of(page: str) -> dict[str, str]:
@@ -110,6 +119,12 @@ def test_the_page_on_the_population_has_its_strata_and_its_cohort(written: Path,
     for name in ("strata-amortised", "cohort-amortised"):
         assert f"figures/{name}.png" in parts[name.split("-")[0]]
         assert (written / "figures" / f"{name}.png").is_file()
+
+
+def test_a_study_without_a_stored_exam_says_that_it_has_not_been_sat(written: Path) -> None:
+    for page in ("exam.md", "calibration.md", "../README.md"):
+        parts = parts_of((written / page).read_text(encoding="utf-8"))
+        assert parts["exam"].strip().startswith("**The exam has not been sat yet**")
 
 
 def test_the_cost_of_cohorts_is_shown_with_its_growth() -> None:

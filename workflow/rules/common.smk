@@ -1,6 +1,7 @@
 """The validated study, and what is taken from it everywhere: paths, subjects, params of the stages."""
 
 import sys
+from pathlib import Path
 
 from snakemake.io import expand as expand_names
 
@@ -28,6 +29,8 @@ EXPERIMENTS = list(CONFIG.experiments_run)
 SHARDS = range(CONFIG.resources.shards_per_subject)
 PARTS = range(CONFIG.resources.population_parts)
 POPULATIONS = list(CONFIG.populations_run)
+EXAMINED = CONFIG.exam.experiment
+EXAMINED_HERE = [name for name in POPULATIONS if name == EXAMINED]
 SHOWN = [
     subject
     for subject in SUBJECTS
@@ -232,6 +235,26 @@ def truth_files():
     return [str(path)] if path.is_file() else []
 
 
+def exam_that_was_sat():
+    """Return the stored table of the exam, where it is to be shown and has been sat."""
+    path = CONFIG.exam.sat
+    return [path] if path is not None and Path(path).is_file() else []
+
+
+def small_exam_outputs():
+    """Return tables and figures of the small exam, which a study of its experiment has."""
+    return [
+        f"{RESULTS}/{path}"
+        for _ in EXAMINED_HERE
+        for path in (
+            "tables/small_exam.csv",
+            "tables/small_exam_samplers.csv",
+            "figures/small_exam.pdf",
+            "figures/small_exam.png",
+        )
+    ]
+
+
 def noise_files():
     """Return the cohort's noise, which only experiments on speeds need."""
     if not (SPEED_EXPERIMENTS or POPULATIONS):
@@ -322,6 +345,7 @@ def cohort_outputs():
         *expand(
             f"{RESULTS}/{{experiment}}/recovery_acquisition.csv", experiment=EXPERIMENTS
         ),
+        *small_exam_outputs(),
         *files_of_subjects(["ppc.png", "posterior.png"], EXPERIMENTS),
     ]
 
@@ -361,6 +385,11 @@ def linked_artefacts():
             experiment=POPULATIONS,
             file=["simulations/shard", "calibration/part"],
             part=PARTS,
+        ),
+        *expand(
+            f"{RESULTS}/{{experiment}}/small_exam/cohort/{{generator}}.h5",
+            experiment=EXAMINED_HERE,
+            generator=CONFIG.exam.small_hearts,
         ),
         *(
             f"{RESULTS}/{experiment}/subjects/{subject}/{file}"

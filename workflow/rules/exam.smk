@@ -1,7 +1,5 @@
 """The small exam of development: a few hearts of its own; `make exam` sits the exam itself, no part of the study."""
 
-EXAMINED = CONFIG.exam.experiment
-
 
 rule small_exam_answers:
     input:

@@ -56,6 +56,9 @@ rule report:
             figure=[*names_of("population"), *names_of("experiment")],
             experiment=POPULATIONS,
         ),
+        small_exam_csv=[rules.small_exam.output.table for _ in EXAMINED_HERE],
+        small_exam_png=[rules.small_exam.output.figure_png for _ in EXAMINED_HERE],
+        exam_sat=exam_that_was_sat(),
         artefacts=linked_artefacts(),
     output:
         report=f"{RESULTS}/report.html",

@@ -44,6 +44,9 @@ class ExamChoiceSettings(ExamSettings):
     """The exam of one experiment."""
 
     experiment: Name = Field(description="an experiment over a population")
+    sat: str | None = Field(
+        min_length=1, description="table of the exam that was sat, shown once it exists; null: none is shown"
+    )
 
 
 class NewSubjectsSettings(Settings):

@@ -244,6 +244,11 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return {
         "cohort_title": config.cohort_title,
         "configuration": printed,
+        "exam": {
+            "asked": config.exam.sat is not None,
+            "experiment": config.exam.experiment,
+            "interval": config.speed_experiments[config.base_of(config.exam.experiment)].exact.interval,
+        },
         "experiments": shown,
         "main_experiment": config.main_experiment,
         "populations": populations,

@@ -14,6 +14,7 @@ from swesbi.config.read import ConfigError, add_options, read_merged
 from swesbi.config.study import load_study
 from swesbi.show.docs.calibration import PARTS as CALIBRATION_PARTS
 from swesbi.show.docs.calibration import REFERENCE, experiment_shown, read_calibration_results
+from swesbi.show.docs.exam import MARK, ExamResults, calibration_part, exam_interval, page_part, readme_part
 from swesbi.show.docs.figures import write_noise_figure, write_population_figure
 from swesbi.show.docs.ladder import PARTS as LADDER_PARTS
 from swesbi.show.docs.ladder import LadderResults
@@ -28,6 +29,8 @@ PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
 POPULATION_PAGE: Final = "population.md"
 LADDER_PAGE: Final = "ladder.md"
+EXAM_PAGE: Final = "exam.md"
+README: Final = "../README.md"
 EXIT_USAGE: Final = 2
 
 
@@ -35,8 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write the documentation's marked parts and figures; return 0, or 2 with a message."""
     parser = argparse.ArgumentParser(
         prog="python -m swesbi.show.docs",
-        description="Rewrite the marked parts of the pages under docs/, and copy the "
-        "figures that the documentation shows, from a finished study.",
+        description="Rewrite the marked parts of the pages under docs/ and of the README beside it, and copy "
+        "the figures that the documentation shows, from a finished study.",
     )
     add_options(parser)
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="default: docs")
@@ -66,11 +69,14 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     pages = {PAGE: {name: part(results) for name, part in PARTS.items()}}
     ladder = LadderResults.read(REFERENCE)
     pages[LADDER_PAGE] = {mark: part(ladder) for mark, part in LADDER_PARTS.items()}
+    exam = ExamResults.read(docs / "tables", exam_interval(study))
+    pages |= {EXAM_PAGE: {MARK: page_part(exam)}, README: {MARK: readme_part(exam)}}
     figures = documented(PagePart.STUDY)
     if name := experiment_shown(study):
         text = config.read_text(encoding="utf-8")
         calibration = read_calibration_results(folder, study, name, docs, text)
         pages[CALIBRATION_PAGE] = {mark: part(calibration) for mark, part in CALIBRATION_PARTS.items()}
+        pages[CALIBRATION_PAGE] |= {MARK: calibration_part(exam)}
         figures += [*documented(PagePart.SPEEDS, name), f"training-{name}"]
         write_noise_figure(folder / "cohort" / "noise.h5", docs, study.config.cohort_title)
     for name in study.config.populations_run[:1]:

@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.exam.score import ATTAINED, QUANTITIES
-from swesbi.exam.settings import COHORT_NOISE, FORMER_NOISE
 from swesbi.exam.table import NOT_TESTED
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.show.figures.style import (
@@ -25,13 +24,12 @@ from swesbi.show.figures.style import (
     style,
 )
 from swesbi.show.numbers import as_percent
+from swesbi.show.tables.exam import noise_of
+from swesbi.show.tables.exam_outcomes import ASKED
 
 WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
 ROW_HEIGHT_IN: Final = 0.34
 FRAME_HEIGHT_IN: Final = 1.1
-ASKED: Final = (0.85, 0.95)
-"""Coverage that is asked of 90 % intervals in docs/exam.md."""
-NOISE: Final = {COHORT_NOISE: "the cohort's noise", FORMER_NOISE: "the cohort's former noise"}
 OFFSET: Final = 0.16
 TITLES: Final = dict(zip(THETA_NAMES, THETA_SYMBOLS, strict=True)) | {ATTAINED: "attained stiffness"}
 LOOKS: Final[dict[str, dict[str, Any]]] = {
@@ -61,7 +59,7 @@ def draw_exam(table: pd.DataFrame, interval: float) -> Figure:
         axes[0].set_xlim(-0.02, 1.02)
         in_percent(axes[0].xaxis)
         figure.suptitle(
-            f"The exam at {NOISE[table['noise'].iloc[0]]}: hearts whose truth lies in the "
+            f"The exam at {noise_of(table)}: hearts whose truth lies in the "
             f"{as_percent(interval)} interval (grey: asked for)",
             fontsize=7.5,
         )

@@ -12,6 +12,7 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 
 from swesbi.artefacts import ArtefactError
 from swesbi.show.numbers import with_symbols
+from swesbi.show.page.exam import ExamSection
 from swesbi.show.page.figures import PagePart, figures_of, further_figures
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.page.sections import Fact, PopulationSection, Section, caution, headline
@@ -28,7 +29,9 @@ from swesbi.show.tables.experiments import (
     training_table,
 )
 
-TEMPLATES: Final = ("templates/page.html", "templates/macros.html", "templates/page.css")
+TEMPLATES: Final = (
+    "templates/page.html", "templates/exam.html", "templates/macros.html", "templates/page.css",
+)  # fmt: skip
 ENTRY: Final = TEMPLATES[0]
 
 
@@ -86,6 +89,7 @@ class Page:
     figures: Figures
     sections: tuple[Section, ...]
     populations: tuple[PopulationSection, ...]
+    exam: ExamSection | None
     files: tuple[Table, ...]
     provenance: PageProvenance
 
@@ -96,6 +100,7 @@ def make_page(
     figures: Figures,
     sections: Sequence[Section],
     populations: Sequence[PopulationSection],
+    exam: ExamSection | None,
     files: Sequence[Table],
     provenance: PageProvenance,
 ) -> Page:
@@ -112,6 +117,7 @@ def make_page(
         figures=figures,
         sections=tuple(sections),
         populations=tuple(populations),
+        exam=exam,
         files=tuple(files),
         provenance=provenance,
     )
@@ -159,6 +165,11 @@ def study_figures(
 
 def render(page: Page) -> str:
     """Return the page as HTML; equal pages give equal text."""
+    return templates().get_template(Path(ENTRY).name).render(page=page)
+
+
+def templates() -> Environment:
+    """Return the page's templates by name; what one shows and is not given is an error."""
     folder = Path(__file__).parent
     sources = {Path(name).name: (folder / name).read_text(encoding="utf-8") for name in TEMPLATES}
     environment = Environment(
@@ -170,7 +181,7 @@ def render(page: Page) -> str:
         keep_trailing_newline=True,
     )
     environment.filters["symbols"] = with_symbols
-    return environment.get_template(Path(ENTRY).name).render(page=page)
+    return environment
 
 
 def as_yaml(plain: Mapping[str, Any]) -> str:

@@ -19,12 +19,14 @@ from swesbi.recording.observation import read_observation
 from swesbi.show.figures.population import read_strata
 from swesbi.show.figures.training import read_history
 from swesbi.show.numbers import protocol_entry
+from swesbi.show.page.exam import ExamSection, make_exam_section, sat_exam, small_exam
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.show.page.page import Cohort, PageProvenance, as_yaml, make_page, render, study_figures
 from swesbi.show.page.sections import Section, make_population_section, make_section, section_figures
 from swesbi.show.results import Experiment, Recovery, Results
 from swesbi.show.tables.exact import Exact
+from swesbi.show.tables.exam import read_exam
 from swesbi.show.tables.experiments import read_comparison
 from swesbi.show.tables.population import OverPopulation
 from swesbi.study.stages.origin import Origin, ResultKey, by_key
@@ -115,6 +117,20 @@ def read_populations(
     )
 
 
+class ShownExamSettings(Settings):
+    """What the page says of the exam.
+
+    Attributes:
+        experiment: The experiment whose network answers it.
+        interval: Mass of its credible intervals.
+        asked: Whether the page is to show the exam that was sat.
+    """
+
+    experiment: str
+    interval: float
+    asked: bool
+
+
 class ReportSettings(Settings):
     """What the page says of the study's configuration.
 
@@ -123,6 +139,7 @@ class ReportSettings(Settings):
         main_experiment: The experiment of figures 2 and 3 and of table 1.
         experiments: Section of each experiment shown, its prior as the prior itself.
         populations: Section of each experiment over a population, with the mass of its credible intervals.
+        exam: What the page says of the exam.
         configuration: The configuration as the page prints it.
     """
 
@@ -130,6 +147,7 @@ class ReportSettings(Settings):
     main_experiment: str
     experiments: dict[str, dict[str, JsonValue]]
     populations: dict[str, dict[str, JsonValue]]
+    exam: ShownExamSettings
     configuration: dict[str, JsonValue]
 
 
@@ -157,6 +175,9 @@ def report(
     population_cohorts: Sequence[Path],
     population_strata: Sequence[Path],
     population_pngs: Sequence[Path],
+    small_exam_csv: Sequence[Path],
+    small_exam_png: Sequence[Path],
+    exam_sat: Sequence[Path],
     artefacts: Sequence[Path],
     report: Path,
     configuration: Path,
@@ -165,8 +186,8 @@ def report(
 ) -> None:
     """Write the configuration and the page, which refers to every file by its path relative to itself.
 
-    What belongs to experiments on speeds or over a population is empty where none is run; ``noise`` and
-    ``truth_csv`` hold one file or none.
+    What belongs to experiments on speeds or over a population is empty where none is run; ``noise``,
+    ``truth_csv``, ``small_exam_csv``, ``small_exam_png`` and ``exam_sat`` hold one file or none.
 
     Raises:
         ArtefactError: An input is missing for an experiment, or cannot be read.
@@ -189,7 +210,8 @@ def report(
     origins = _provenance(settings, origin, artefacts, relative(configuration, report))
     files_shown = file_groups(artefacts, report)
     cohort = _cohort(recording, title)
-    page = make_page(results, cohort, figures, sections, populations, files_shown, origins)
+    exam = _exam(settings.exam, small_exam_csv, small_exam_png, exam_sat, report)
+    page = make_page(results, cohort, figures, sections, populations, exam, files_shown, origins)
     _write(configuration, origins.configuration)
     _write(report, render(page))
 
@@ -199,6 +221,24 @@ def _sections(exact: Iterable[Exact], pngs: Sequence[Path], report: Path, title:
         make_section(each, section_figures(PagePart.SPEEDS, pngs, each.experiment.name, report, title), title)
         for each in exact
     ]
+
+
+def _exam(
+    settings: ShownExamSettings,
+    tables: Sequence[Path],
+    pngs: Sequence[Path],
+    sat: Sequence[Path],
+    report: Path,
+) -> ExamSection | None:
+    small = [small_exam(read_exam(table), png, report) for table, png in zip(tables, pngs, strict=True)]
+    stored = [sat_exam(path) for path in sat]
+    return make_exam_section(
+        settings.experiment,
+        settings.interval,
+        next(iter(small), None),
+        settings.asked,
+        next(iter(stored), None),
+    )
 
 
 def _provenance(

@@ -1,0 +1,246 @@
+"""The exam on the page and in the documentation: what a made-up table says is what is written."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Final
+
+import pandas as pd
+import pytest
+from exam_case import CONFIG, answer
+from matplotlib.figure import Figure as Drawing
+from study_copy import ROOT
+
+from swesbi.artefacts import ArtefactError
+from swesbi.config.read import overlay, read_yaml
+from swesbi.config.slices import stage_settings
+from swesbi.config.study import load_study
+from swesbi.exam.score import HeartAnswer
+from swesbi.exam.settings import NoiseLevel
+from swesbi.exam.table import exam_table as table_of
+from swesbi.exam.table import samplers_table as samplers_of
+from swesbi.show.csv import write_csv
+from swesbi.show.docs.exam import (
+    ExamResults,
+    calibration_part,
+    exam_interval,
+    page_part,
+    readme_part,
+)
+from swesbi.show.docs.marks import PART
+from swesbi.show.figures.style import save_figure
+from swesbi.show.page.exam import ExamSection, make_exam_section, sat_exam, small_exam
+from swesbi.show.page.page import templates
+from swesbi.show.table import Strong
+from swesbi.show.tables.exam import exam_table, generators_table, read_exam, samplers_table
+from swesbi.show.tables.exam_outcomes import in_brief
+
+TITLES: Final = {"a": "own", "b": "wide", "d": "spring", "e": "blocks", "f": "bonds"}
+SHIPPED: Final = read_yaml(ROOT / "config.yaml")
+PAGES: Final = {
+    "README.md": readme_part,
+    "docs/exam.md": page_part,
+    "docs/calibration.md": calibration_part,
+}
+
+
+def hearts(inside: int, outside: int, unsupported: int = 0, without_k_sr: bool = False) -> list[HeartAnswer]:
+    """So many supported hearts whose intervals hold the truth or do not, and unsupported ones that do."""
+    truth = (40.0, float("nan") if without_k_sr else 30.0, 60.0, 6.0)
+    far = (80.0, *truth[1:])
+    return [
+        *(answer(number, truth=truth) for number in range(inside)),
+        *(answer(number, truth=far) for number in range(outside)),
+        *(answer(number, "unsupported", truth=truth) for number in range(unsupported)),
+    ]
+
+
+MADE: Final = {
+    "a": hearts(54, 1, 5),
+    "b": hearts(80, 10, 110),
+    "d": hearts(24, 16, 20),
+    "e": hearts(10, 2, 48),
+    "f": hearts(36, 4, 0, without_k_sr=True),
+}
+
+
+def made_table(noise: NoiseLevel = "cohort", **answers: list[HeartAnswer]) -> pd.DataFrame:
+    return table_of(answers or MADE, TITLES, noise, CONFIG.exam.score)
+
+
+def store(folder: Path) -> Path:
+    """Write the four tables as `make exam` stores them."""
+    levels: dict[str, NoiseLevel] = {"exam": "cohort", "exam_former_noise": "former"}
+    for stem, noise in levels.items():
+        write_csv(folder / f"{stem}.csv", made_table(noise))
+        write_csv(folder / f"{stem}_samplers.csv", samplers_of(MADE, TITLES, noise))
+    return folder
+
+
+def test_generators_stand_worst_first_with_a_row_a_quantity() -> None:
+    rows = exam_table(made_table(), "The exam").rows
+    names = [str(row.cells[0]) for row in rows]
+    assert list(dict.fromkeys(names)) == ["(d) spring", "(e) blocks", "(b) wide", "(f) bonds", "(a) own"]
+    assert names.count("(d) spring") == 4
+    assert [row.cells[1] for row in rows if row.cells[0] == "(f) bonds"] == [
+        "attained stiffness",
+        "k_0",
+        "k_ATP",
+    ]
+    worst = rows[0].cells
+    assert worst[1:6] == ("attained stiffness", "60", "67", "0", "33")
+    assert str(worst[6]).startswith("73.3 (")
+    assert isinstance(worst[7], Strong) and worst[7].text.startswith("60.0 (")
+    assert worst[8:] == (Strong("40.0"), "−0.18", "0.45")
+
+
+def test_who_has_fewer_than_thirty_supported_is_not_tested() -> None:
+    table = made_table()
+    (row, *_) = [row for row in exam_table(table, "The exam").rows if row.cells[0] == "(e) blocks"]
+    assert row.muted and row.cells[7:9] == ("not tested", "not tested")
+    assert row.cells[6] != "not tested", "the coverage of all answered is told"
+    (short,) = [row for row in generators_table(table, "The exam").rows if row.cells[0] == "(e) blocks"]
+    assert short.cells == ("(e) blocks", "60", "20", "not tested", "not tested", "not tested")
+
+
+def test_a_generator_without_relaxation_rate_has_a_dash() -> None:
+    (row,) = [row for row in generators_table(made_table(), "x").rows if row.cells[0] == "(f) bonds"]
+    assert row.cells[2:] == ("100", "90.0 (76 to 97)", "–", "10.0")
+
+
+def test_sentences_follow_the_numbers_worst_first() -> None:
+    below, missed, untested, of_b, of_a, reached = in_brief(made_table())
+    asked = "85 % of the supported hearts"
+    assert (
+        below == f"The interval holds the truth in fewer than {asked}: (d) spring, attained stiffness 60.0 %."
+    )
+    assert missed == "More than 15 % missed and supported: (d) spring, 40.0 %."
+    assert untested == "Not tested, since too few hearts are supported: (e) blocks, 12 of 60."
+    assert of_b == (
+        "(b) wide: 45.0 % supported, fewer than the asked 60 %; of all answered hearts outside 85 to 95 % "
+        "lie k_SR 100.0 %, k_0 100.0 %, k_ATP 100.0 %."
+    )
+    assert of_a == (
+        "(a) own: 91.7 % supported, at least 80 %; of all answered hearts each quantity in 85 to 100 %."
+    )
+    assert reached.startswith(
+        f"The intervals hold attained stiffness and k_SR in at least {asked}: (b) wide,"
+    )
+    assert (
+        "(f) bonds, attained stiffness 90.0 %; (a) own, attained stiffness 98.2 %, k_SR 100.0 %." in reached
+    )
+
+
+@pytest.mark.parametrize(("inside", "outside", "reached"), [(34, 6, True), (33, 7, False)])
+def test_the_limit_itself_is_reached(inside: int, outside: int, reached: bool) -> None:
+    sentences = in_brief(made_table(d=hearts(inside, outside)))
+    assert any("in at least 85 %" in sentence for sentence in sentences) is reached
+    assert any("missed and supported" in sentence for sentence in sentences) is not reached
+
+
+def test_nothing_is_said_of_what_there_is_none_of() -> None:
+    assert in_brief(made_table(d=hearts(2, 2))) == (
+        "Not tested, since too few hearts are supported: (d) spring, 4 of 4.",
+    )
+
+
+def test_how_hearts_were_answered_stands_by_generator() -> None:
+    rows = samplers_table(samplers_of({"e": hearts(3, 0)}, TITLES, "former"), "The exam").rows
+    assert [row.cells for row in rows] == [("(e) blocks", "3", "0", "0", "51", "0.0", "0.0")]
+
+
+def test_a_table_that_lacks_a_column_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "exam.csv"
+    made_table().drop(columns="tested").to_csv(path, index=False)
+    with pytest.raises(ArtefactError, match=r"exam.csv: lacks the columns tested"):
+        read_exam(path)
+
+
+def test_every_page_shows_the_stored_exam(tmp_path: Path) -> None:
+    results = ExamResults.read(store(tmp_path), 0.9)
+    assert results is not None
+    whole, calibration, readme = page_part(results), calibration_part(results), readme_part(results)
+    for noise, figure in (("noise", "exam"), ("former noise", "exam_former_noise")):
+        assert f"**At the cohort's {noise}:**" in whole and f"(figures/{figure}.png)" in whole
+    assert (
+        whole.count("| (d) spring | attained stiffness |") == whole.count("| Hearts | Number | Refused") == 2
+    )
+    assert calibration.count("| (d) spring | attained stiffness |") == 1
+    assert all(text.count("- Not tested, since") == 2 for text in (whole, calibration))
+    assert len([line for line in readme.splitlines() if line.startswith("| (")]) == len(MADE)
+    assert "| (d) spring | 60 | 67 | **60.0 (43 to 75)** | 100.0 (91 to 100) | **40.0** |" in readme
+    assert "90 % intervals" in calibration and "90 % intervals" in readme
+    for text in (whole, calibration, readme):
+        assert "not been sat" not in text and "nan" not in text
+
+
+def test_without_stored_tables_it_has_not_been_sat(tmp_path: Path) -> None:
+    assert ExamResults.read(tmp_path, 0.9) is None
+    for part in PAGES.values():
+        assert part(None).startswith("**The exam has not been sat yet**")
+        assert "\n" not in part(None)
+
+
+def test_some_of_the_tables_are_not_the_exam(tmp_path: Path) -> None:
+    (store(tmp_path) / "exam_former_noise_samplers.csv").unlink()
+    with pytest.raises(ArtefactError, match=r"exam_former_noise_samplers.csv: missing beside"):
+        ExamResults.read(tmp_path, 0.9)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_pages_say_what_the_stored_tables_say(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    (body,) = [match["body"] for match in PART.finditer(text) if match["name"] == "exam"]
+    stored = ExamResults.read(ROOT / "docs" / "tables", exam_interval(load_study(SHIPPED)))
+    assert body.strip() == PAGES[page](stored).strip(), "run `make docs` after `make exam`"
+
+
+def rendered(section: ExamSection | None) -> str:
+    assert section is not None
+    return templates().get_template("exam.html").render(page=SimpleNamespace(exam=section))
+
+
+def made_small(folder: Path) -> Path:
+    path = folder / "figures" / "small_exam.png"
+    save_figure(Drawing(figsize=(2.0, 1.0)), path, path.with_suffix(".pdf"))
+    return path
+
+
+def test_the_page_tells_the_small_exam_from_the_one_that_was_sat(tmp_path: Path) -> None:
+    small = small_exam(made_table(a=hearts(4, 0)), made_small(tmp_path), tmp_path / "report.html")
+    sat = sat_exam(store(tmp_path) / "exam.csv")
+    text = rendered(make_exam_section("amortised", 0.9, small, asked=True, sat=sat))
+    shipped, own = text.index("The shipped study sat the exam"), text.index("a few hearts of development")
+    assert shipped < text.index("(d) spring") < own < text.index("figures/small_exam.png")
+    assert "12 of 60" in text[shipped:own] and "not tested" in text[own:]
+    assert "(d) spring" not in text[own:]
+    assert 'href="#population-amortised"' in text and "90 % intervals" in text
+
+
+def test_the_page_says_that_nothing_is_stored_only_where_it_was_asked(tmp_path: Path) -> None:
+    small = small_exam(made_table(a=hearts(4, 0)), made_small(tmp_path), tmp_path / "report.html")
+    asked, alone = (
+        rendered(make_exam_section("amortised", 0.9, small, asked, None)) for asked in (True, False)
+    )
+    assert "has not been sat" in asked and "has not been sat" not in alone
+    assert "The shipped study sat" not in asked + alone
+    assert make_exam_section("amortised", 0.9, None, asked=False, sat=None) is None
+
+
+def test_the_page_knows_whether_the_exam_is_asked_for() -> None:
+    study = load_study(SHIPPED)
+    shown = stage_settings(study, "report")["exam"]
+    assert shown == {"asked": True, "experiment": "amortised", "interval": 0.9}
+    assert study.config.exam.sat == "docs/tables/exam.csv"
+    silent = load_study(overlay(SHIPPED, {"exam": {"sat": None}}))
+    assert stage_settings(silent, "report")["exam"]["asked"] is False
+
+
+def test_make_stores_what_the_documentation_reads() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    (recipe,) = re.findall(r"^exam: .*\n((?:\t.*\n)+)", makefile, re.MULTILINE)
+    assert "for name in exam exam_former_noise;" in recipe
+    assert "results/tables/$$name.csv results/tables/$${name}_samplers.csv docs/tables/" in recipe
+    assert "results/figures/$$name.png docs/figures/" in recipe
