@@ -190,6 +190,24 @@ def test_some_of_the_tables_are_not_the_exam(tmp_path: Path) -> None:
         ExamResults.read(tmp_path, 0.9)
 
 
+def test_the_former_noise_may_follow_and_the_cohort_s_may_not(tmp_path: Path) -> None:
+    folder = store(tmp_path)
+    former = [folder / f"exam_former_noise{suffix}.csv" for suffix in ("", "_samplers")]
+    kept = [path.read_text() for path in former]
+    for path in former:
+        path.unlink()
+    results = ExamResults.read(folder, 0.9)
+    assert results is not None
+    for part in (page_part, calibration_part):
+        assert "At the cohort's former noise the exam has not been sat yet." in part(results)
+    for path, text in zip(former, kept, strict=True):
+        path.write_text(text)
+    for suffix in ("", "_samplers"):
+        (folder / f"exam{suffix}.csv").unlink()
+    with pytest.raises(ArtefactError, match=r"exam.csv: missing beside exam_former_noise.csv"):
+        ExamResults.read(folder, 0.9)
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_the_pages_say_what_the_stored_tables_say(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")

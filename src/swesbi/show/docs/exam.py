@@ -10,9 +10,11 @@ import pandas as pd
 
 from swesbi.artefacts import ArtefactError
 from swesbi.config.study import Study
+from swesbi.exam.settings import FORMER_NOISE
 from swesbi.show.numbers import as_percent
 from swesbi.show.table import markdown
 from swesbi.show.tables.exam import (
+    NOISE,
     exam_table,
     generators_table,
     noise_of,
@@ -23,6 +25,7 @@ from swesbi.show.tables.exam import (
 from swesbi.show.tables.exam_outcomes import in_brief
 
 NOT_SAT: Final = "**The exam has not been sat yet**: `make exam` on a finished study."
+NOT_SAT_AT_FORMER: Final = f"At {NOISE[FORMER_NOISE]} the exam has not been sat yet."
 STEMS: Final = ("exam", "exam_former_noise")
 WHAT: Final = "The exam"
 MARK: Final = "exam"
@@ -50,12 +53,12 @@ class ExamResults:
 
     Attributes:
         cohort: At the noise of the cohort.
-        former: At its former noise.
+        former: At its former noise; None where it has been sat at the cohort's alone.
         interval: Mass of the credible intervals.
     """
 
     cohort: Sitting
-    former: Sitting
+    former: Sitting | None
     interval: float
 
     @classmethod
@@ -63,21 +66,26 @@ class ExamResults:
         """Read the stored tables; None before ``make exam``.
 
         Raises:
-            ArtefactError: Some of the tables are there and others are not, or one is not what its name says.
+            ArtefactError: Of a level of noise one table is there and the other is not, the cohort's level is
+                missing, or a table is not what its name says.
         """
-        paths = [folder / f"{stem}{suffix}.csv" for stem in STEMS for suffix in ("", "_samplers")]
-        missing = [path for path in paths if not path.is_file()]
-        if missing == paths:
+        found = [_sitting(folder, stem) for stem in STEMS]
+        if found == [None, None]:
             return None
-        if missing:
-            named = ", ".join(map(str, missing))
-            raise ArtefactError(f"{named}: missing beside the other tables of the exam; run `make exam`")
-        cohort, former = (_sitting(folder, stem) for stem in STEMS)
-        return cls(cohort, former, interval)
+        if found[0] is None:
+            raise ArtefactError(f"{folder / STEMS[0]}.csv: missing beside {STEMS[1]}.csv; run `make exam`")
+        return cls(found[0], found[1], interval)
 
 
-def _sitting(folder: Path, stem: str) -> Sitting:
-    return Sitting(stem, read_exam(folder / f"{stem}.csv"), read_samplers(folder / f"{stem}_samplers.csv"))
+def _sitting(folder: Path, stem: str) -> Sitting | None:
+    """Read both tables of one level of noise; None where neither is there."""
+    paths = [folder / f"{stem}{suffix}.csv" for suffix in ("", "_samplers")]
+    missing = [str(path) for path in paths if not path.is_file()]
+    if len(missing) == len(paths):
+        return None
+    if missing:
+        raise ArtefactError(f"{missing[0]}: missing beside the other table of the exam; run `make exam`")
+    return Sitting(stem, read_exam(paths[0]), read_samplers(paths[1]))
 
 
 def exam_interval(study: Study) -> float:
@@ -90,12 +98,14 @@ def page_part(results: ExamResults | None) -> str:
     """Show all of it at both levels of noise: what came out, figure, coverage, how it was answered."""
     if results is None:
         return NOT_SAT
-    return "\n\n".join(
+    sittings = [sitting for sitting in (results.cohort, results.former) if sitting is not None]
+    parts = [
         f"**At {noise_of(sitting.table)}:**\n\n{_brief(sitting)}\n\n"
         f"![The exam at {noise_of(sitting.table)}](figures/{sitting.stem}.png)\n\n"
         f"{markdown(exam_table(sitting.table, WHAT))}\n\n{markdown(samplers_table(sitting.samplers, WHAT))}"
-        for sitting in (results.cohort, results.former)
-    )
+        for sitting in sittings
+    ]
+    return "\n\n".join(parts if results.former else [*parts, NOT_SAT_AT_FORMER])
 
 
 def calibration_part(results: ExamResults | None) -> str:
@@ -103,10 +113,15 @@ def calibration_part(results: ExamResults | None) -> str:
     if results is None:
         return f"{NOT_SAT} [How it is set](exam.md)."
     former = results.former
+    at_former = (
+        f"At {noise_of(former.table)} ([table](exam.md)):\n\n{_brief(former)}"
+        if former
+        else NOT_SAT_AT_FORMER
+    )
     return (
         f"{_asked(results)}, as they are [examined](exam.md), at {noise_of(results.cohort.table)}:\n\n"
         f"{_brief(results.cohort)}\n\n{markdown(exam_table(results.cohort.table, WHAT))}\n\n"
-        f"At {noise_of(former.table)} ([table](exam.md)):\n\n{_brief(former)}"
+        f"{at_former}"
     )
 
 
