@@ -1,0 +1,35 @@
+"""The exam's figures fall where the inference is broken on purpose; asked of hearts of development alone."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import pytest
+from broken_inference import Inference, answers, coverage
+
+LEAST: Final = 0.85
+"""What docs/exam.md asks of (a) and of (b)."""
+BROKEN: Final = 0.7
+"""A coverage that shows what is broken: of 24 hearts, four fewer than are asked for."""
+
+
+@pytest.mark.slow(minutes=1)
+def test_the_intact_inference_covers_attained_stiffness_and_k_sr() -> None:
+    made = answers("intact")
+    covered = coverage(made)
+    assert all(one.converged for one in made)
+    assert min(covered.values()) >= LEAST, f"intact: {covered}"
+
+
+@pytest.mark.slow(minutes=1)
+@pytest.mark.parametrize(
+    ("inference", "quantities"),
+    [
+        ("reference beat", ["k_sr_per_s"]),
+        ("wrong nuisances", ["k_sr_per_s"]),
+        ("hidden scale", ["attained_kpa"]),
+    ],
+)
+def test_a_broken_inference_misses_what_it_gets_wrong(inference: Inference, quantities: list[str]) -> None:
+    covered = coverage(answers(inference))
+    assert all(covered[name] <= BROKEN for name in quantities), f"{inference}: {covered}"
