@@ -23,13 +23,13 @@ def test_the_intact_inference_covers_attained_stiffness_and_k_sr() -> None:
 
 @pytest.mark.slow(minutes=1)
 @pytest.mark.parametrize(
-    ("inference", "quantities"),
+    ("inference", "quantity"),
     [
-        ("reference beat", ["k_sr_per_s"]),
-        ("wrong nuisances", ["k_sr_per_s"]),
-        ("hidden scale", ["attained_kpa"]),
+        ("reference beat", "k_sr_per_s"),
+        ("wrong nuisances", "k_sr_per_s"),
+        ("hidden scale", "attained_kpa"),
     ],
 )
-def test_a_broken_inference_misses_what_it_gets_wrong(inference: Inference, quantities: list[str]) -> None:
+def test_a_broken_inference_misses_what_it_gets_wrong(inference: Inference, quantity: str) -> None:
     covered = coverage(answers(inference))
-    assert all(covered[name] <= BROKEN for name in quantities), f"{inference}: {covered}"
+    assert covered[quantity] <= BROKEN, f"{inference}: {covered}"
