@@ -26,7 +26,6 @@ from swesbi.show.csv import write_csv
 from swesbi.show.docs.exam import (
     ExamResults,
     calibration_part,
-    exam_interval,
     page_part,
     readme_part,
 )
@@ -212,7 +211,7 @@ def test_the_former_noise_may_follow_and_the_cohort_s_may_not(tmp_path: Path) ->
 def test_the_pages_say_what_the_stored_tables_say(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     (body,) = [match["body"] for match in PART.finditer(text) if match["name"] == "exam"]
-    stored = ExamResults.read(ROOT / "docs" / "tables", exam_interval(load_study(SHIPPED)))
+    stored = ExamResults.read(ROOT / "docs" / "tables", load_study(SHIPPED).config.exam_interval)
     assert body.strip() == PAGES[page](stored).strip(), "run `make docs` after `make exam`"
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import exact_case
 import numpy as np
 import pandas as pd
 import pytest
@@ -23,7 +24,6 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.importance import weigh
 from swesbi.posterior.refine import FittedProposal, LogitSpace, StudentProposal, refine
-from swesbi.posterior.settings import RefinementSettings
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.noise import compare_noise, mean_errors
@@ -83,15 +83,7 @@ def model() -> SpeedModel:
     return speed_case.model()
 
 
-REFINEMENT = RefinementSettings(
-    draws=4000,
-    most_draws=4000,
-    effective_draws=100,
-    prior_fraction=0.1,
-    min_efficiency=0.3,
-    usable_efficiency=0.1,
-    max_rounds=5,
-)
+REFINEMENT = exact_case.SETTINGS.refinement
 
 
 @dataclass(frozen=True)

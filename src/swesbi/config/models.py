@@ -305,6 +305,11 @@ class Config(Settings):
         return over_population.base if over_population else experiment
 
     @property
+    def exam_interval(self) -> float:
+        """Mass of the credible intervals that answer the exam."""
+        return self.speed_experiments[self.base_of(self.exam.experiment)].exact.interval
+
+    @property
     def feature_experiments(self) -> Mapping[str, ExperimentSettings]:
         """The experiments with noise on features, by name."""
         parts = self.experiments.items()

@@ -247,7 +247,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         "exam": {
             "asked": config.exam.sat is not None,
             "experiment": config.exam.experiment,
-            "interval": config.speed_experiments[config.base_of(config.exam.experiment)].exact.interval,
+            "interval": config.exam_interval,
         },
         "experiments": shown,
         "main_experiment": config.main_experiment,

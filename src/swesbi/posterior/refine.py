@@ -32,7 +32,9 @@ DEGREES_OF_FREEDOM: Final = 8  # heavier tails than a posterior's, so that weigh
 WIDENING: Final = 1.2  # of the covariance
 RIDGE: Final = 1e-4  # least variance of a proposal, in eta
 DRAWS_A_PARAMETER: Final = 10.0  # effective ones behind a proposal; a posterior with fewer is flattened
-MOST_COMPONENTS: Final = 4  # of a mixture: more gained nothing on posteriors of fourteen parameters
+MOST_COMPONENTS: Final = (
+    4  # of a mixture: more of them fit fewer draws each, and lost on posteriors of fourteen parameters
+)
 FITTED_DRAWS: Final = 4000  # equally weighted ones that a mixture is fitted to
 KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 LEAST_GAIN: Final = 1.1  # of a round, over the best before it, that lets another follow

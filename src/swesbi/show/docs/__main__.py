@@ -14,7 +14,7 @@ from swesbi.config.read import ConfigError, add_options, read_merged
 from swesbi.config.study import load_study
 from swesbi.show.docs.calibration import PARTS as CALIBRATION_PARTS
 from swesbi.show.docs.calibration import REFERENCE, experiment_shown, read_calibration_results
-from swesbi.show.docs.exam import MARK, ExamResults, calibration_part, exam_interval, page_part, readme_part
+from swesbi.show.docs.exam import MARK, ExamResults, calibration_part, page_part, readme_part
 from swesbi.show.docs.figures import write_noise_figure, write_population_figure
 from swesbi.show.docs.ladder import PARTS as LADDER_PARTS
 from swesbi.show.docs.ladder import LadderResults
@@ -69,7 +69,7 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     pages = {PAGE: {name: part(results) for name, part in PARTS.items()}}
     ladder = LadderResults.read(REFERENCE)
     pages[LADDER_PAGE] = {mark: part(ladder) for mark, part in LADDER_PARTS.items()}
-    exam = ExamResults.read(docs / "tables", exam_interval(study))
+    exam = ExamResults.read(docs / "tables", study.config.exam_interval)
     pages |= {EXAM_PAGE: {MARK: page_part(exam)}, README: {MARK: readme_part(exam)}}
     figures = documented(PagePart.STUDY)
     if name := experiment_shown(study):

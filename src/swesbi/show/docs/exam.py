@@ -9,7 +9,6 @@ from typing import Final, Self
 import pandas as pd
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config.study import Study
 from swesbi.exam.settings import FORMER_NOISE
 from swesbi.show.numbers import as_percent
 from swesbi.show.table import markdown
@@ -86,12 +85,6 @@ def _sitting(folder: Path, stem: str) -> Sitting | None:
     if missing:
         raise ArtefactError(f"{missing[0]}: missing beside the other table of the exam; run `make exam`")
     return Sitting(stem, read_exam(paths[0]), read_samplers(paths[1]))
-
-
-def exam_interval(study: Study) -> float:
-    """Return the mass of the credible intervals of the exam."""
-    base = study.config.base_of(study.config.exam.experiment)
-    return study.config.speed_experiments[base].exact.interval
 
 
 def page_part(results: ExamResults | None) -> str:
