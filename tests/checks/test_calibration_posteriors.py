@@ -38,12 +38,26 @@ def test_where_few_draws_fail_the_proposal_is_refined() -> None:
     before = weigh(model, poor, 400, exact_case.SETTINGS.prior_fraction, 3)
     assert not drawn.by_mcmc
     assert len(drawn.phi) == 400
-    assert drawn.efficiency > max(0.3, 5.0 * before.efficiency)
+    usable = exact_case.SETTINGS.refinement.usable_efficiency
+    assert before.efficiency < usable / 15.0  # too few for more draws of the same
+    assert drawn.efficiency >= usable
+    exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
+
+
+def test_where_few_draws_nearly_suffice_more_of_them_are_weighted() -> None:
+    model, fair = exact_case.ToyModel(), exact_case.proposal(1.0, 2.0)
+    before = weigh(model, fair, 400, exact_case.SETTINGS.prior_fraction, 2)
+    least = 400 * exact_case.SETTINGS.refinement.usable_efficiency
+    assert 400 * before.efficiency < least
+    drawn = exact_draws(model, fair, 400, NOT_REFINED, 2)
+    assert 400 < len(drawn.phi) <= 4000
+    assert effective_draws(drawn.weight) >= least
     exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
 
 
 def test_where_few_draws_of_the_refined_fail_too_the_number_of_the_study_follows() -> None:
-    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.0, 1.5), 100, NOT_REFINED, 2)
+    settings = NOT_REFINED.model_copy(update={"min_effective_draws": 200})
+    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.0, 2.0), 100, settings, 2)
     assert not drawn.by_mcmc
     assert len(drawn.phi) == NOT_REFINED.proposal_draws
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,14 @@ from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.networks.spline.net import TrainedSpline, draw_phi
 from swesbi.population.synthetic import Synthetic
 from swesbi.posterior.exact import exact_posterior, weight_failures
-from swesbi.posterior.importance import FlowProposal, LikelihoodModel, Proposal, k_hat_limit, weigh
+from swesbi.posterior.importance import (
+    FlowProposal,
+    LikelihoodModel,
+    Proposal,
+    WeightedDraws,
+    k_hat_limit,
+    weigh,
+)
 from swesbi.posterior.refine import refine
 from swesbi.posterior.settings import ExactSettings
 from swesbi.progress import Progress
@@ -36,6 +43,10 @@ from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.statistics import strip_mass
 
 FloatArray = NDArray[np.float64]
+MOST_TIMES: Final = 10
+"""More draws of a proposal than so many times the usual number take longer than refining it."""
+MARGIN: Final = 1.5
+"""Draws of a second attempt over those that the efficiency of the first, itself a guess, asks for."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +96,9 @@ def exact_draws(
 ) -> ExactDraws:
     """Return the exact posterior as the study reports it, with fewer weighted draws where these suffice.
 
-    Where so few draws fail the criteria of the weights, the proposal is refined; where as many of the refined
-    one fail too, the study's own number follows, and MCMC at last. No recording is left out.
+    Where so few draws fail the criteria of the weights, as many are weighted as their efficiency asks for, up
+    to ``MOST_TIMES`` the number; where that is too few, the proposal is refined until it is usable; where its
+    weights fail too, the study's own number follows, and MCMC at last. No recording is left out.
 
     Args:
         model: Prior and exact likelihood.
@@ -95,13 +107,22 @@ def exact_draws(
         settings: The study's own sizes and criteria.
         seed: Seed of everything.
     """
+    usable = settings.refinement.usable_efficiency
+    refinement = settings.refinement.model_copy(update={"min_efficiency": usable})
+    least_effective, by_mcmc = usable * draws, False
+
+    def fails(weighted: WeightedDraws) -> bool:
+        limit = k_hat_limit(len(weighted.phi), settings.max_k_hat)
+        return bool(weight_failures(weighted, limit, least_effective))
+
     weighted = weigh(model, proposal, draws, settings.prior_fraction, seed)
-    by_mcmc, limit = False, k_hat_limit(draws, settings.max_k_hat)
-    least_effective = settings.refinement.usable_efficiency * draws
-    if weight_failures(weighted, limit, least_effective):
-        proposal = refine(model, proposal, settings.refinement, seed).proposal
+    more = max(draws, round(MARGIN * least_effective / weighted.efficiency))
+    if fails(weighted) and more <= MOST_TIMES * draws:
+        weighted = weigh(model, proposal, more, settings.prior_fraction, integer_seed(seed, "more"))
+    if fails(weighted):
+        proposal = refine(model, proposal, refinement, seed).proposal
         weighted = weigh(model, proposal, draws, settings.prior_fraction, integer_seed(seed, "refined"))
-    if weight_failures(weighted, limit, least_effective):
+    if fails(weighted):
         posterior = exact_posterior(model, proposal, settings, seed)
         weighted, by_mcmc = posterior.weighted, posterior.sampler == "mcmc"
     drawn = ExactDraws(

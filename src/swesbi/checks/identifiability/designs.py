@@ -72,8 +72,7 @@ def design_information(
     """
     timing, slope = discrepancy.timing_cycle**2, at.slope
     model_error = discrepancy.speed_fraction**2 + timing * slope[..., :, None] * slope[..., None, :]
-    half = at.slope_by[..., :, None] * slope[..., None, None, :]
-    change = timing * error_correlation[..., None, :, :] * (half + np.swapaxes(half, -1, -2))
+    change = _change(at, timing, error_correlation) if timing else None
     # own noise, equal at all phases, leaves the eigenvectors as they are: one decomposition serves its levels
     turned = {
         shared: _turned(error_correlation * model_error + shared, at.log_speed_by, change)
@@ -85,22 +84,33 @@ def design_information(
     )
 
 
+def _change(at: SpeedDerivatives, timing: float, error_correlation: FloatArray) -> FloatArray:
+    """Return C_j (..., d, p, p): with the parameters changes what an error in phase does to a speed."""
+    half = at.slope_by[..., :, None] * at.slope[..., None, None, :]
+    return np.asarray(timing * error_correlation[..., None, :, :] * (half + np.swapaxes(half, -1, -2)))
+
+
 def _turned(
-    matrix: FloatArray, mean_by: FloatArray, change: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return eigenvalues (..., p) of a matrix, and m_j and C_j in its eigenvectors."""
+    matrix: FloatArray, mean_by: FloatArray, change: FloatArray | None
+) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    """Return eigenvalues (..., p) of a matrix, m_j in its eigenvectors, and C_j if there is any."""
     value, vector = np.linalg.eigh(matrix)
+    if change is None:
+        return value, mean_by @ vector, None
     turned = vector[..., None, :, :]
     return value, mean_by @ vector, np.swapaxes(turned, -1, -2) @ change @ turned
 
 
-def _in_eigenvectors(mean_by: FloatArray, change: FloatArray, weight: FloatArray) -> FloatArray:
+def _in_eigenvectors(mean_by: FloatArray, change: FloatArray | None, weight: FloatArray) -> FloatArray:
     """Return I for weights (..., p) = 1 / eigenvalues of C, with m_j (..., d, p) and C_j (..., d, p, p)."""
     root = np.sqrt(weight)
     mean_by = mean_by * root[..., None, :]
+    of_mean = np.asarray(mean_by @ np.swapaxes(mean_by, -1, -2))
+    if change is None:
+        return of_mean
     change = change * (root[..., :, None] * root[..., None, :])[..., None, :, :]
     flat = change.reshape(*change.shape[:-2], -1)
-    return np.asarray(mean_by @ np.swapaxes(mean_by, -1, -2) + 0.5 * flat @ np.swapaxes(flat, -1, -2))
+    return np.asarray(of_mean + 0.5 * flat @ np.swapaxes(flat, -1, -2))
 
 
 def choose_phases(
