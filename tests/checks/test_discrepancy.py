@@ -30,7 +30,7 @@ from swesbi.config.study import load_study
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.population.synthetic import own_recordings
-from swesbi.posterior.refine import StudentProposal, fitted_proposal
+from swesbi.posterior.student import StudentProposal, fitted_proposal
 from swesbi.recording.settings import ContextRow
 from swesbi.show.figures.choices import draw_discrepancy
 from swesbi.study.stages import sensitivity as stage

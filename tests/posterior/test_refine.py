@@ -14,16 +14,17 @@ from scipy.stats import norm
 
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.networks.spline.net import draw_phi, from_base, log_q, to_base
-from swesbi.posterior.importance import FlowProposal, Proposal, flow_proposal
+from swesbi.posterior.importance import FlowProposal, Proposal, flow_proposal, weigh
 from swesbi.posterior.refine import (
+    LOST_EFFICIENCY,
     FittedProposal,
     LogitSpace,
     PairProposal,
-    StudentProposal,
-    fitted_mixture,
+    fit_in_nearest,
     refine,
     refined_posterior,
 )
+from swesbi.posterior.student import StudentProposal, fitted_mixture
 from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, log_density
 
 FloatArray = NDArray[np.float64]
@@ -180,11 +181,11 @@ def test_with_nuisances_refinement_makes_a_poor_network_more_efficient() -> None
     assert max(refined.efficiency) > 2.0 * refined.efficiency[0]
 
 
-def test_of_a_recording_that_a_network_does_not_know_the_logit_is_the_space() -> None:
+def test_of_a_recording_that_a_network_does_not_know_the_mode_is_where_to_begin() -> None:
     model, first = proposal("paper")
     lost = FlowProposal(first.flow, first.condition + 2.0)
-    refined = refine(model, lost, FEW, 1)
-    assert refined.efficiency[0] < 0.01
+    refined = refine(model, lost, FEW.model_copy(update={"max_rounds": 1}), 1)
+    assert refined.efficiency[0] < LOST_EFFICIENCY
     assert isinstance(refined.proposal, PairProposal)
     assert isinstance(refined.proposal.fitted, FittedProposal)
     assert refined.proposal.fitted.space == LogitSpace(model.settings.prior)
@@ -202,3 +203,25 @@ def test_a_refined_posterior_has_the_network_s_own_draws_beside_it_and_repeats()
     assert not np.array_equal(exact.phi, other.phi)
     u, _ = first.place(exact.npe_phi)
     np.testing.assert_allclose(u.std(axis=0), 1.0, atol=4.5 / np.sqrt(2 * len(u)))
+
+
+def test_draws_too_far_apart_for_a_covariance_leave_a_space_out() -> None:
+    """A map that overflows places draws so far apart that no covariance of theirs is positive definite."""
+
+    @dataclass(frozen=True)
+    class FarSpace:
+        logit: LogitSpace
+
+        def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+            u, log_slope = self.logit.place(phi)
+            u[:, 0] = 1e30 * u[:, 1]
+            return u, log_slope
+
+        def at(self, u: FloatArray) -> FloatArray:
+            return self.logit.at(u)
+
+    model, first = proposal("paper")
+    logit = LogitSpace(model.settings.prior)
+    weighted = weigh(model, first, 2000, 0.1, 1)
+    fitted = fit_in_nearest([FarSpace(logit), logit], weighted.phi, weighted.log_weight, 1)
+    assert fitted.space is logit

@@ -23,7 +23,8 @@ from swesbi.__main__ import main
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.importance import weigh
-from swesbi.posterior.refine import FittedProposal, LogitSpace, StudentProposal, refine
+from swesbi.posterior.refine import FittedProposal, LogitSpace, refine
+from swesbi.posterior.student import StudentProposal
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.noise import compare_noise, mean_errors

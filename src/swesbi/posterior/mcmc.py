@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, Protocol
 
 import arviz
@@ -11,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from swesbi.posterior.importance import LikelihoodModel, WeightedDraws
+from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, log_posterior_of_logit
 from swesbi.posterior.settings import McmcSettings, warm_up_steps
-from swesbi.prior import from_logit, log_density, log_jacobian, to_logit
+from swesbi.prior import from_logit, to_logit
 
 FloatArray = NDArray[np.float64]
 INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their spread
@@ -264,15 +265,11 @@ def effective_draws(chain: FloatArray) -> FloatArray:
 def _sampler(
     model: LikelihoodModel, start_phi: FloatArray, settings: McmcSettings, seed: int
 ) -> tuple[emcee.EnsembleSampler, emcee.State]:
-    prior = model.settings.prior
     if len(start_phi) != settings.start_points:
         raise ValueError(f"start_phi has {len(start_phi)} rows; there are {settings.start_points} walkers")
 
-    def log_posterior(eta: FloatArray) -> FloatArray:
-        phi = from_logit(eta, prior)
-        return np.asarray(log_density(phi, prior) + model.log_likelihood(phi) + log_jacobian(eta, prior))
-
-    eta = to_logit(start_phi, prior)
+    log_posterior = partial(log_posterior_of_logit, model)
+    eta = to_logit(start_phi, model.settings.prior)
     log_prob = log_posterior(eta)
     if not np.isfinite(log_prob).all():
         row = int(np.flatnonzero(~np.isfinite(log_prob))[0])

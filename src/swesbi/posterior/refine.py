@@ -10,122 +10,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 from scipy.special import logsumexp
-from scipy.stats import multivariate_t
-from sklearn.mixture import GaussianMixture
-from threadpoolctl import threadpool_limits
 
-from swesbi.draws import effective_draws, normalised, resampled_rows
+from swesbi.draws import normalised
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, weigh
+from swesbi.posterior.mode import mode_proposal
 from swesbi.posterior.settings import ExactSettings, RefinementSettings
-from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
+from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_mixture
+from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobian, to_logit
 from swesbi.seeds import integer_seed
 
 FloatArray = NDArray[np.float64]
-DEGREES_OF_FREEDOM: Final = 8  # heavier tails than a posterior's, so that weights stay bounded
-WIDENING: Final = 1.2  # of the covariance
-RIDGE: Final = 1e-4  # least variance of a proposal, in eta
-DRAWS_A_PARAMETER: Final = 10.0  # effective ones behind a proposal; a posterior with fewer is flattened
-MOST_COMPONENTS: Final = (
-    4  # of a mixture: more of them fit fewer draws each, and lost on posteriors of fourteen parameters
-)
-FITTED_DRAWS: Final = 4000  # equally weighted ones that a mixture is fitted to
 KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
+LOST_EFFICIENCY: Final = 0.005  # of a network: ten effective draws of the first two thousand
 LEAST_GAIN: Final = 1.1  # of a round, over the best before it, that lets another follow
-
-
-@dataclass(frozen=True)
-class StudentProposal:
-    """A multivariate Student distribution; mean (d,) and scale matrix (d, d)."""
-
-    mean: FloatArray
-    scale: FloatArray
-
-    def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return eta of shape (count, d)."""
-        return np.asarray(self._distribution.rvs(size=count, random_state=rng))
-
-    def log_density(self, eta: FloatArray) -> FloatArray:
-        """Return the log density at eta (n, d); shape (n,)."""
-        return np.asarray(self._distribution.logpdf(eta))
-
-    @property
-    def _distribution(self) -> Any:  # noqa: ANN401
-        return multivariate_t(self.mean, self.scale, df=DEGREES_OF_FREEDOM)
-
-
-def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentProposal:
-    """Return a wide proposal with the mean and covariance of weighted draws (n, d).
-
-    Where few draws carry the weight, it is flattened to a power below one until enough do.
-    """
-    weight = normalised(_tempering(log_weight, DRAWS_A_PARAMETER * eta.shape[1]) * log_weight)
-    mean = weight @ eta
-    centred = eta - mean
-    covariance = centred.T @ (centred * weight[:, None])
-    return StudentProposal(mean, WIDENING * covariance + RIDGE * np.eye(len(mean)))
-
-
-@dataclass(frozen=True)
-class StudentMixture:
-    """A mixture of k Student distributions, with their shares (k,), which add up to one."""
-
-    parts: tuple[StudentProposal, ...]
-    shares: FloatArray
-
-    def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return eta of shape (n, d), from each part as many as its share says."""
-        of_part = np.bincount(resampled_rows(self.shares, count, rng), minlength=len(self.parts))
-        # one draw comes back without its leading dimension
-        return np.concatenate(
-            [
-                part.draw(many, rng).reshape(many, -1)
-                for part, many in zip(self.parts, of_part, strict=True)
-                if many
-            ]
-        )
-
-    def log_density(self, eta: FloatArray) -> FloatArray:
-        """Return the log density at eta (n, d); shape (n,)."""
-        of_part = np.stack([part.log_density(eta) for part in self.parts])
-        return np.asarray(logsumexp(of_part, axis=0, b=self.shares[:, None]))
-
-
-def fitted_mixture(eta: FloatArray, log_weight: FloatArray, seed: int) -> StudentMixture:
-    """Return a mixture with the shape of weighted draws (n, d), of as many parts as these can tell apart.
-
-    A normal mixture is fitted by expectation and maximisation, and its parts are widened. Few effective draws
-    give one part, by :func:`fitted_proposal`.
-    """
-    weight = normalised(log_weight)
-    least = DRAWS_A_PARAMETER * eta.shape[1]
-    components = int(np.clip(effective_draws(weight) / (2.0 * least), 1, MOST_COMPONENTS))
-    if components == 1:
-        return StudentMixture((fitted_proposal(eta, log_weight),), np.ones(1))
-    rows = resampled_rows(weight, FITTED_DRAWS, np.random.default_rng(seed))
-    with threadpool_limits(limits=1):  # sums split over threads differ in the last bit
-        fit = GaussianMixture(components, reg_covar=RIDGE, random_state=seed % 2**32).fit(eta[rows])
-    parts = (
-        StudentProposal(mean, WIDENING * covariance)
-        for mean, covariance in zip(fit.means_, fit.covariances_, strict=True)
-    )
-    return StudentMixture(tuple(parts), fit.weights_ / fit.weights_.sum())
-
-
-def _tempering(log_weight: FloatArray, least_effective: float) -> float:
-    finite = log_weight[np.isfinite(log_weight)]
-    wanted = min(least_effective, 0.5 * len(finite))
-    if effective_draws(normalised(finite)) >= wanted:
-        return 1.0
-    return float(
-        brentq(lambda power: effective_draws(normalised(power * finite)) - wanted, 0.0, 1.0, xtol=1e-6)
-    )
 
 
 @runtime_checkable
@@ -215,7 +118,8 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
     What is fitted lives in the base space of a flow: what the flow knows of the posterior's shape is kept,
     and its errors of place and width are what is left. Of a recording that it does not know at all, the logit
     of the prior's box may be the better space. Draws of all rounds are fitted; the less efficient a proposal,
-    the more are drawn.
+    the more are drawn. Where hardly any draw of ``first`` counts, what is tried next lies about the
+    posterior's mode.
 
     Args:
         model: Prior and exact likelihood of the recording.
@@ -235,7 +139,11 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
         rounds.append(_Round(proposal, weighted))
         if number == settings.max_rounds or _is_enough(rounds, settings):
             break
-        proposal = PairProposal(first, _fitted(rounds, _spaces(first, model.settings.prior), stream))
+        if weighted.efficiency < LOST_EFFICIENCY and not number:
+            fitted = _about_mode(model, weighted, stream)
+        else:
+            fitted = _fitted(rounds, _spaces(first, model.settings.prior), stream)
+        proposal = PairProposal(first, fitted)
     best = max(rounds, key=lambda one: one.weighted.efficiency)
     return Refined(best.proposal, tuple(one.weighted.efficiency for one in rounds))
 
@@ -267,16 +175,31 @@ def _spaces(first: Proposal, prior: JointPriorSettings) -> list[Space]:
     return [first, LogitSpace(prior)] if isinstance(first, Space) else [LogitSpace(prior)]
 
 
-def _fitted(rounds: Sequence[_Round], spaces: Sequence[Space], seed: int) -> FittedProposal:
-    """Fit a proposal to the weighted draws of all rounds, in the space where it comes nearest to them.
+def _about_mode(model: LikelihoodModel, weighted: WeightedDraws, seed: int) -> FittedProposal:
+    """Return a proposal about the mode of the posterior, which is sought from the likeliest draw."""
+    space = LogitSpace(model.settings.prior)
+    eta, log_slope = space.place(weighted.phi)
+    likeliest = int(np.argmax(log_density(weighted.phi, space.prior) + weighted.log_likelihood - log_slope))
+    return FittedProposal(mode_proposal(model, eta[likeliest], seed), space)
 
-    Rounds count by their effective draws. Nearest is the largest mean log density, which is the least
-    divergence of the posterior from the proposal, up to a constant.
-    """
+
+def _fitted(rounds: Sequence[_Round], spaces: Sequence[Space], seed: int) -> FittedProposal:
+    """Fit a proposal to the weighted draws of all rounds, which count by their effective draws."""
     phi = np.concatenate([one.weighted.phi for one in rounds])
     log_shares = np.log([one.weighted.efficiency * len(one.weighted.phi) for one in rounds])
     log_weight = [one.weighted.log_weight + share for one, share in zip(rounds, log_shares, strict=True)]
-    fits = [_fitted_in(space, phi, np.concatenate(log_weight), seed) for space in spaces]
+    return fit_in_nearest(spaces, phi, np.concatenate(log_weight), seed)
+
+
+def fit_in_nearest(
+    spaces: Sequence[Space], phi: FloatArray, log_weight: FloatArray, seed: int
+) -> FittedProposal:
+    """Fit a proposal to weighted draws phi (n, d) in each space, and return the one nearest to them.
+
+    Nearest is the largest mean log density, which is the least divergence of the posterior from the proposal,
+    up to a constant.
+    """
+    fits = [_fitted_in(space, phi, log_weight, seed) for space in spaces]
     best = max(range(len(fits)), key=lambda number: fits[number][1])
     return fits[best][0]
 
@@ -284,11 +207,17 @@ def _fitted(rounds: Sequence[_Round], spaces: Sequence[Space], seed: int) -> Fit
 def _fitted_in(
     space: Space, phi: FloatArray, log_weight: FloatArray, seed: int
 ) -> tuple[FittedProposal, float]:
-    """Return what is fitted in a space, and its mean log density over the weighted draws phi (n, d)."""
+    """Return what is fitted in a space, and its mean log density over the weighted draws phi (n, d).
+
+    That is -inf where the draws lie so far apart in it that their covariance is singular in double precision.
+    """
     u, log_slope = space.place(phi)
     known = np.isfinite(u).all(axis=1) & np.isfinite(log_slope)
     mixture = fitted_mixture(u[known], log_weight[known], seed)
-    log_q = mixture.log_density(u[known]) + log_slope[known]
+    try:
+        log_q = mixture.log_density(u[known]) + log_slope[known]
+    except np.linalg.LinAlgError:
+        return FittedProposal(mixture, space), -np.inf
     return FittedProposal(mixture, space), float(normalised(log_weight[known]) @ log_q)
 
 

@@ -26,8 +26,9 @@ from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.exact import ExactPosterior
 from swesbi.posterior.importance import Proposal
-from swesbi.posterior.refine import fitted_proposal, refined_posterior
+from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.student import fitted_proposal
 from swesbi.prior import to_logit
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
