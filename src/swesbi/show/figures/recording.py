@@ -33,6 +33,7 @@ from swesbi.show.numbers import as_percent, share
 
 HEIGHT_IN: Final = 2.3
 NAMED_SUBJECTS: Final = 30
+LEGEND_ROOM: Final = 1.25
 BETWEEN: Final = {
     "repeat": "between repeats",
     "sample": "between samples of a repeat",
@@ -72,8 +73,9 @@ def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | N
                 axes.set_ylabel("relative sd of the speed")
             if (value := made_with.get(f"{name}_fraction")) is not None:
                 axes.axhline(value, color=TRUTH, ls="--", label=f"made with {as_percent(value)}")
-            # a recording has few sweeps, and its interval reaches far up and down
-            axes.legend(loc="best" if name == "sweep" else "lower left")
+            if name == "sweep":  # a recording has few, and its interval reaches far up and down
+                axes.set_ylim(top=LEGEND_ROOM * axes.get_ylim()[1])
+            axes.legend(loc="upper right" if name == "sweep" else "lower left")
         figure.suptitle(
             titled(f"Noise of the measured speeds, {as_percent(noise.interval)} intervals", cohort_title),
             fontsize=7.5,
