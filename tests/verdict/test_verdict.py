@@ -21,7 +21,7 @@ from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, alarm_r
 from swesbi.verdict.recordings import KIND, VOLUNTEER, SubjectChecks, read_subject_checks, to_groups
 from swesbi.verdict.statistics import GROUPS, TEST_NAMES, Checks, no_checks
 from swesbi.verdict.support import Support, SupportTest, read_support
-from swesbi.verdict.verdict import grade, make_support, null_tests
+from swesbi.verdict.verdict import grade, make_support, network_test, null_tests
 
 FloatArray = NDArray[np.float64]
 NULL_RECORDINGS = 400
@@ -204,3 +204,13 @@ def test_a_subject_is_compared_with_the_others_of_the_cohort(tmp_path: Path) -> 
     assert _others(path, "B") == [cohort[0], cohort[2]]
     with pytest.raises(ArtefactError, match="context of subject X; it holds those of A, B, C"):
         _others(path, "X")
+
+
+def test_the_network_is_said_to_be_refined_to_the_best_of_its_rounds() -> None:
+    test = network_test((0.012, 0.31, 0.28), 0.3)
+    assert (test.statistic, test.threshold, test.flagged) == (0.012, 0.3, False)
+    assert test.detail == (
+        "1.2% of the network's own draws are effective; the best of 2 proposals fitted to the recording brought "
+        "it to 31%"
+    )
+    assert network_test((0.4,), 0.3).detail == "40.0% of the network's own draws are effective"

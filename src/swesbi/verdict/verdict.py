@@ -32,7 +32,9 @@ def network_test(efficiency: Sequence[float], min_efficiency: float) -> SupportT
     """
     rounds = len(efficiency) - 1
     after = (
-        f"; {rounds} proposals fitted to the recording brought it to {efficiency[-1]:.0%}" if rounds else ""
+        f"; the best of {rounds} proposals fitted to the recording brought it to {max(efficiency):.0%}"
+        if rounds
+        else ""
     )
     return SupportTest(
         name="network",
