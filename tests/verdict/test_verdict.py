@@ -210,7 +210,7 @@ def test_the_network_is_said_to_be_refined_to_the_best_of_its_rounds() -> None:
     test = network_test((0.012, 0.31, 0.28), 0.3)
     assert (test.statistic, test.threshold, test.flagged) == (0.012, 0.3, False)
     assert test.detail == (
-        "1.2% of the network's own draws are effective; the best of 2 proposals fitted to the recording brought "
-        "it to 31%"
+        "1.2% of the network's own draws are effective; the best of 2 proposals fitted to the recording "
+        "brought it to 31%"
     )
     assert network_test((0.4,), 0.3).detail == "40.0% of the network's own draws are effective"
