@@ -15,6 +15,7 @@ With a profile, what it asks of a cluster stands beside what the jobs took.
 from __future__ import annotations
 
 import argparse
+import logging
 import resource
 import subprocess
 import sys
@@ -24,6 +25,7 @@ import matplotlib.pyplot as plt
 import pandas as pd
 import yaml
 
+from swesbi.progress import Progress
 from swesbi.show.figures.style import new_figure, save_figure, style
 from swesbi.study.job import PROCESSOR_TIME, START_UP
 
@@ -102,7 +104,11 @@ def by_stage(jobs: pd.DataFrame) -> pd.DataFrame:
         memory_mb=("memory_mb", "max"),
         start_up_s=("start_up_s", lambda times: times.sum(skipna=False)),
     )
-    table["imports_s"] = [imports_s(str(stage)) * jobs for stage, jobs in table["jobs"].items()]
+    progress, imports = Progress("imports", len(table), unit="stage"), []
+    for stage in table.index:
+        imports.append(imports_s(str(stage)))
+        progress.step(note=str(stage))
+    table["imports_s"] = imports * table["jobs"]
     table["share"] = table["cpu_s"] / table["cpu_s"].sum()
     return table.sort_values("cpu_s", ascending=False)
 
@@ -125,6 +131,7 @@ def draw(table: pd.DataFrame, path: Path) -> None:
 
 def main() -> None:
     """Print the table, and write table and figure where they are asked for."""
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
