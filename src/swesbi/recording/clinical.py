@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import Field
 
@@ -36,6 +36,10 @@ class ClinicalMeasures:
     def has_ejection_time(self) -> bool:
         """Whether the ejection time was taken."""
         return math.isfinite(self.lvet_ms)
+
+
+NOT_MEASURED: Final = ClinicalMeasures()
+"""Of a subject without any of them."""
 
 
 class ClinicalErrors(Settings):
