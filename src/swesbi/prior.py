@@ -53,6 +53,7 @@ class NuisanceSettings(Settings):
     passive_wall_factor: ParameterPrior | None = None
     distal_resistance_pa_s_m3: ParameterPrior | None = None
     arterial_time_constant_s: ParameterPrior | None = None
+    stressed_volume_factor: ParameterPrior | None = None
     exponent_b: ParameterPrior | None = None
     speed_scale: ParameterPrior | None = None
 
