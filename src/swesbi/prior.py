@@ -196,6 +196,17 @@ def quantile(u: FloatArray, prior: BoxPrior) -> FloatArray:
     return theta
 
 
+def level(theta: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Return the distribution function of parameters of shape (n, d), the inverse of :func:`quantile`."""
+    from scipy.stats import truncnorm
+
+    columns = [
+        truncnorm.cdf(np.log(theta[:, j]), *_log_shape(parameter))
+        for j, parameter in enumerate(prior.parameters)
+    ]
+    return np.stack(columns, axis=1)
+
+
 def sample(count: int, prior: BoxPrior, rng: np.random.Generator) -> FloatArray:
     """Draw parameters of shape (count, d)."""
     return quantile(rng.random((count, len(prior.parameters))), prior)

@@ -30,10 +30,10 @@ from swesbi.config.experiments import (
     SpeedExperimentSettings,
 )
 from swesbi.heart.settings import ForwardModelSettings
+from swesbi.measurement.clinical import ClinicalSettings
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, summary_names
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
 from swesbi.prior import NuisanceSettings, PriorSettings
-from swesbi.recording.clinical import ClinicalErrors
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
@@ -246,7 +246,7 @@ class Config(Settings):
     results: str = Field(min_length=1, description="folder of every output")
     recording: RecordingSettings
     noise: NoiseSettings
-    clinical: ClinicalErrors
+    clinical: ClinicalSettings
     measurement: MeasurementSettings
     forward_model: ForwardModelSettings
     passive: PassiveSettings
