@@ -45,7 +45,7 @@ def _durations(aortic: FloatArray, mitral: FloatArray) -> tuple[float, float, fl
 
 
 def _ejection(opened: BoolArray) -> tuple[int, int]:
-    """Return when a valve opens, after it was closed for longest, and until when it may be open, in samples."""
+    """Return when a valve opens that was closed for longest, and how long it is not, in samples."""
     closings = np.flatnonzero(~opened & np.roll(opened, 1))
     openings = np.flatnonzero(opened & ~np.roll(opened, 1))
     following = openings[np.searchsorted(openings, closings) % openings.size]
