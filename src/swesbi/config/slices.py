@@ -6,7 +6,6 @@ Every slice is plain data with the fields of the stage's own settings class.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any, Final
 
 from swesbi.config.parts import Wildcards, named, value_of
@@ -14,8 +13,8 @@ from swesbi.config.study import Study
 from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE
 
 SOURCES: Final[Mapping[str, str]] = {
-    "ingest": "context recording measurement",
-    "ingest_batch": "contexts=contexts_of_batch recording measurement",
+    "ingest": "context clinical=clinical_of_subject recording measurement",
+    "ingest_batch": "contexts=contexts_of_batch clinical=clinical_of_batch recording measurement",
     "noise": "recording noise",
     "passive": "prior=reference_prior forward_model passive measurement",
     "simulate": "draws=draws_of_shard context prior=prior_simulated forward_model",
@@ -181,14 +180,14 @@ def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the chain of stages for a subject outside the study depends on, a part a stage."""
     new = study.config.new_subjects
     parts = _fields(
-        replace(study, context_rows=study.new_rows),
+        study.outside,
         wildcards,
         "stage.ingest stage.passive stage.cmaes stage.exact_posterior stage.verdict stage.predictive_speeds "
         "stage.exact_subject_figures new_subjects.noise_level "
         "experiment.misspecification.synthetic.reference_recordings",
     )
     simulated = "context prior forward_model draws=experiment.predictive.draws"
-    parts["simulate"] = _fields(replace(study, context_rows=study.new_rows), wildcards, simulated)
+    parts["simulate"] = _fields(study.outside, wildcards, simulated)
     parts["simulate"]["draws"] = [0, parts["simulate"]["draws"]]
     parts["ingest"]["recording"]["phases"] = new.phases or study.config.recording.phases
     parts["exact_subject_figures"]["cohort_title"] = new.cohort_title
