@@ -68,7 +68,7 @@ def changed_settings(settings: ForwardModelSettings, name: str, value: float) ->
 
 
 def with_volume(settings: ForwardModelSettings, factor: float) -> ForwardModelSettings:
-    """Return settings that start context B or C with so many times the volume, all of the rest in pressures."""
+    """Return settings that start context B or C with so many times the volume, by their pressures."""
     subject = "B" if settings.systemic_capacitance_m3_pa == SETTINGS.systemic_capacitance_m3_pa else "C"
     model = build_model(COHORT[subject], settings)
     cavity = float(cavity_volume(1.0 + model.start[:1] / model.parameters.radius, model)[0])

@@ -83,7 +83,7 @@ def test_the_periodic_beat_does_not_know_where_the_volume_began() -> None:
 
 
 def test_pressures_rise_with_the_factor_up_to_a_full_heart() -> None:
-    """Without length dependence the wall's tension has a limit: a fuller sphere turns it into less pressure."""
+    """Tension has a limit without length dependence: a fuller sphere turns it into less pressure."""
     factors = np.linspace(0.6, 1.8, 13)
     theta = np.repeat([[45.0, 5.0, 30.0]], 13, axis=0)
     beats = simulate(theta, COHORT["A"], SETTINGS, with_factors(factors))

@@ -55,6 +55,9 @@ SOURCES: Final[Mapping[str, str]] = {
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
     "population.nulls.predictive_recordings",
+    "pressures": "stage.exact_posterior clinical",
+    "pressures_table": "",
+    "pressures_figure": "experiment=name_of_population cohort_title",
     "population_cohort": "experiment=name_of_population refused cohort_title "
     "contexts=contexts_of_experiment prior=joint_prior "
     "experiment.exact.interval",
@@ -183,7 +186,7 @@ def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         study.outside,
         wildcards,
         "stage.ingest stage.passive stage.cmaes stage.exact_posterior stage.verdict stage.predictive_speeds "
-        "stage.exact_subject_figures new_subjects.noise_level "
+        "stage.exact_subject_figures clinical new_subjects.noise_level "
         "experiment.misspecification.synthetic.reference_recordings",
     )
     simulated = "context prior forward_model draws=experiment.predictive.draws"

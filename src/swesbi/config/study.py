@@ -61,6 +61,12 @@ class Study:
         """The same study with the subjects outside it in place of its own."""
         return replace(self, context_rows=self.new_rows, clinical_rows=self.new_clinical_rows)
 
+    @property
+    def new_with_pressures(self) -> tuple[str, ...]:
+        """The subjects outside the cohort of whom the pressures of a cuff were taken."""
+        measured = {name: self.outside.clinical_of(name).to_measures() for name in self.new_rows}
+        return tuple(name for name, clinical in measured.items() if clinical.has_pressures)
+
     def subjects_of(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects that an experiment lists and the study runs on, in the study's order."""
         listed = self.config.listed_subjects(experiment)
@@ -112,6 +118,11 @@ class Study:
         """Return the subjects within the declared range of an experiment over a population."""
         refused = self.refused(experiment)
         return tuple(subject for subject in self.subjects_of(experiment) if subject not in refused)
+
+    def with_pressures(self, experiment: str) -> tuple[str, ...]:
+        """Return those of them of whom the pressures of a cuff were taken."""
+        measured = {name: self.clinical_of(name).to_measures() for name in self.answered(experiment)}
+        return tuple(name for name, clinical in measured.items() if clinical.has_pressures)
 
     def refused(self, experiment: str) -> dict[str, str]:
         """Return the subjects outside the declared range of an experiment over a population, and why."""

@@ -93,7 +93,9 @@ def _log_normal(error: FloatArray, sd: float) -> FloatArray:
     return np.asarray(-0.5 * (error / sd) ** 2 - np.log(sd) - LOG_ROOT_TWO_PI)
 
 
-def with_pressures(model: SpeedModel, clinical: ClinicalMeasures, settings: ClinicalSettings) -> ClinicalModel:
+def with_pressures(
+    model: SpeedModel, clinical: ClinicalMeasures, settings: ClinicalSettings
+) -> ClinicalModel:
     """Return the model of a recording with its pressures, given that of its speeds.
 
     Raises:

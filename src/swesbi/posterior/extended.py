@@ -70,7 +70,7 @@ class ExtendedProposal:
         return self._joined(u, score), log_slope + log_density(further, self.prior) - log_normal
 
     def at(self, u: FloatArray) -> FloatArray:
-        """Return the phi (n, d) of points u (n, d) of that space, never onto the bounds of the further one."""
+        """Return the phi (n, d) of points u (n, d) of that space, never onto bounds of the further one."""
         known, score = self._parted(u)
         return self._joined(self.known.at(known), self._inside(quantile(ndtr(score), self.prior)))
 

@@ -64,6 +64,7 @@ FILES: Final = {
     "ladder.csv": "posteriors, evidence and probabilities of the structures, and their average",
     "ladder_pairs.csv": "evidence of the discrepancy under each structure",
     "ladder_moves.csv": "how far structures move each quantity, and which survive",
+    "pressures.csv": "what cuff pressures add to each subject's answer",
     "ppc.csv": "table 1: predictive scores of every subject and experiment",
     "features.csv": "checked features of every subject and experiment",
     "posterior.csv": "posterior medians, intervals and correlations",
