@@ -84,7 +84,7 @@ def _wrong_pressures(table: TextTable, systolic: _Column, diastolic: _Column) ->
 
 def _wrong_ejection(table: TextTable, ejection: _Column, hr_bpm: FloatArray) -> BoolArray:
     """Refuse an ejection that is as long as the beat."""
-    endless: BoolArray = ejection.values >= MS_PER_MINUTE / hr_bpm
+    endless: BoolArray = ejection.values * hr_bpm >= MS_PER_MINUTE
     reason = "is no shorter than a beat at hr_bpm of the same row"
     table.flag("lvet_ms", endless, reason, "correct the cell that is wrong, or leave it empty")
     return endless
