@@ -143,7 +143,13 @@ def test_a_heart_is_answered_as_a_subject_outside_the_study_is(
     settings = made_settings(finished, "a", 1)
     study = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
     made = record_heart(
-        settings.source, 0, study.config.seed, STREAM, settings.recording, settings.grid_points
+        settings.source,
+        0,
+        study.config.seed,
+        STREAM,
+        settings.recording,
+        settings.grid_points,
+        settings.clinical.errors,
     )
     subject, cohort = made.heart.context.subject, tmp_path / "cohort"
     (cohort / "swe").mkdir(parents=True)

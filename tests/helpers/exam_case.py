@@ -36,7 +36,8 @@ def generators() -> Mapping[str, Generator]:
 @cache
 def recorded(letter: str, index: int = 0, stream: str = STREAM, seed: int = SEED) -> RecordedHeart:
     grid_points = CONFIG.measurement.grid_points
-    return record_heart(generators()[letter], index, seed, stream, CONFIG.recording, grid_points)
+    cuff = CONFIG.clinical.errors
+    return record_heart(generators()[letter], index, seed, stream, CONFIG.recording, grid_points, cuff)
 
 
 def answer(

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from swesbi.config.parts import Wildcards, named, value_of
 from swesbi.config.study import Study
-from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE
+from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
 
 SOURCES: Final[Mapping[str, str]] = {
     "ingest": "context clinical=clinical_of_subject recording measurement",
@@ -210,14 +210,15 @@ def _exam_answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         {"experiment": section.experiment},
         "exam.made prior stage.exact_posterior stage.verdict stage.predictive_speeds "
         "new_subjects.noise_level experiment.misspecification.synthetic.reference_recordings "
-        "stage.train_population population.population acquisition recording measurement.grid_points",
+        "stage.train_population population.population acquisition recording measurement.grid_points clinical",
     )
 
 
 def _exam_table(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the tables and the figure of the exam depend on."""
     chosen = {"experiment": study.config.exam.experiment}
-    return _fields(study, chosen, "exam.score experiment.exact.interval")
+    shown = _fields(study, chosen, "exam.score experiment.exact.interval")
+    return shown | {"pressures": wildcards.get("pressures") == WITH_PRESSURES}
 
 
 def _paper_comparison(study: Study, wildcards: Wildcards) -> dict[str, Any]:
@@ -264,6 +265,7 @@ COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "ladder_run": _ladder_run,
     "ladder": _ladder,
     "exam_answers": _exam_answers,
+    "exam_pressures": _exam_answers,
     "exam_table": _exam_table,
     "new_subject": _new_subject,
     "new_subject_of_population": _new_subject_of_population,

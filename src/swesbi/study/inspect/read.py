@@ -61,6 +61,8 @@ FILES: Final = {
     "exam_samplers.csv": "the exam: how the hearts of each generator were answered",
     "exam_former_noise.csv": "the same as exam.csv at the cohort's former noise",
     "exam_former_noise_samplers.csv": "the same as exam_samplers.csv at the cohort's former noise",
+    "exam_pressures.csv": "the same as exam.csv, answered from speeds and cuff pressures",
+    "exam_pressures_samplers.csv": "the same as exam_samplers.csv, answered from speeds and cuff pressures",
     "ladder.csv": "posteriors, evidence and probabilities of the structures, and their average",
     "ladder_pairs.csv": "evidence of the discrepancy under each structure",
     "ladder_moves.csv": "how far structures move each quantity, and which survive",

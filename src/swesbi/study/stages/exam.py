@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import logging
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
+import numpy as np
 from pydantic import Field
 
+from swesbi.arrays import FloatArray
 from swesbi.artefacts import load, save
 from swesbi.base import Settings
 from swesbi.exam.generators import all_generators, generator_of
@@ -24,12 +26,14 @@ from swesbi.exam.score import KIND, HeartAnswer, intervals, read_answers, refusa
 from swesbi.exam.settings import MadeSettings, NoiseLevel, ScoreSettings
 from swesbi.exam.table import exam_table as table_of
 from swesbi.exam.table import samplers_table
+from swesbi.heart.simulate import Beats
+from swesbi.measurement.clinical import ClinicalModel, ClinicalSettings, with_pressures
 from swesbi.measurement.likelihood import speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.population.settings import PopulationSettings, in_declared_range
-from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.importance import HasPrior, NoLikelihoodError, flow_proposal
+from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
@@ -43,7 +47,8 @@ from swesbi.study.stages.answers import Answer, AnswerSettings, Knowledge
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.study.stages.new_subject import STREAM, check_network, noise_test_of, one_thread
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.answers import SEPARATOR, label_of_test, status
+from swesbi.study.stages.pressures import PressuresStageSettings, infer_with_pressures
+from swesbi.verdict.answers import REFUSED, SEPARATOR, label_of_test, status
 from swesbi.verdict.pooled import read_null
 from swesbi.verdict.support import Support, SupportTest
 from swesbi.virtual_cohort.settings import AcquisitionSettings
@@ -73,6 +78,7 @@ class ExamAnswersStageSettings(AnswerSettings):
     train_population: TrainPopulationStageSettings
     reference_recordings: int = Field(ge=100, description="prior predictive recordings of the heart")
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the cohort's")
+    clinical: ClinicalSettings
 
     @property
     def source(self) -> Generator:
@@ -112,10 +118,7 @@ class Examiner:
             RuntimeError: It could not be recorded.
             ArtefactError: An input is no such artefact.
         """
-        settings, seed = self.settings, self.origin.seed
-        made = record_heart(
-            settings.source, number, seed, settings.stream, settings.recording, settings.grid_points
-        )
+        made, settings = self.recorded(number), self.settings
         if outside := in_declared_range(made.heart.context, settings.population):
             return refusal(number, made.heart, made.redrawn, SEPARATOR.join(outside))
         try:
@@ -123,28 +126,79 @@ class Examiner:
         except NoLikelihoodError as error:
             return refusal(number, made.heart, made.redrawn, str(error))
 
+    def recorded(self, number: int) -> RecordedHeart:
+        """Draw and record the heart of this number.
+
+        Raises:
+            RuntimeError: It could not be recorded.
+        """
+        settings = self.settings
+        return record_heart(
+            settings.source,
+            number,
+            self.origin.seed,
+            settings.stream,
+            settings.recording,
+            settings.grid_points,
+            settings.clinical.errors,
+        )
+
+    def answer_with_pressures(self, number: int, without: HeartAnswer) -> HeartAnswer:
+        """Draw and record the heart of this number, and infer it from speeds and pressures.
+
+        Args:
+            number: The number.
+            without: Its answer on the speeds alone, whose verdict stands.
+
+        Raises:
+            RuntimeError: It could not be recorded.
+            ArtefactError: An input is no such artefact.
+            ValueError: That answer is of another heart.
+        """
+        made = self.recorded(number)
+        if not np.array_equal(truths(made.heart), without.truth, equal_nan=True):
+            raise ValueError(
+                f"heart {made.heart.context.subject}: the answer on speeds alone is of another heart, drawn by "
+                "other settings or other code; sit the exam without `--pressures` again"
+            )
+        if without.status == REFUSED:
+            return without
+        with tempfile.TemporaryDirectory(prefix="swesbi-exam-") as folder:
+            posterior = Path(folder) / "with_pressures.h5"
+            model = self._informed(made, posterior)
+            exact = read_exact_result(posterior)
+        return _scored(made, model, exact, number, without.status, without.reason)
+
+    def _informed(self, made: RecordedHeart, posterior: Path) -> ClinicalModel:
+        """Infer a recording with its pressures as that of any subject outside the study."""
+        stage = PressuresStageSettings(
+            exact_posterior=self.settings.exact_posterior, clinical=self.settings.clinical
+        )
+        speeds = speed_model(
+            measured_speeds(made.observation, self._components()), stage.exact_posterior.model
+        )
+        model = with_pressures(speeds, made.observation.clinical, stage.clinical)
+        network = flow_proposal(load_spline(self.estimator)[0], speeds.recording)
+        infer_with_pressures(model, network, posterior, stage, self._of(speeds.recording.subject), STREAM)
+        return model
+
+    def _of(self, subject: str) -> Origin:
+        return Origin(self.origin.seed, subject, self.origin.code_hash)
+
     def _answer(self, number: int, made: RecordedHeart) -> HeartAnswer:
         with tempfile.TemporaryDirectory(prefix="swesbi-exam-") as folder:
             posterior, support = Path(folder) / "posterior.h5", Path(folder) / "support.json"
             answer, judged = self._judged(made, posterior, support)
             exact = read_exact_result(posterior)
-        attained_kpa = answer.model.simulate(exact.phi).active_stiffness_kpa.max(axis=1)
-        speed_scale = answer.model.settings.prior.column(exact.phi, "speed_scale")
-        found = intervals(exact.phi, attained_kpa, speed_scale, exact.interval_mass)
-        return HeartAnswer(
-            number, made.heart.context, made.redrawn, status(judged),
-            SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged),
-            by_mcmc=exact.by_mcmc, converged=exact.converged, efficiency=exact.efficiency,
-            truth=truths(made.heart), **vars(found),
-        )  # fmt: skip
+        reason = SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged)
+        return _scored(made, answer.model, exact, number, status(judged), reason)
 
     def _judged(self, made: RecordedHeart, posterior: Path, support: Path) -> tuple[Answer, Support]:
         """Infer and judge a recording as that of any subject outside the study, under the same streams."""
         settings = self.settings
         recording = measured_speeds(made.observation, self._components())
         model = speed_model(recording, settings.exact_posterior.model)
-        origin = Origin(self.origin.seed, recording.subject, self.origin.code_hash)
-        answer = Answer(model, self._knowledge(), settings, origin, STREAM)
+        answer = Answer(model, self._knowledge(), settings, self._of(recording.subject), STREAM)
         efficiency = answer.infer(posterior)
         reference = answer.reference(settings.reference_recordings)
         return answer, answer.judge(posterior, support, reference, efficiency, [self._noise_test(made)])
@@ -162,6 +216,31 @@ class Examiner:
         swept = settings.source.acquisition.sweep_fraction > 0.0
         repeats: Repeats = "sweeps" if swept else "separate"
         return noise_test_of(made.samples, repeats, components, settings.recording, settings.noise_level)
+
+
+class Model(Protocol):
+    """What simulates draws of a posterior: the model of speeds, or that of speeds and pressures."""
+
+    @property
+    def settings(self) -> HasPrior:
+        """Hold the prior."""
+
+    def simulate(self, phi: FloatArray) -> Beats:
+        """Simulate phi of shape (n, d) in the heart's context; failed rows hold NaN."""
+
+
+def _scored(
+    made: RecordedHeart, model: Model, exact: ExactResult, number: int, verdict: str, reason: str
+) -> HeartAnswer:
+    """Return the intervals of a posterior beside the truths of the heart."""
+    attained_kpa = model.simulate(exact.phi).active_stiffness_kpa.max(axis=1)
+    speed_scale = model.settings.prior.column(exact.phi, "speed_scale")
+    found = intervals(exact.phi, attained_kpa, speed_scale, exact.interval_mass)
+    return HeartAnswer(
+        number, made.heart.context, made.redrawn, verdict, reason,
+        by_mcmc=exact.by_mcmc, converged=exact.converged, efficiency=exact.efficiency,
+        truth=truths(made.heart), **vars(found),
+    )  # fmt: skip
 
 
 def exam_answers(
@@ -190,16 +269,98 @@ def exam_answers(
         ValueError: No generator has this letter.
     """
     check_network(estimator, settings.train_population)
-    done = {answer.number: answer for answer in _kept(answers, settings, origin)}
+    examiner = Examiner(estimator, noise, null, settings, origin)
+    _answer_missing(answers, "", settings, origin, processes, lambda _: (examiner.answer,))
+
+
+def exam_pressures(
+    *,
+    estimator: Path,
+    noise: Path,
+    null: Path,
+    without: Path,
+    answers: Path,
+    settings: ExamAnswersStageSettings,
+    origin: Origin,
+    processes: int = 1,
+) -> None:
+    """Answer the same hearts from speeds and cuff pressures; verdicts are those of the speeds alone.
+
+    Args:
+        estimator: The network of the population.
+        noise: Noise of the study's cohort, from which standard errors are told.
+        null: Null recordings of the population.
+        without: Their answers on the speeds alone.
+        answers: Output, written whole after every few hearts.
+        processes: Hearts that are answered side by side; no answer depends on it.
+
+    Raises:
+        OtherNetworkError: The network was trained under other settings.
+        FileNotFoundError: The hearts have not been answered on the speeds alone, or not all of them.
+        RuntimeError: A heart could not be recorded.
+        ArtefactError: An input is no such artefact.
+        ValueError: No generator has this letter, or an answer without pressures is of another heart.
+    """
+    check_network(estimator, settings.train_population)
+    known = _without_pressures(without, settings)
+    examiner = Examiner(estimator, noise, null, settings, origin)
+    _answer_missing(
+        answers,
+        " with pressures",
+        settings,
+        origin,
+        processes,
+        lambda number: (examiner.answer_with_pressures, known[number]),
+    )
+
+
+def _without_pressures(path: Path, settings: ExamAnswersStageSettings) -> dict[int, HeartAnswer]:
+    """Return the answers on the speeds alone, by number.
+
+    Raises:
+        FileNotFoundError: They are not there, or not all of them.
+        ArtefactError: The file holds no answers.
+    """
+    first = (
+        f"`python -m swesbi exam --stream {settings.stream} --generators {settings.generator} "
+        f"--noise {settings.noise}`"
+    )
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"{path} does not exist: verdicts are those of the speeds alone; first {first}"
+        )
+    known = {answer.number: answer for answer in read_answers(path)}
+    if missing := [number for number in range(settings.hearts) if number not in known]:
+        raise FileNotFoundError(
+            f"{path}: heart number {missing[0]} has no answer on the speeds alone, as have {len(missing) - 1} "
+            f"others; first {first}"
+        )
+    return known
+
+
+Asked = tuple[Callable[..., HeartAnswer], *tuple[HeartAnswer, ...]]
+"""What answers a heart by its number, and what it needs besides."""
+
+
+def _answer_missing(
+    path: Path,
+    how: str,
+    settings: ExamAnswersStageSettings,
+    origin: Origin,
+    processes: int,
+    asked: Callable[[int], Asked],
+) -> None:
+    """Answer the hearts that the file does not hold already, made alike, and save every few of them."""
+    done = {answer.number: answer for answer in _kept(path, settings, origin)}
     missing = [number for number in range(settings.hearts) if number not in done]
-    label = f"{settings.stream}, {settings.noise} noise, {settings.generator}: {settings.source.title}"
+    label = f"{settings.stream}, {settings.noise} noise{how}, {settings.generator}: {settings.source.title}"
     progress = Progress(label, len(missing), unit="heart")
-    for answer in _answered(Examiner(estimator, noise, null, settings, origin), missing, processes):
+    for answer in _answered({number: asked(number) for number in missing}, processes):
         done[answer.number] = answer
         progress.step(note=f"{answer.context.subject} {answer.status}")
         if progress.done % BATCH == 0 or progress.done == len(missing):
             ordered = [done[number] for number in sorted(done)]
-            save(answers, to_dataset(ordered), origin.provenance(KIND, settings))
+            save(path, to_dataset(ordered), origin.provenance(KIND, settings))
 
 
 def _kept(path: Path, settings: ExamAnswersStageSettings, origin: Origin) -> list[HeartAnswer]:
@@ -214,10 +375,10 @@ def _kept(path: Path, settings: ExamAnswersStageSettings, origin: Origin) -> lis
     return [answer for answer in read_answers(path) if answer.number < settings.hearts]
 
 
-def _answered(examiner: Examiner, numbers: Sequence[int], processes: int) -> Iterator[HeartAnswer]:
+def _answered(asked: Mapping[int, Asked], processes: int) -> Iterator[HeartAnswer]:
     """Yield answers as they come."""
     with ProcessPoolExecutor(processes, mp_context=get_context("fork"), initializer=one_thread) as pool:
-        futures = [pool.submit(examiner.answer, number) for number in numbers]
+        futures = [pool.submit(answer, number, *given) for number, (answer, *given) in asked.items()]
         try:
             for future in as_completed(futures):
                 yield future.result()
@@ -230,6 +391,7 @@ class ExamTableStageSettings(Settings):
 
     score: ScoreSettings
     interval: float = Field(gt=0.0, lt=1.0, description="mass of the credible intervals")
+    pressures: bool = Field(description="whether the answers are those with cuff pressures")
 
 
 def exam_table(
@@ -259,7 +421,7 @@ def exam_table(
     frame = table_of(by_letter, titles, noise, settings.score)
     write_csv(table, frame)
     write_csv(samplers, samplers_table(by_letter, titles, noise))
-    save_figure(draw_exam(frame, settings.interval), figure_pdf, figure_png)
+    save_figure(draw_exam(frame, settings.interval, settings.pressures), figure_pdf, figure_png)
 
 
 def _by_letter(
