@@ -42,8 +42,8 @@ class Beat:
     def aortic_mmhg(self, proximal_share: float) -> FloatArray:
         """Return the pressure at the root of the aorta, P_s + s (P_v - P_s) in ejection; shape (M,).
 
-        Through an ideal valve and the proximal resistance in series flows Q = (P_v - P_s)_+ / (R_ao + R_p), so
-        P_s + R_p Q follows from the two pressures alone.
+        Through an ideal valve and the proximal resistance in series flows Q = (P_v - P_s)_+ / (R_ao + R_p),
+        so P_s + R_p Q follows from the two pressures alone.
 
         Args:
             proximal_share: s = R_p / (R_p + R_ao); zero where the stored pressure is that at the root.

@@ -1,4 +1,4 @@
-"""The pressures of a cuff that hearts of the exam are given: their own, with the errors that inference assumes."""
+"""The pressures of a cuff that hearts of the exam are given: their own, with the errors that are assumed."""
 
 from __future__ import annotations
 

@@ -59,8 +59,9 @@ def draw_exam(table: pd.DataFrame, interval: float, pressures: bool = False) -> 
         axes[0].set_ylim(len(generators) - 0.5, -0.5)
         axes[0].set_xlim(-0.02, 1.02)
         in_percent(axes[0].xaxis)
+        beside = " with cuff pressures" if pressures else ""
         figure.suptitle(
-            f"The exam{' with cuff pressures' if pressures else ''} at {noise_of(table)}: hearts whose truth lies in the "
+            f"The exam{beside} at {noise_of(table)}: hearts whose truth lies in the "
             f"{as_percent(interval)} interval (grey: asked for)",
             fontsize=7.5,
         )
