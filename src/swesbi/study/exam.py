@@ -133,7 +133,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--pressures",
         action="store_true",
-        help="answer from speeds and cuff pressures; verdicts are those of the speeds alone, which come first",
+        help="answer from speeds and cuff pressures; the speeds alone, whose verdicts stand, come first",
     )
     parser.add_argument("--cores", type=int, default=2, help="hearts side by side; changes no answer")
     parser.add_argument("--out", type=Path, help="main table; default: <results>/tables/exam.csv")

@@ -45,8 +45,8 @@ class InformedExaminer(Examiner):
         made, without = self.recorded(number), self.without[number]
         if not np.array_equal(truths(made.heart), without.truth, equal_nan=True):
             raise ValueError(
-                f"heart {made.heart.context.subject}: its answer on the speeds alone is of another heart, made "
-                "under other settings or by other code; sit the exam without `--pressures` again"
+                f"heart {made.heart.context.subject}: its answer on the speeds alone is of another heart, "
+                "made under other settings or by other code; sit the exam without `--pressures` again"
             )
         if without.status == REFUSED:
             return without
@@ -85,7 +85,7 @@ def exam_pressures(
     origin: Origin,
     processes: int = 1,
 ) -> None:
-    """Answer the hearts of one generator from speeds and cuff pressures; verdicts are those of the speeds alone.
+    """Answer the hearts of one generator from speeds and cuff pressures; verdicts are of the speeds alone.
 
     Args:
         estimator: The network of the population.
