@@ -106,7 +106,7 @@ def _attained(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> Floa
 
 def _row(before: FloatArray | None, after: FloatArray, mass: float) -> dict[str, object]:
     low, median, high = median_and_interval(after, mass)
-    row = {"with_median": median, "with_low": low, "with_high": high}
+    row: dict[str, object] = {"with_median": median, "with_low": low, "with_high": high}
     names = ("without_low", "without_median", "without_high")
     if before is None:
         return row | dict.fromkeys((*names, "width_ratio", "shift_in_widths"), np.nan)
