@@ -53,9 +53,10 @@ ladder: $(INSTALLED) ## what the posteriors owe to the equations: a table and a 
 		cp results/tables/$$name.csv tests/reference/study/$$name.csv; done
 	cp results/figures/ladder.png docs/figures/ladder.png
 
-exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figures at two levels of noise, in three hours (docs/exam.md)
+exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figures at two levels of noise and with cuff pressures, in five hours (docs/exam.md)
 	$(BIN)/python -m swesbi exam --cores $(CORES)
-	for name in exam exam_former_noise; do \
+	$(BIN)/python -m swesbi exam --pressures --cores $(CORES)
+	for name in exam exam_former_noise exam_pressures; do \
 		cp results/tables/$$name.csv results/tables/$${name}_samplers.csv docs/tables/ || exit; \
 		cp results/figures/$$name.png docs/figures/ || exit; done
 

@@ -105,8 +105,8 @@ def _option(hint: object, default: object) -> dict[str, Any]:
     return {
         "type": Path,
         "required": True,
-        "nargs": "+" if several else None,
-        "help": "files" if several else "file",
+        "nargs": "*" if several else None,
+        "help": "files, or none" if several else "file",
     }
 
 

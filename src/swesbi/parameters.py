@@ -123,6 +123,10 @@ PHYSIOLOGY: Final = (
         "arterial_time_constant_s", "s", "time constant of the arteries, resistance times capacitance",
         "$R_d C_s$", "<i>R<sub>d</sub>C<sub>s</sub></i>", "R_d C_s", declared=(0.05, 15.0),
     ),
+    Parameter(
+        "stressed_volume_factor", "1", "factor of the circulation's stressed volume", "$f_V$",
+        "<i>f<sub>V</sub></i>", "f_V", declared=(0.3, 3.0),
+    ),
 )  # fmt: skip
 """Nuisance parameters that the simulation of a heart takes."""
 OPERATOR: Final = (

@@ -53,6 +53,7 @@ class NuisanceSettings(Settings):
     passive_wall_factor: ParameterPrior | None = None
     distal_resistance_pa_s_m3: ParameterPrior | None = None
     arterial_time_constant_s: ParameterPrior | None = None
+    stressed_volume_factor: ParameterPrior | None = None
     exponent_b: ParameterPrior | None = None
     speed_scale: ParameterPrior | None = None
 
@@ -193,6 +194,17 @@ def quantile(u: FloatArray, prior: BoxPrior) -> FloatArray:
     ]
     theta: FloatArray = np.clip(np.stack(columns, axis=1), *bounds(prior))
     return theta
+
+
+def level(theta: FloatArray, prior: BoxPrior) -> FloatArray:
+    """Return the distribution function of parameters of shape (n, d), the inverse of :func:`quantile`."""
+    from scipy.stats import truncnorm
+
+    columns = [
+        truncnorm.cdf(np.log(theta[:, j]), *_log_shape(parameter))
+        for j, parameter in enumerate(prior.parameters)
+    ]
+    return np.stack(columns, axis=1)
 
 
 def sample(count: int, prior: BoxPrior, rng: np.random.Generator) -> FloatArray:

@@ -24,7 +24,7 @@ from swesbi.exam.score import KIND, read_answers, to_dataset
 from swesbi.posterior.result import read_exact_result
 from swesbi.study import exam as command
 from swesbi.study.new_subject import finished_population
-from swesbi.study.stages import exam
+from swesbi.study.stages import exam, exam_table
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import status
 from swesbi.verdict.support import read_support
@@ -95,9 +95,9 @@ def test_a_table_of_two_levels_of_noise_is_refused(tmp_path: Path) -> None:
         settings = exam.ExamAnswersStageSettings.from_plain(plain)
         save(path, to_dataset([answer()]), Origin(5, "", "code").provenance(KIND, settings))
     files = {name: tmp_path / name for name in ("table", "samplers", "figure_pdf", "figure_png")}
-    shown = exam.ExamTableStageSettings.from_plain(stage_settings(loaded, "exam_table"))
+    shown = exam_table.ExamTableStageSettings.from_plain(stage_settings(loaded, "exam_table"))
     with pytest.raises(ValueError, match=r"one level of noise, found 2 \(cohort, former\)"):
-        exam.exam_table(answers=paths, **files, settings=shown, origin=Origin(5, "", "code"))
+        exam_table.exam_table(answers=paths, **files, settings=shown, origin=Origin(5, "", "code"))
     assert not files["table"].exists()
 
 
@@ -129,8 +129,8 @@ def test_a_stopped_run_goes_on_and_gives_what_one_run_gives(
     files = {name: tmp_path / f"{name}.csv" for name in ("table", "samplers")}
     files |= {f"figure_{kind}": tmp_path / f"exam.{kind}" for kind in ("pdf", "png")}
     loaded = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
-    shown = exam.ExamTableStageSettings.from_plain(stage_settings(loaded, "exam_table"))
-    exam.exam_table(answers=[whole], **files, settings=shown, origin=origin)
+    shown = exam_table.ExamTableStageSettings.from_plain(stage_settings(loaded, "exam_table"))
+    exam_table.exam_table(answers=[whole], **files, settings=shown, origin=origin)
     assert pd.read_csv(files["table"])["generator"].unique().tolist() == ["z: structure of development"]
     assert files["figure_png"].read_bytes().startswith(b"\x89PNG")
 
@@ -143,7 +143,13 @@ def test_a_heart_is_answered_as_a_subject_outside_the_study_is(
     settings = made_settings(finished, "a", 1)
     study = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
     made = record_heart(
-        settings.source, 0, study.config.seed, STREAM, settings.recording, settings.grid_points
+        settings.source,
+        0,
+        study.config.seed,
+        STREAM,
+        settings.recording,
+        settings.grid_points,
+        settings.clinical.errors,
     )
     subject, cohort = made.heart.context.subject, tmp_path / "cohort"
     (cohort / "swe").mkdir(parents=True)

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exam_case import CONFIG, CONTEXT, answer
+from exam_case import CONFIG, HEART, answer
 from figure_text import assert_text_apart, text_boxes
 from scipy.stats import beta, norm
 
 from swesbi import artefacts
 from swesbi.exam import score
-from swesbi.exam.heart import ExamHeart
 from swesbi.exam.score import (
     QUANTITIES,
     intervals,
@@ -25,18 +24,9 @@ from swesbi.exam.score import (
 )
 from swesbi.exam.table import NOT_TESTED, TESTED, exam_table, samplers_table
 from swesbi.show.figures.exam import draw_exam
-from swesbi.virtual_cohort.volunteers import TruthCurve
 
 TITLES = {"a": "one", "e": "other"}
 SCORE = CONFIG.exam.score
-HEART = ExamHeart(
-    CONTEXT,
-    TruthCurve(np.array([0.0, 0.5]), np.array([4.0, 50.0])),
-    np.array([60.0, 6.0, 30.0]),
-    30.0,
-    40.0,
-    0.4,
-)
 
 
 def test_intervals_are_quantiles_of_the_draws_that_have_a_beat() -> None:

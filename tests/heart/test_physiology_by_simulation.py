@@ -13,6 +13,7 @@ from swesbi.heart.model import (
     activation,
     activation_duration_s,
     build_model,
+    cavity_volume,
     own_of,
     total_volume,
 )
@@ -38,6 +39,7 @@ OTHER = {
     "passive_wall_factor": 1.6,
     "distal_resistance_pa_s_m3": 1.1e8,
     "systemic_capacitance_m3_pa": 1.5e-8,
+    "stressed_volume_factor": 1.3,
 }
 # Largest difference of k_c, relative to its peak, from a beat with the same numbers in the settings: the
 # activation by simulation is tabulated by another formula of the same function, to 1e-14.
@@ -57,10 +59,23 @@ def drawn(n: int, seed: int) -> Physiology:
 
 
 def changed_settings(settings: ForwardModelSettings, name: str, value: float) -> ForwardModelSettings:
+    if name == "stressed_volume_factor":
+        return with_volume(settings, value)
     if name != "passive_wall_factor":
         return settings.model_copy(update={name: value})
     moduli = {key: value * getattr(settings, key) for key in ("passive_c0_pa", "passive_c2_pa")}
     return settings.model_copy(update=moduli)
+
+
+def with_volume(settings: ForwardModelSettings, factor: float) -> ForwardModelSettings:
+    """Return settings that start context B or C with so many times the volume, by their pressures."""
+    subject = "B" if settings.systemic_capacitance_m3_pa == SETTINGS.systemic_capacitance_m3_pa else "C"
+    model = build_model(COHORT[subject], settings)
+    cavity = float(cavity_volume(1.0 + model.start[:1] / model.parameters.radius, model)[0])
+    total = float(total_volume(model.start[None], model)[0])
+    pressures = ("initial_arterial_pressure_pa", "initial_pulmonary_pressure_pa")
+    g = (factor * total - cavity) / (total - cavity)
+    return settings.model_copy(update={name: g * getattr(settings, name) for name in pressures})
 
 
 def difference(left: np.ndarray, right: np.ndarray) -> float:

@@ -12,9 +12,10 @@ import speed_case
 from swesbi.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.exam.generators import all_generators
-from swesbi.exam.heart import Generator
+from swesbi.exam.heart import ExamHeart, Generator
 from swesbi.exam.recorded import RecordedHeart, record_heart
 from swesbi.exam.score import HeartAnswer
+from swesbi.virtual_cohort.volunteers import TruthCurve
 
 CONFIG = speed_case.shipped()
 SEED: Final = 3
@@ -23,6 +24,17 @@ LVESV_FRACTION: Final = CONFIG.speed_experiments[
     "calibrated"
 ].misspecification.rule.volumes.lvesv_tolerance_fraction
 CONTEXT: Final = Context("a001", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
+
+HEART: Final = ExamHeart(
+    CONTEXT,
+    TruthCurve(np.array([0.0, 0.5]), np.array([4.0, 50.0])),
+    np.array([60.0, 6.0, 30.0]),
+    30.0,
+    40.0,
+    0.4,
+    118.0,
+    74.0,
+)
 
 
 @cache
@@ -36,7 +48,8 @@ def generators() -> Mapping[str, Generator]:
 @cache
 def recorded(letter: str, index: int = 0, stream: str = STREAM, seed: int = SEED) -> RecordedHeart:
     grid_points = CONFIG.measurement.grid_points
-    return record_heart(generators()[letter], index, seed, stream, CONFIG.recording, grid_points)
+    cuff = CONFIG.clinical.errors
+    return record_heart(generators()[letter], index, seed, stream, CONFIG.recording, grid_points, cuff)
 
 
 def answer(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import io
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from hypothesis import strategies as st
 from recordings import CONTEXT, DENSITY, RECORDING
 from scipy.io import savemat
 
-from swesbi.recording.cohort import read_subjects
+from swesbi.recording.cohort import read_subject_table, read_subjects
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.protocol import read_protocol
@@ -250,6 +251,39 @@ def any_subjects(folder: Path, examples: int) -> None:
     check()
 
 
+def any_measures(folder: Path, examples: int) -> None:
+    names = st.sampled_from(["sbp_mmhg", "dbp_mmhg", "lvet_ms", "sbp", "lvet_s", "other", ""])
+    likely = st.sampled_from(["", "NaN", "118", "74", "118", "74", "300", "0.3", "15.7", "9.9", "low"])
+    cells, good = st.one_of(likely, NUMBERS), st.just(["118", "74", "300", ""])
+    seen = []
+
+    @settings(max_examples=examples, **KNOBS)
+    @given(
+        st.one_of(st.just(["sbp_mmhg", "dbp_mmhg", "lvet_ms"]), st.lists(names, max_size=4, unique=True)),
+        st.lists(st.one_of(good, st.lists(cells, min_size=4, max_size=4)), min_size=1, max_size=8),
+    )
+    def check(columns: list[str], filled: list[list[str]]) -> None:
+        path = folder / "subjects.csv"
+        row = ROWS["S-1"].removeprefix("S-1")
+        lines = [",".join([f"S-{number}{row}", *own[: len(columns)]]) for number, own in enumerate(filled)]
+        text = "\n".join([",".join([HEADER, *columns]), *lines])
+        path.write_text(text, encoding="utf-8", errors="surrogatepass", newline="")
+        try:
+            table = read_subject_table(path)
+        except RecordingError as error:
+            assert "subjects.csv" in str(error)
+            return
+        assert table.rows.keys() == table.clinical.keys()
+        for measured in (own.to_measures() for own in table.clinical.values()):
+            alone = math.isnan(measured.sbp_mmhg) != math.isnan(measured.dbp_mmhg)
+            assert not alone and not measured.dbp_mmhg >= measured.sbp_mmhg
+            assert not measured.has_ejection_time or 100.0 <= measured.lvet_ms <= 500.0
+            seen.append(measured.has_pressures)
+
+    check()
+    assert any(seen)
+
+
 def any_protocol(folder: Path, examples: int) -> None:
     @settings(max_examples=examples, **KNOBS)
     @given(st.one_of(edited(PROTOCOL.encode()), st.binary(max_size=40), st.text(max_size=40).map(str.encode)))
@@ -273,6 +307,7 @@ PARSERS: dict[Callable[[Path, int], None], float] = {
     allowed_values: 0.05,
     matlab_values: 0.05,
     any_subjects: 0.1,
+    any_measures: 0.1,
     any_protocol: 0.05,
 }
 

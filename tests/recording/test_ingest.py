@@ -10,6 +10,7 @@ from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, no
 
 from swesbi.artefacts import load
 from swesbi.measurement.settings import MeasurementSettings
+from swesbi.recording.clinical import ClinicalRow
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import read_observation
 from swesbi.recording.problems import RecordingError
@@ -237,12 +238,16 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
     )
     settings = stage.IngestStageSettings(
         context=row,
+        clinical=ClinicalRow(sbp_mmhg=121.0, dbp_mmhg=78.0),
         recording=RECORDING,
         measurement=MeasurementSettings(grid_points=100, active_stiffness_map="identity"),
     )
     stage.ingest(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
     direct, read = ingest(samples, CONTEXT, RECORDING, 100), read_observation(artefact)
     assert read.context == CONTEXT
+    assert (read.clinical.sbp_mmhg, read.clinical.dbp_mmhg) == (121.0, 78.0)
+    assert read.clinical.has_pressures and not read.clinical.has_ejection_time
+    assert not direct.clinical.has_pressures
     assert read.noise == direct.noise
     for name in ("phase", "phase_index", "measured", "speed_m_s", "speed_se_m_s", "stiffness_se_kpa"):
         np.testing.assert_array_equal(getattr(read, name), getattr(direct, name))

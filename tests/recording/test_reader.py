@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from recordings import DENSITY, PHASES, make_samples
 
-from swesbi.recording.cohort import read_context_rows, read_subjects
+from swesbi.recording.cohort import read_subject_table, read_subjects
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 
@@ -25,7 +25,7 @@ def test_subjects_are_read_in_order_and_other_columns_ignored(tmp_path: Path) ->
     assert [subject.subject for subject in subjects] == ["A", "B"]
     assert subjects[0].lvedv_ml == 118.0
     assert subjects[1].sex == "F"
-    assert read_context_rows(path)[0].to_context() == subjects[0]
+    assert read_subject_table(path).rows["A"].to_context() == subjects[0]
 
 
 def test_byte_order_mark_spaces_and_trailing_blank_lines_do_no_harm(tmp_path: Path) -> None:

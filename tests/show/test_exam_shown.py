@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Final
@@ -34,10 +35,16 @@ from swesbi.show.figures.style import save_figure
 from swesbi.show.page.exam import ExamSection, make_exam_section, sat_exam, small_exam
 from swesbi.show.page.page import templates
 from swesbi.show.table import Strong
-from swesbi.show.tables.exam import exam_table, generators_table, read_exam, samplers_table
+from swesbi.show.tables.exam import (
+    exam_table,
+    generators_table,
+    pressures_table,
+    read_exam,
+    samplers_table,
+)
 from swesbi.show.tables.exam_outcomes import in_brief
 
-TITLES: Final = {"a": "own", "b": "wide", "d": "spring", "e": "blocks", "f": "bonds"}
+TITLES: Final = {"a": "own", "b": "wide", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}
 SHIPPED: Final = read_yaml(ROOT / "config.yaml")
 PAGES: Final = {
     "README.md": readme_part,
@@ -66,16 +73,27 @@ MADE: Final = {
 }
 
 
+def informed(before: HeartAnswer) -> HeartAnswer:
+    """The same heart with an interval that is half as wide."""
+    return replace(before, low=before.median * 0.8**0.5, high=before.median * 1.25**0.5)
+
+
+INFORMED: Final = {letter: [informed(one) for one in MADE[letter]] for letter in ("a", "d")}
+
+
 def made_table(noise: NoiseLevel = "cohort", **answers: list[HeartAnswer]) -> pd.DataFrame:
     return table_of(answers or MADE, TITLES, noise, CONFIG.exam.score)
 
 
-def store(folder: Path) -> Path:
-    """Write the four tables as `make exam` stores them."""
+def store(folder: Path, pressures: bool = False) -> Path:
+    """Write the tables as `make exam` stores them, those with pressures only if asked for."""
     levels: dict[str, NoiseLevel] = {"exam": "cohort", "exam_former_noise": "former"}
     for stem, noise in levels.items():
         write_csv(folder / f"{stem}.csv", made_table(noise))
         write_csv(folder / f"{stem}_samplers.csv", samplers_of(MADE, TITLES, noise))
+    if pressures:
+        write_csv(folder / "exam_pressures.csv", made_table("cohort", **INFORMED))
+        write_csv(folder / "exam_pressures_samplers.csv", samplers_of(INFORMED, TITLES, "cohort"))
     return folder
 
 
@@ -172,8 +190,37 @@ def test_every_page_shows_the_stored_exam(tmp_path: Path) -> None:
     assert len([line for line in readme.splitlines() if line.startswith("| (")]) == len(MADE)
     assert "| (d) spring | 60 | 67 | **60.0 (43 to 75)** | 100.0 (91 to 100) | **40.0** |" in readme
     assert "90 % intervals" in calibration and "90 % intervals" in readme
-    for text in (whole, calibration, readme):
+    assert whole.endswith("the exam has not been sat yet: `python -m swesbi exam --pressures`.")
+    for text in (whole.rpartition("\n\n")[0], calibration, readme):
         assert "not been sat" not in text and "nan" not in text
+
+
+def test_the_page_compares_coverage_and_width_without_and_with_pressures(tmp_path: Path) -> None:
+    results = ExamResults.read(store(tmp_path, pressures=True), 0.9)
+    assert results is not None
+    _, mark, part = page_part(results).partition("**With cuff pressures**")
+    assert mark and "not been sat" not in part and "nan" not in part
+    assert "attained stiffness: intervals 0.50 to 0.50 times as wide with pressures" in part
+    assert "the least coverage of all answered is 73.3 %, without 73.3 %." in part
+    assert "(figures/exam_pressures.png)" in part
+    (row,) = [line for line in part.splitlines() if line.startswith("| (d) spring | attained stiffness |")]
+    assert row.endswith("| 0.45 | 0.22 |") and row.count("73.3 (60 to 84)") == 2
+    assert "(b) wide" not in part and "(a) own" in part
+    assert "cuff pressures" not in calibration_part(results) + readme_part(results)
+
+
+def test_pressures_without_the_exam_itself_are_refused(tmp_path: Path) -> None:
+    folder = store(tmp_path, pressures=True)
+    for stem in ("exam", "exam_former_noise"):
+        for suffix in ("", "_samplers"):
+            (folder / f"{stem}{suffix}.csv").unlink()
+    with pytest.raises(ArtefactError, match=r"exam.csv: missing beside exam_pressures.csv"):
+        ExamResults.read(folder, 0.9)
+
+
+def test_pressures_of_other_generators_are_refused() -> None:
+    with pytest.raises(ArtefactError, match="has none of the generators without; run `make exam`"):
+        pressures_table(made_table(), made_table(h=hearts(1, 0)), "The exam")
 
 
 def test_without_stored_tables_it_has_not_been_sat(tmp_path: Path) -> None:
@@ -273,6 +320,7 @@ def test_the_page_knows_whether_the_exam_is_asked_for() -> None:
 def test_make_stores_what_the_documentation_reads() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     (recipe,) = re.findall(r"^exam: .*\n((?:\t.*\n)+)", makefile, re.MULTILINE)
-    assert "for name in exam exam_former_noise;" in recipe
+    assert "for name in exam exam_former_noise exam_pressures;" in recipe
+    assert "swesbi exam --pressures" in recipe
     assert "results/tables/$$name.csv results/tables/$${name}_samplers.csv docs/tables/" in recipe
     assert "results/figures/$$name.png docs/figures/" in recipe

@@ -132,8 +132,9 @@ def test_true_curves_and_beats_are_as_designed(name: str) -> None:
     np.testing.assert_allclose(beat["end_diastolic_volume_ml"], context.lvedv_ml, rtol=0.10)
     np.testing.assert_allclose(beat["end_systolic_volume_ml"], context.lvesv_ml, rtol=0.32)
     assert 0.55 < beat["ejection_fraction"] < 0.76
-    assert 100 < beat["systolic_arterial_pressure_mmhg"] < 140
-    assert 60 < beat["diastolic_arterial_pressure_mmhg"] < 90
+    assert 100 < beat["systolic_aortic_pressure_mmhg"] < 175
+    assert 60 < beat["diastolic_aortic_pressure_mmhg"] < 90
+    assert 190 < beat["ejection_ms"] < 310
 
 
 @pytest.mark.parametrize("name", BY_NAME)

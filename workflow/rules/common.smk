@@ -195,6 +195,50 @@ def batches_of_populations():
     ]
 
 
+def batches_with_pressures():
+    """Return (experiment, number, subjects) of every job that answers subjects whose pressures were taken too."""
+    return [
+        (experiment, number, batch)
+        for experiment in CONFIG.population_experiments
+        for number, batch in enumerate(STUDY.batches(STUDY.with_pressures(experiment)))
+    ]
+
+
+def of_those_with_pressures(file):
+    """Return a file of every subject whose pressures were taken, in every experiment over a population."""
+    return [
+        f"{RESULTS}/{experiment}/subjects/{subject}/{file}"
+        for experiment in POPULATIONS
+        for subject in STUDY.with_pressures(experiment)
+    ]
+
+
+def figures_of_population(experiment):
+    """Return the names of the figures of an experiment over a population: of pressures where there are any."""
+    names = [*names_of("population"), *names_of("experiment")]
+    return [
+        name
+        for name in names
+        if name != "pressures" or STUDY.with_pressures(experiment)
+    ]
+
+
+def figures_of_populations(*images):
+    """Return the figures of all experiments over a population."""
+    return [
+        f"{RESULTS}/figures/{figure}-{experiment}.{image}"
+        for experiment in POPULATIONS
+        for figure in figures_of_population(experiment)
+        for image in images
+    ]
+
+
+def pressures_tables():
+    """Return the table of what pressures add, which there is where any were taken."""
+    there = any(map(STUDY.with_pressures, POPULATIONS))
+    return [f"{RESULTS}/tables/pressures.csv"] if there else []
+
+
 def of_answered(file, base=False):
     """Return the input function of a file of every subject that the experiment of the wildcard answers."""
 
@@ -281,12 +325,8 @@ def population_outputs():
             experiment=POPULATIONS,
             table=POPULATION_TABLES,
         ),
-        *expand(
-            f"{RESULTS}/figures/{{figure}}-{{experiment}}.{{image}}",
-            experiment=POPULATIONS,
-            figure=[*names_of("population"), *names_of("experiment")],
-            image=["pdf", "png"],
-        ),
+        *figures_of_populations("pdf", "png"),
+        *pressures_tables(),
         *(
             f"{RESULTS}/{experiment}/agreement.csv"
             for experiment in POPULATIONS
@@ -397,6 +437,7 @@ def linked_artefacts():
             for subject in shown_singly(experiment)
             for file in of_subject
         ),
+        *of_those_with_pressures("with_pressures.h5"),
         *files_of_subjects(of_subject, EXPERIMENTS),
         *files_of_subjects(
             [

@@ -1,6 +1,20 @@
 """Subjects of `new_subjects.cohort`, answered by the network as it is; not part of the study."""
 
 OF_NEW = f"{RESULTS}/{{experiment}}/new/{{new_subject}}"
+OUTPUTS_OF_NEW = {
+    "observation": f"{OF_NEW}/observation.h5",
+    "passive_baseline": f"{OF_NEW}/passive.h5",
+    "reference_fit": f"{OF_NEW}/cmaes.h5",
+    "shard": f"{OF_NEW}/simulations.h5",
+    "posterior": f"{OF_NEW}/posterior.h5",
+    "support": f"{OF_NEW}/support.json",
+    "predictive": f"{OF_NEW}/predictive.h5",
+    "ppc_png": f"{OF_NEW}/ppc.png",
+    "posterior_png": f"{OF_NEW}/posterior.png",
+}
+# Who has cuff pressures has a rule of its own, since outputs cannot depend on a wildcard.
+NEW_WITH_PRESSURES = STUDY.new_with_pressures
+NEW_ON_SPEEDS = [name for name in STUDY.new_rows if name not in NEW_WITH_PRESSURES]
 
 
 rule new_subject:
@@ -15,28 +29,34 @@ rule new_subject:
             "{experiment}/subjects/{subject}/misspecification.h5"
         ),
     output:
-        observation=f"{OF_NEW}/observation.h5",
-        passive_baseline=f"{OF_NEW}/passive.h5",
-        reference_fit=f"{OF_NEW}/cmaes.h5",
-        shard=f"{OF_NEW}/simulations.h5",
-        posterior=f"{OF_NEW}/posterior.h5",
-        support=f"{OF_NEW}/support.json",
-        predictive=f"{OF_NEW}/predictive.h5",
-        ppc_png=f"{OF_NEW}/ppc.png",
-        posterior_png=f"{OF_NEW}/posterior.png",
+        **OUTPUTS_OF_NEW,
+        with_pressures=[],
     log:
         f"{RESULTS}/logs/new_subject/{{experiment}}/{{new_subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/new_subject/{{experiment}}/{{new_subject}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
-        new_subject="|".join(STUDY.new_rows) or NONE,
+        new_subject="|".join(NEW_ON_SPEEDS) or NONE,
     params:
         stage=stage_of_new_subject("new_subject"),
     message:
         "The network of '{wildcards.experiment}' answers {wildcards.new_subject}"
     script:
         "../scripts/stage.py"
+
+
+use rule new_subject as new_subject_with_pressures with:
+    output:
+        **OUTPUTS_OF_NEW,
+        with_pressures=f"{OF_NEW}/with_pressures.h5",
+    log:
+        f"{RESULTS}/logs/new_subject_with_pressures/{{experiment}}/{{new_subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/new_subject_with_pressures/{{experiment}}/{{new_subject}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+        new_subject="|".join(NEW_WITH_PRESSURES) or NONE,
 
 
 rule new_subject_of_population:
@@ -48,14 +68,15 @@ rule new_subject_of_population:
         noise=rules.noise.output.noise,
         null=rules.population_null.output.null,
     output:
-        **dict(rules.new_subject.output.items()),
+        **OUTPUTS_OF_NEW,
+        with_pressures=[],
     log:
         f"{RESULTS}/logs/new_subject_of_population/{{experiment}}/{{new_subject}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/new_subject_of_population/{{experiment}}/{{new_subject}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
-        new_subject="|".join(STUDY.new_rows) or NONE,
+        new_subject="|".join(NEW_ON_SPEEDS) or NONE,
     params:
         stage=stage_of_new_subject("new_subject_of_population"),
     message:
@@ -64,11 +85,24 @@ rule new_subject_of_population:
         "../scripts/stage.py"
 
 
+use rule new_subject_of_population as new_subject_of_population_with_pressures with:
+    output:
+        **OUTPUTS_OF_NEW,
+        with_pressures=f"{OF_NEW}/with_pressures.h5",
+    log:
+        f"{RESULTS}/logs/new_subject_of_population_with_pressures/{{experiment}}/{{new_subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/new_subject_of_population_with_pressures/{{experiment}}/{{new_subject}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+        new_subject="|".join(NEW_WITH_PRESSURES) or NONE,
+
+
 rule new_subjects:
     """Every subject of `new_subjects.cohort`, in every experiment that runs and can answer."""
     input:
         expand(
-            rules.new_subject.output.support,
+            f"{OF_NEW}/support.json",
             experiment=[*SPEED_EXPERIMENTS, *POPULATIONS],
             new_subject=list(STUDY.new_rows),
         ),

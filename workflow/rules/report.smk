@@ -51,11 +51,8 @@ rule report:
         population_strata=expand(
             rules.population_scores.output.strata, experiment=POPULATIONS
         ),
-        population_pngs=expand(
-            f"{RESULTS}/figures/{{figure}}-{{experiment}}.png",
-            figure=[*names_of("population"), *names_of("experiment")],
-            experiment=POPULATIONS,
-        ),
+        population_pngs=figures_of_populations("png"),
+        pressures_csv=pressures_tables(),
         small_exam_csv=[rules.small_exam.output.table for _ in EXAMINED_HERE],
         small_exam_png=[rules.small_exam.output.figure_png for _ in EXAMINED_HERE],
         exam_sat=exam_that_was_sat(),

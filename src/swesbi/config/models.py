@@ -30,6 +30,7 @@ from swesbi.config.experiments import (
     SpeedExperimentSettings,
 )
 from swesbi.heart.settings import ForwardModelSettings
+from swesbi.measurement.clinical import ClinicalSettings
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, summary_names
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
 from swesbi.prior import NuisanceSettings, PriorSettings
@@ -245,6 +246,7 @@ class Config(Settings):
     results: str = Field(min_length=1, description="folder of every output")
     recording: RecordingSettings
     noise: NoiseSettings
+    clinical: ClinicalSettings
     measurement: MeasurementSettings
     forward_model: ForwardModelSettings
     passive: PassiveSettings

@@ -170,9 +170,16 @@ def _share(number: str, parts: int, total: int) -> list[int]:
     return [share.start, share.stop]
 
 
-def _batch(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
-    subjects = study.batches(study.subjects)[int(_wildcard(wildcards, "batch"))]
-    return [study.context_rows[subject].to_plain() for subject in subjects]
+def _batch(study: Study, wildcards: Wildcards) -> tuple[str, ...]:
+    return study.batches(study.subjects)[int(_wildcard(wildcards, "batch"))]
+
+
+def _contexts_of_batch(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
+    return [study.context_rows[subject].to_plain() for subject in _batch(study, wildcards)]
+
+
+def _clinical_of_batch(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
+    return [study.clinical_of(subject).to_plain() for subject in _batch(study, wildcards)]
 
 
 def _contexts_of_experiment(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
@@ -199,8 +206,10 @@ def _name_of_population(study: Study, wildcards: Wildcards) -> str:
 
 NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "context": lambda study, by: study.context_rows[named(study, by, "subject")].to_plain(),
+    "clinical_of_subject": lambda study, by: study.clinical_of(named(study, by, "subject")).to_plain(),
+    "clinical_of_batch": _clinical_of_batch,
     "contexts_of_experiment": _contexts_of_experiment,
-    "contexts_of_batch": _batch,
+    "contexts_of_batch": _contexts_of_batch,
     "contexts_of_shard": _part_of("shard", "simulations.contexts"),
     "own_of_part": _part_of("part", "calibration.own"),
     "acquired_of_part": _part_of("part", "calibration.acquired"),

@@ -6,16 +6,15 @@ Every slice is plain data with the fields of the stage's own settings class.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any, Final
 
 from swesbi.config.parts import Wildcards, named, value_of
 from swesbi.config.study import Study
-from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE
+from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
 
 SOURCES: Final[Mapping[str, str]] = {
-    "ingest": "context recording measurement",
-    "ingest_batch": "contexts=contexts_of_batch recording measurement",
+    "ingest": "context clinical=clinical_of_subject recording measurement",
+    "ingest_batch": "contexts=contexts_of_batch clinical=clinical_of_batch recording measurement",
     "noise": "recording noise",
     "passive": "prior=reference_prior forward_model passive measurement",
     "simulate": "draws=draws_of_shard context prior=prior_simulated forward_model",
@@ -56,6 +55,9 @@ SOURCES: Final[Mapping[str, str]] = {
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
     "population.nulls.predictive_recordings",
+    "pressures": "stage.exact_posterior clinical",
+    "pressures_table": "",
+    "pressures_figure": "experiment=name_of_population cohort_title",
     "population_cohort": "experiment=name_of_population refused cohort_title "
     "contexts=contexts_of_experiment prior=joint_prior "
     "experiment.exact.interval",
@@ -181,14 +183,14 @@ def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the chain of stages for a subject outside the study depends on, a part a stage."""
     new = study.config.new_subjects
     parts = _fields(
-        replace(study, context_rows=study.new_rows),
+        study.outside,
         wildcards,
         "stage.ingest stage.passive stage.cmaes stage.exact_posterior stage.verdict stage.predictive_speeds "
-        "stage.exact_subject_figures new_subjects.noise_level "
+        "stage.exact_subject_figures clinical new_subjects.noise_level "
         "experiment.misspecification.synthetic.reference_recordings",
     )
     simulated = "context prior forward_model draws=experiment.predictive.draws"
-    parts["simulate"] = _fields(replace(study, context_rows=study.new_rows), wildcards, simulated)
+    parts["simulate"] = _fields(study.outside, wildcards, simulated)
     parts["simulate"]["draws"] = [0, parts["simulate"]["draws"]]
     parts["ingest"]["recording"]["phases"] = new.phases or study.config.recording.phases
     parts["exact_subject_figures"]["cohort_title"] = new.cohort_title
@@ -208,14 +210,15 @@ def _exam_answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
         {"experiment": section.experiment},
         "exam.made prior stage.exact_posterior stage.verdict stage.predictive_speeds "
         "new_subjects.noise_level experiment.misspecification.synthetic.reference_recordings "
-        "stage.train_population population.population acquisition recording measurement.grid_points",
+        "stage.train_population population.population acquisition recording measurement.grid_points clinical",
     )
 
 
 def _exam_table(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the tables and the figure of the exam depend on."""
     chosen = {"experiment": study.config.exam.experiment}
-    return _fields(study, chosen, "exam.score experiment.exact.interval")
+    shown = _fields(study, chosen, "exam.score experiment.exact.interval")
+    return shown | {"pressures": wildcards.get("pressures") == WITH_PRESSURES}
 
 
 def _paper_comparison(study: Study, wildcards: Wildcards) -> dict[str, Any]:
@@ -262,6 +265,7 @@ COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "ladder_run": _ladder_run,
     "ladder": _ladder,
     "exam_answers": _exam_answers,
+    "exam_pressures": _exam_answers,
     "exam_table": _exam_table,
     "new_subject": _new_subject,
     "new_subject_of_population": _new_subject_of_population,

@@ -11,7 +11,15 @@ from typing import Any, Final
 from swesbi.config.models import Config
 from swesbi.config.read import ConfigError, overlay, parse_config
 from swesbi.population.settings import in_declared_range
-from swesbi.recording.cohort import PROTOCOL, SUBJECTS, check_file, find_recording, read_context_rows
+from swesbi.recording.clinical import ClinicalRow
+from swesbi.recording.cohort import (
+    PROTOCOL,
+    SUBJECTS,
+    SubjectTable,
+    check_file,
+    find_recording,
+    read_subject_table,
+)
 from swesbi.recording.problems import Problem, RecordingError, listed
 from swesbi.recording.settings import ContextRow
 
@@ -29,16 +37,35 @@ class Study:
         config: The configuration.
         context_rows: Subjects of the cohort that the study runs on.
         new_rows: Subjects outside it, which trained networks answer.
+        clinical_rows: What was measured of all these beside the speeds.
+        new_clinical_rows: The same of those outside.
     """
 
     config: Config
     context_rows: Mapping[str, ContextRow]
     new_rows: Mapping[str, ContextRow] = field(default_factory=dict)
+    clinical_rows: Mapping[str, ClinicalRow] = field(default_factory=dict)
+    new_clinical_rows: Mapping[str, ClinicalRow] = field(default_factory=dict)
 
     @property
     def subjects(self) -> tuple[str, ...]:
         """The subjects' names."""
         return tuple(self.context_rows)
+
+    def clinical_of(self, subject: str) -> ClinicalRow:
+        """Return what was measured of a subject beside the speeds."""
+        return self.clinical_rows.get(subject, ClinicalRow())
+
+    @property
+    def outside(self) -> Study:
+        """The same study with the subjects outside it in place of its own."""
+        return replace(self, context_rows=self.new_rows, clinical_rows=self.new_clinical_rows)
+
+    @property
+    def new_with_pressures(self) -> tuple[str, ...]:
+        """The subjects outside the cohort of whom the pressures of a cuff were taken."""
+        measured = {name: self.outside.clinical_of(name).to_measures() for name in self.new_rows}
+        return tuple(name for name, clinical in measured.items() if clinical.has_pressures)
 
     def subjects_of(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects that an experiment lists and the study runs on, in the study's order."""
@@ -92,6 +119,11 @@ class Study:
         refused = self.refused(experiment)
         return tuple(subject for subject in self.subjects_of(experiment) if subject not in refused)
 
+    def with_pressures(self, experiment: str) -> tuple[str, ...]:
+        """Return those of them of whom the pressures of a cuff were taken."""
+        measured = {name: self.clinical_of(name).to_measures() for name in self.answered(experiment)}
+        return tuple(name for name, clinical in measured.items() if clinical.has_pressures)
+
     def refused(self, experiment: str) -> dict[str, str]:
         """Return the subjects outside the declared range of an experiment over a population, and why."""
         population = self.config.population_experiments[experiment].population
@@ -123,23 +155,23 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
         ConfigError: The configuration, the table of subjects, or a subject's file is missing or wrong.
     """
     config = parse_config(raw, source)
-    known = _read_rows(config.cohort, f"{source}: cohort")
-    study = Study(config, _select(config, known, source))
-    _check_lists(study, known, source)
+    table = _read_table(config.cohort, f"{source}: cohort")
+    study = Study(config, _select(config, table.rows, source), clinical_rows=table.clinical)
+    _check_lists(study, table.rows, source)
     _check_files(study.cohort, study.subjects, f"{source}: cohort")
     if config.new_subjects.cohort is None:
         return study
     key = f"{source}: new_subjects.cohort"
-    new = _read_rows(config.new_subjects.cohort, key)
-    _check_files(Path(config.new_subjects.cohort), tuple(new), key)
-    return replace(study, new_rows=new)
+    new = _read_table(config.new_subjects.cohort, key)
+    _check_files(Path(config.new_subjects.cohort), tuple(new.rows), key)
+    return replace(study, new_rows=new.rows, new_clinical_rows=new.clinical)
 
 
-def _read_rows(cohort: str, key: str) -> dict[str, ContextRow]:
+def _read_table(cohort: str, key: str) -> SubjectTable:
     table = Path(cohort) / SUBJECTS
     try:
         check_file(table, table.parent)
-        return {row.subject: row for row in read_context_rows(table)}
+        return read_subject_table(table)
     except RecordingError as error:
         raise ConfigError(f"{key} = {cohort!r}: {error}") from error
 

@@ -39,6 +39,19 @@ class Beat:
         """Fractions of the cycle; shape (M,)."""
         return np.asarray(np.arange(self.stretch.size) / self.stretch.size)
 
+    def aortic_mmhg(self, proximal_share: float) -> FloatArray:
+        """Return the pressure at the root of the aorta, P_s + s (P_v - P_s) in ejection; shape (M,).
+
+        Through an ideal valve and the proximal resistance in series flows Q = (P_v - P_s)_+ / (R_ao + R_p),
+        so P_s + R_p Q follows from the two pressures alone.
+
+        Args:
+            proximal_share: s = R_p / (R_p + R_ao); zero where the stored pressure is that at the root.
+        """
+        return self.arterial_mmhg + proximal_share * np.maximum(
+            self.ventricular_mmhg - self.arterial_mmhg, 0.0
+        )
+
     @property
     def ejection_fraction(self) -> float:
         """(EDV - ESV) / EDV."""

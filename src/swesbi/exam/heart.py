@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -27,6 +28,8 @@ class ExamHeart:
         k_sr_per_s: True rate of relaxation, in 1/s; None where its law has none.
         attained_kpa: Largest true active stiffness of the beat.
         volume_ratio: End-systolic over end-diastolic volume of the beat.
+        systolic_mmhg: Largest pressure at the root of the aorta.
+        diastolic_mmhg: The smallest.
     """
 
     context: Context
@@ -35,6 +38,8 @@ class ExamHeart:
     k_sr_per_s: float | None
     attained_kpa: float
     volume_ratio: float
+    systolic_mmhg: float
+    diastolic_mmhg: float
 
     def __post_init__(self) -> None:
         """Refuse a heart whose truths contradict each other, or are no stiffness.
@@ -47,6 +52,11 @@ class ExamHeart:
             raise ValueError(f"{name}: attained_kpa = {self.attained_kpa}: must be a positive stiffness")
         if not 0.0 < self.volume_ratio < 1.0:
             raise ValueError(f"{name}: volume_ratio = {self.volume_ratio}: must lie between 0 and 1")
+        if not -math.inf < self.diastolic_mmhg <= self.systolic_mmhg < math.inf:
+            raise ValueError(
+                f"{name}: systolic_mmhg = {self.systolic_mmhg}, diastolic_mmhg = {self.diastolic_mmhg}: must "
+                "be pressures, the first no lower than the second"
+            )
         if not (self.curve.stiffness_kpa > 0.0).all():
             raise ValueError(f"{name}: the total stiffness is not positive throughout the cycle")
         if self.theta is None:

@@ -23,6 +23,7 @@ from swesbi.exam.ranges import (
     with_extremes,
 )
 from swesbi.exam.settings import MadeSettings
+from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
@@ -102,7 +103,7 @@ def heart_of(volunteer: Volunteer, structure: Structure) -> ExamHeart:
     beats = simulate(np.array([volunteer.theta]), volunteer.context, settings)
     if beats.status[0] != Status.PERIODIC:
         raise RuntimeError(f"{volunteer.context.subject}: {Status(beats.status[0]).name}")
-    theta = np.array(volunteer.theta)
+    theta, aortic = np.array(volunteer.theta), aortic_pressure_mmhg(beats, settings)[0]
     return ExamHeart(
         context=volunteer.context,
         curve=_curve(volunteer, structure, beats),
@@ -110,6 +111,8 @@ def heart_of(volunteer: Volunteer, structure: Structure) -> ExamHeart:
         k_sr_per_s=float(theta[K_SR]),
         attained_kpa=float(beats.active_stiffness_kpa[0].max()),
         volume_ratio=float(beats.end_systolic_volume_ml[0] / beats.end_diastolic_volume_ml[0]),
+        systolic_mmhg=float(aortic.max()),
+        diastolic_mmhg=float(aortic.min()),
     )
 
 

@@ -6,8 +6,10 @@ import logging
 from dataclasses import dataclass, replace
 from typing import Final
 
+from swesbi.exam.cuff import cuff_pressures
 from swesbi.exam.heart import ExamHeart, Generator
 from swesbi.exam.settings import EXAM
+from swesbi.recording.clinical import ClinicalErrors
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
@@ -27,7 +29,7 @@ class RecordedHeart:
     Attributes:
         heart: The heart, its truths among it.
         samples: The raw recording.
-        observation: What ingestion makes of it.
+        observation: What ingestion makes of it, with the pressures of a cuff.
         redrawn: Hearts and recordings that were drawn before it, and failed.
     """
 
@@ -38,7 +40,13 @@ class RecordedHeart:
 
 
 def record_heart(
-    generator: Generator, index: int, seed: int, name: str, recording: RecordingSettings, grid_points: int
+    generator: Generator,
+    index: int,
+    seed: int,
+    name: str,
+    recording: RecordingSettings,
+    grid_points: int,
+    cuff: ClinicalErrors,
 ) -> RecordedHeart:
     """Draw the heart of this number and record it.
 
@@ -52,6 +60,7 @@ def record_heart(
         name: Name of the stream.
         recording: Quality control.
         grid_points: Size of the analysis grid that ingestion fills.
+        cuff: Errors of its pressures, which are drawn from a stream of their own.
 
     Raises:
         RuntimeError: It could not be recorded in many attempts.
@@ -66,7 +75,8 @@ def record_heart(
         except (RuntimeError, RecordingError) as error:
             LOGGER.info("heart %s drawn again: %s", subject, error)
         else:
-            return RecordedHeart(heart, samples, observation, attempt)
+            clinical = cuff_pressures(heart, cuff, seed, name, generator.letter, index)
+            return RecordedHeart(heart, samples, replace(observation, clinical=clinical), attempt)
     raise RuntimeError(f"heart {subject}: no usable recording in {MAX_ATTEMPTS} attempts")
 
 

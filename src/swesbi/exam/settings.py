@@ -16,6 +16,8 @@ NoiseLevel = Literal["cohort", "former"]
 COHORT_NOISE: Final[NoiseLevel] = "cohort"
 FORMER_NOISE: Final[NoiseLevel] = "former"
 NOISE_LEVELS: Final = (COHORT_NOISE, FORMER_NOISE)
+WITH_PRESSURES: Final = "with"
+"""What says of a table of the exam that its answers are those with cuff pressures."""
 Hearts = Annotated[int, Field(ge=1)]
 
 

@@ -75,8 +75,13 @@ class StoredHeart:
     refused_implausible: Annotated[int, Variable("", "1", f"{COUNT}the beat is no person's")]
     refused_stiff: Annotated[int, Variable("", "1", f"{COUNT}too much active stiffness in late diastole")]
 
-    def exam_heart(self) -> ExamHeart:
-        """Return it as it sits the exam."""
+    def exam_heart(self, proximal_share: float = 0.0) -> ExamHeart:
+        """Return it as it sits the exam.
+
+        Args:
+            proximal_share: As :meth:`Beat.aortic_mmhg` takes it.
+        """
+        aortic = self.beat.aortic_mmhg(proximal_share)
         beat, own_law = self.beat, bool(np.isfinite(self.theta).all())
         passive = self.passive_scale_kpa * passive_shape(beat.stretch, self.passive_exponent_b)
         return ExamHeart(
@@ -86,6 +91,8 @@ class StoredHeart:
             k_sr_per_s=float(self.theta[K_SR]) if own_law else None,
             attained_kpa=float(beat.active_kpa.max()),
             volume_ratio=beat.volume_ratio,
+            systolic_mmhg=float(aortic.max()),
+            diastolic_mmhg=float(aortic.min()),
         )
 
 
@@ -195,10 +202,24 @@ def _by_stream(path: Path, letter: str) -> Mapping[StreamKey | None, ExamHeart]:
     stored, provenance = load_hearts(path)
     if provenance.settings.get("letter") != letter:
         raise ValueError(f"{path}: holds hearts of {provenance.settings.get('letter')!r}, not of {letter!r}")
+    share = proximal_share(provenance)
     return {
-        _key(seed_sequence(provenance.seed, heart.stream, letter, heart.number)): heart.exam_heart()
+        _key(seed_sequence(provenance.seed, heart.stream, letter, heart.number)): heart.exam_heart(share)
         for heart in stored
     }
+
+
+def proximal_share(provenance: Provenance) -> float:
+    """Return R_p / (R_p + R_ao) of stored hearts whose arteries are the model's, by their provenance.
+
+    Their arterial pressure is that behind the proximal resistance. Hearts of another program tell the
+    pressure at the root itself, and have a share of zero.
+    """
+    model = provenance.settings.get("forward_model")
+    if not isinstance(model, Mapping):
+        return 0.0
+    proximal = float(model["proximal_resistance_pa_s_m3"])
+    return proximal / (proximal + float(model["aortic_resistance_pa_s_m3"]))
 
 
 def _key(sequence: np.random.SeedSequence) -> StreamKey:

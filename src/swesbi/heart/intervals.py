@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.arrays import BoolArray, FloatArray
 from swesbi.heart.simulate import Beats
 
 
@@ -22,7 +22,8 @@ class SystolicIntervals:
 def systolic_intervals(beats: Beats, period_s: float) -> SystolicIntervals:
     """Measure isovolumic contraction, ejection and isovolumic relaxation of each beat.
 
-    Ejection is the time of aortic flow; the isovolumic times reach from it to the mitral flow on either side.
+    Ejection is from the first to the last aortic flow, with moments within in which the valve closes, as it
+    can where the wall has inertia; the isovolumic times reach from it to the mitral flow on either side.
     """
     flows = zip(beats.aortic_flow_ml_s, beats.mitral_flow_ml_s, strict=True)
     durations = [_durations(aortic, mitral) for aortic, mitral in flows]
@@ -34,10 +35,20 @@ def _durations(aortic: FloatArray, mitral: FloatArray) -> tuple[float, float, fl
     """Return the three durations in samples; NaN where a valve never opens."""
     if not (aortic > 0.0).any() or not (mitral > 0.0).any():
         return np.nan, np.nan, np.nan
-    opening = int(np.argmax((aortic > 0.0) & (np.roll(aortic, 1) <= 0.0)))
+    if (aortic > 0.0).all():
+        return 0.0, float(aortic.size), 0.0
+    opening, ejection = _ejection(aortic > 0.0)
     filling = np.roll(mitral > 0.0, -opening)  # seen from the opening of the aortic valve
-    ejecting = np.roll(aortic > 0.0, -opening)
-    closing = int(np.argmin(ejecting)) if not ejecting.all() else ejecting.size
-    relaxation = int(np.argmax(filling[closing:]))
+    relaxation = int(np.argmax(filling[ejection:]))
     contraction = int(np.argmax(filling[::-1]))
-    return contraction, closing, relaxation
+    return contraction, ejection, relaxation
+
+
+def _ejection(opened: BoolArray) -> tuple[int, int]:
+    """Return when a valve opens that was closed for longest, and how long it is not, in samples."""
+    closings = np.flatnonzero(~opened & np.roll(opened, 1))
+    openings = np.flatnonzero(opened & ~np.roll(opened, 1))
+    following = openings[np.searchsorted(openings, closings) % openings.size]
+    closed = (following - closings) % opened.size
+    longest = int(np.argmax(closed))
+    return int(following[longest]), int(opened.size - closed[longest])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -50,6 +51,10 @@ def isometric_share(k_atp_per_s: FloatArray, duration_s: FloatArray | float) -> 
 def isometric_stiffness_kpa(parameters: FloatArray, duration_s: FloatArray | float) -> FloatArray:
     """Return k_0 (1 - exp(-k_ATP D_T)) in kPa, (n,), of theta (n, 3) or phi (n, d); D_T of each or of all."""
     return np.asarray(parameters[:, K_0] * isometric_share(parameters[:, K_ATP], duration_s))
+
+
+PRESSURES: Final = [3, 4, 7]
+"""Positions in ``State`` of the arterial, the pulmonary and the proximal pressure."""
 
 
 @dataclass(frozen=True)
@@ -194,3 +199,39 @@ def total_volume(x: FloatArray, model: Model, physiology: Physiology | None = No
     if model.options.proximal_capacitance:
         volume = volume + p.c_proximal * x[:, 7]
     return volume
+
+
+def starts(n: int, model: Model, physiology: Physiology | None = None) -> tuple[FloatArray, FloatArray]:
+    """Return the states (n, 8) at the first R peak, and the stressed volumes (n,) in m3 that they hold.
+
+    The closed loop neither gains nor loses blood, so what it starts with is what its periodic beat has, and
+    where the blood lies at the start does not matter. A factor f of the stressed volume T scales what lies
+    outside the cavity, V: all pressures of the start by g = (f T - V) / (T - V), so that the total is f T.
+
+    Where f T is less than the cavity takes, the state is NaN, and the simulation counts as failed.
+
+    Raises:
+        ValueError: A factor is not 1, and the circulation is open: it keeps no volume.
+    """
+    x = np.repeat(model.start[None, :], n, axis=0)
+    total = np.broadcast_to(total_volume(model.start[None], model, physiology), n)
+    if physiology is None:
+        return x, total
+    factor = physiology.stressed_volume_factor
+    if not model.options.closed_loop:
+        if (factor != 1.0).any():
+            raise ValueError(
+                "stressed_volume_factor differs from 1, but an open circulation keeps no volume; "
+                "set forward_model.circulation: closed"
+            )
+        return x, total
+    x[:, PRESSURES] *= pressure_factor(model, physiology)[:, None]
+    return x, factor * total
+
+
+def pressure_factor(model: Model, physiology: Physiology) -> FloatArray:
+    """Return g, by which the stressed volume of n simulations scales pressures of the start; (n,)."""
+    cavity_m3 = cavity_volume(1.0 + model.start[:1] / model.parameters.radius, model)
+    total = total_volume(model.start[None], model, physiology)
+    factor = (physiology.stressed_volume_factor * total - cavity_m3) / (total - cavity_m3)
+    return np.where(factor > 0.0, factor, np.nan)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.heart.kernel import LANES, OWN_WIDTH, RECORDS, STATES, beat_kernel
-from swesbi.heart.model import Model, Own, total_volume
+from swesbi.heart.model import Model, Own, pressure_factor, starts, total_volume
 from swesbi.heart.physiology import Physiology
 
 Index = NDArray[np.intp]
@@ -136,7 +136,7 @@ def state_scale(model: Model, physiology: Physiology | None = None) -> FloatArra
     p = model.parameters
     volume = 4.0 / 3.0 * np.pi * p.radius**3
     flow = volume / model.period_s
-    pressure = model.start[3]
+    pressure = model.start[3] * (1.0 if physiology is None else pressure_factor(model, physiology))
     stress = p.sigma_0 if physiology is None else physiology.sigma_0_pa
     scale = (p.radius, stress, stress, pressure, volume / p.c_pulmonary, flow, flow, pressure)
     return np.stack(np.broadcast_arrays(*scale), axis=-1)
@@ -242,11 +242,11 @@ def _run(
 ) -> None:
     """Run these rows of ``theta`` from the start and write what they come to into ``out``."""
     out.status[rows] = Status.NOT_PERIODIC
-    x = np.repeat(model.start[None, :], rows.size, axis=0)
     lanes = lanes_of(theta, model, own)
     physiology = own.physiology if own else None
     n = theta.shape[0]
-    total = np.broadcast_to(total_volume(model.start[None], model, physiology), n)
+    start, total = starts(n, model, physiology)
+    x = start[rows]
     scale = np.broadcast_to(state_scale(model, physiology), (n, STATES))
     extrapolation = Extrapolation(scale[rows], memory)
     buffer = record_buffer(min(rows.size, TOGETHER), model)

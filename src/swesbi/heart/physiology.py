@@ -19,9 +19,12 @@ from swesbi.parameters import PHYSIOLOGY
 
 TIME_CONSTANT: Final = "arterial_time_constant_s"
 CAPACITANCE: Final = "systemic_capacitance_m3_pa"
+VOLUME_FACTOR: Final = "stressed_volume_factor"
 RANGES: Final = {
-    **{parameter.name: parameter.declared for parameter in PHYSIOLOGY if parameter.name != TIME_CONSTANT},
-    CAPACITANCE: (1e-9, 1e-7),
+    CAPACITANCE if parameter.name == TIME_CONSTANT else parameter.name: (
+        (1e-9, 1e-7) if parameter.name == TIME_CONSTANT else parameter.declared
+    )
+    for parameter in PHYSIOLOGY
 }
 """Declared range of each quantity, by the name of its field of :class:`Physiology`."""
 
@@ -39,6 +42,8 @@ class Physiology:
         passive_wall_factor: Multiplies both moduli of the passive wall, C_0 and C_2 (or W_1 and W_2).
         distal_resistance_pa_s_m3: R_d.
         systemic_capacitance_m3_pa: C_s.
+        stressed_volume_factor: Multiplies the stressed volume that the settings give the closed loop to start
+            with, whatever its C_s (``heart.model.starts``).
     """
 
     activation_onset_s: FloatArray
@@ -49,12 +54,13 @@ class Physiology:
     passive_wall_factor: FloatArray
     distal_resistance_pa_s_m3: FloatArray
     systemic_capacitance_m3_pa: FloatArray
+    stressed_volume_factor: FloatArray
 
     @classmethod
     def of_settings(cls, settings: ForwardModelSettings, n: int) -> Self:
         """Return the settings' own values for ``n`` simulations; replace what is to differ between them."""
-        own = {"passive_wall_factor": 1.0} | {
-            name: getattr(settings, name) for name in NAMES if name != "passive_wall_factor"
+        own = dict.fromkeys(FACTORS, 1.0) | {
+            name: getattr(settings, name) for name in NAMES if name not in FACTORS
         }
         return cls(**{name: np.full(n, own[name]) for name in NAMES})
 
@@ -98,6 +104,8 @@ class Physiology:
 
 NAMES: Final = tuple(field.name for field in fields(Physiology))
 """The quantities in the order of their fields."""
+FACTORS: Final = ("passive_wall_factor", VOLUME_FACTOR)
+"""Those of them that multiply what the settings have, instead of taking its place."""
 
 
 def _checked(name: str, values: FloatArray, n: int) -> FloatArray:

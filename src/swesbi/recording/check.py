@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -26,7 +26,7 @@ from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.protocol import Protocol, read_protocol
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, Samples, rejection
-from swesbi.recording.settings import ContextRow, RecordingSettings, is_subject
+from swesbi.recording.settings import RecordingSettings, is_subject
 from swesbi.recording.sweeps import NOT_CROSSED, ONE_NUMBER, SweepLevels, is_crossed, levels_by
 
 Value = TypeVar("Value")
@@ -93,10 +93,10 @@ def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) 
         absent = Problem(str(cohort), "is no folder", "correct the path; `template` starts a new cohort")
         return CohortReport((), "", (absent,), ())
     problems: list[Problem] = []
-    table = _collect(problems, partial(_subjects, cohort)) or SubjectTable(_recorded(cohort), {}, ())
+    table = _collect(problems, partial(_subjects, cohort)) or SubjectTable(_recorded(cohort), {}, {}, ())
     problems.extend(table.problems)
     protocol = _collect(problems, partial(read_protocol, cohort, settings)) or Protocol("")
-    check = partial(_check, cohort, protocol, rows=table.rows, settings=settings, grid_points=grid_points)
+    check = partial(_check, cohort, protocol, table=table, settings=settings, grid_points=grid_points)
     checked = [_collect(problems, partial(check, name)) for name in table.names]
     subjects = tuple(subject for subject in checked if subject)
     return CohortReport(subjects, protocol.origin, tuple(problems), _notes(cohort, table.names))
@@ -120,16 +120,17 @@ def _check(
     cohort: Path,
     protocol: Protocol,
     name: str,
-    rows: Mapping[str, ContextRow],
+    table: SubjectTable,
     settings: RecordingSettings,
     grid_points: int,
 ) -> Checked | None:
     """Read and ingest one recording; a subject whose row is wrong has its recording read all the same."""
     path = find_recording(cohort, name)
     samples = read_samples(path, settings.phases, settings.density_kg_m3)
-    if name not in rows:
+    if name not in table.rows:
         return None
-    observation = ingest(samples, rows[name].to_context(), settings, grid_points)
+    context, clinical = table.rows[name].to_context(), table.clinical[name].to_measures()
+    observation = ingest(samples, context, settings, grid_points, clinical)
     verdict = rejection(samples, settings)
     levels = levels_by(protocol.repeats_are, samples, verdict == ACCEPTED)
     if isinstance(levels, SweepLevels) and not is_crossed(levels):
@@ -158,9 +159,19 @@ def _files(cohort: Path) -> list[Path]:
 
 
 def summary(report: CohortReport) -> str:
-    """Return a table with one line a subject, and what its columns mean."""
-    rows = [HEADER, *(_row(subject.observation) for subject in report.subjects)]
-    return "\n".join([*_aligned(rows), "", LEGEND])
+    """Return a table with one line a subject, what its columns mean, and who has further measures."""
+    observed = [subject.observation for subject in report.subjects]
+    rows = [HEADER, *map(_row, observed)]
+    return "\n".join([*_aligned(rows), "", LEGEND, *_measured(observed)])
+
+
+def _measured(observed: Sequence[Observation]) -> list[str]:
+    """Say of which subjects there are measures beside the speeds; nothing if of none."""
+    having = {
+        "cuff pressures": [one.subject for one in observed if one.clinical.has_pressures],
+        "ejection time": [one.subject for one in observed if one.clinical.has_ejection_time],
+    }
+    return [f"{name}: {', '.join(subjects)}." for name, subjects in having.items() if subjects]
 
 
 def _row(observed: Observation) -> tuple[str, ...]:

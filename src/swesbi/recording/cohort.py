@@ -12,6 +12,8 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from swesbi.context import CONTEXT, Context
+from swesbi.recording.clinical import CLINICAL_NAMES, ClinicalRow
+from swesbi.recording.clinical_columns import clinical_rows
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
 from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
@@ -35,11 +37,13 @@ class SubjectTable:
     Attributes:
         names: The subjects that have a usable name, in the file's order, those with other problems included.
         rows: The rows without a problem, by subject.
+        clinical: What was measured beside the speeds, of the same subjects.
         problems: Every problem of the cells.
     """
 
     names: tuple[str, ...]
     rows: Mapping[str, ContextRow]
+    clinical: Mapping[str, ClinicalRow]
     problems: tuple[Problem, ...]
 
 
@@ -49,20 +53,23 @@ def examine_subjects(path: Path) -> SubjectTable:
     Raises:
         RecordingError: The file cannot be read as a table with these columns.
     """
-    table = read_table(path, CONTEXT_COLUMNS)
+    table = read_table(path, CONTEXT_COLUMNS, CLINICAL_NAMES)
     _check_names(table)
     numbers = {
         name: table.number(name, -np.inf, np.inf, REMEDIES[name])
         for name in CONTEXT_COLUMNS
         if ContextRow.model_fields[name].annotation is float
     }
-    rows = (_context_row(table, index, numbers) for index in range(len(table.cells)))
-    good = {row.subject: row for row in rows if row is not None}
+    rows = [_context_row(table, index, numbers) for index in range(len(table.cells))]
+    clinical = clinical_rows(table, numbers["hr_bpm"])
+    good = {row.subject: (row, own) for row, own in zip(rows, clinical, strict=True) if row and own}
     names = tuple(dict.fromkeys(name for name in table.cells["subject"] if is_subject(name)))
-    return SubjectTable(names, good, tuple(table.problems))
+    contexts = {name: row for name, (row, _) in good.items()}
+    measured = {name: own for name, (_, own) in good.items()}
+    return SubjectTable(names, contexts, measured, tuple(table.problems))
 
 
-def read_context_rows(path: Path) -> tuple[ContextRow, ...]:
+def read_subject_table(path: Path) -> SubjectTable:
     """Read ``subjects.csv``: one row a subject, in the file's order; further columns are ignored.
 
     Raises:
@@ -71,16 +78,16 @@ def read_context_rows(path: Path) -> tuple[ContextRow, ...]:
     """
     table = examine_subjects(path)
     raise_any(table.problems)
-    return tuple(table.rows.values())
+    return table
 
 
 def read_subjects(path: Path) -> tuple[Context, ...]:
     """Read ``subjects.csv`` as contexts, in the file's order.
 
     Raises:
-        RecordingError: As :func:`read_context_rows`.
+        RecordingError: As :func:`read_subject_table`.
     """
-    return tuple(row.to_context() for row in read_context_rows(path))
+    return tuple(row.to_context() for row in read_subject_table(path).rows.values())
 
 
 def _check_names(table: TextTable) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
+from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import analysis_grid, locate_phases, to_grid
 from swesbi.recording.problems import Problem, RecordingError, raise_any
@@ -141,7 +142,13 @@ def _speeds(samples: Samples, accepted: BoolArray) -> Problem | None:
     return Problem(samples.source, reason, "check the unit: m/s, or kPa for a modulus", column=SPEED)
 
 
-def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid_size: int) -> Observation:
+def ingest(
+    samples: Samples,
+    context: Context,
+    settings: RecordingSettings,
+    grid_size: int,
+    clinical: ClinicalMeasures = NOT_MEASURED,
+) -> Observation:
     """Turn raw samples into the observed curve of one subject.
 
     Quality control; spatial mean of c_s at each phase; then E = 3 rho c_s^2, in this order, since the
@@ -153,6 +160,7 @@ def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid
         context: The subject's context.
         settings: Quality limits and density.
         grid_size: Number of grid points G.
+        clinical: What was measured beside the speeds.
 
     Raises:
         RecordingError: The recording is too incomplete, its phases make no sense, or it cannot be of
@@ -187,4 +195,5 @@ def ingest(samples: Samples, context: Context, settings: RecordingSettings, grid
         samples_by_repeat=count_by_repeat(samples, verdict == ACCEPTED, settings.phases)[order],
         samples_rejected=rejected[:, order],
         noise=speeds.noise,
+        clinical=clinical,
     )

@@ -27,6 +27,7 @@ from swesbi.artefacts import (
     stacked_values,
 )
 from swesbi.context import Context
+from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 
@@ -40,7 +41,8 @@ class Observation:
     """The observed curve E_obs,d of one subject (paper, Eq. 1), P phases, G grid points.
 
     The phases are ascending in [0, 1), the grid runs over [0, 1] with both ends, the curve is through the
-    measured phases alone; repeats are ascending. ``noise`` is that of this recording.
+    measured phases alone; repeats are ascending. ``noise`` is that of this recording, ``clinical`` what was
+    measured beside it.
     """
 
     context: Annotated[Context, Part(group="context")]
@@ -63,6 +65,7 @@ class Observation:
     samples_by_repeat: Annotated[IntArray, Variable("phase repeat", "1", "accepted samples of each repeat")]
     samples_rejected: Annotated[IntArray, Variable("reason phase", "1", "rejected samples by reason")]
     noise: Annotated[NoiseComponents, Part()]
+    clinical: Annotated[ClinicalMeasures, Part(group="clinical")] = NOT_MEASURED
 
     @property
     def reason(
@@ -100,7 +103,7 @@ def read_observation(path: Path) -> Observation:
         ArtefactError: The file is no such artefact.
     """
     root, provenance = load(path, KIND)
-    groups = {"/": root, "context": load(path, KIND, "context")[0]}
+    groups = {"/": root, **{name: load(path, KIND, name)[0] for name in ("context", "clinical")}}
     return from_groups(Observation, groups, {"context.subject": provenance.subject})
 
 

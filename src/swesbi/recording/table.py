@@ -8,7 +8,7 @@ import io
 import operator
 import stat
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -42,6 +42,7 @@ class TextTable:
         cells: One column a name, every cell a string.
         rows: Where each row of ``cells`` stands in the file.
         unit: What ``rows`` counts: "row" of a text file, or "element" of a vector.
+        ignored: Columns of the file that are not used.
         problems: Grows with every check; :meth:`finish` raises them together.
     """
 
@@ -49,6 +50,7 @@ class TextTable:
     cells: pd.DataFrame
     rows: IntArray
     unit: str = "row"
+    ignored: tuple[str, ...] = ()
     problems: list[Problem] = field(default_factory=list)
 
     def number(
@@ -61,7 +63,8 @@ class TextTable:
         values = np.asarray(pd.to_numeric(text, errors="coerce"), dtype=np.float64)
         empty = text.isin(MISSING).to_numpy() & may_be_empty
         known = np.isfinite(values)
-        self.flag(column, ~known & ~empty, "is not a number", "write a number with a decimal point")
+        written = "write a number with a decimal point" + (", or nothing" if may_be_empty else "")
+        self.flag(column, ~known & ~empty, "is not a number", written)
         outside = known & ~((values >= low) & (values <= high))
         self.flag(column, outside, f"is outside [{low:g}, {high:g}]", remedy)
         return np.where(known, values, np.nan)
@@ -235,7 +238,8 @@ def _table(
     import pandas as pd
 
     frame = pd.DataFrame(cells, columns=list(wanted), dtype=object).map(str.strip)
-    return TextTable(str(path), frame, np.array(rows, dtype=np.int64))
+    ignored = tuple(name for name in names if name and name not in wanted)
+    return TextTable(str(path), frame, np.array(rows, dtype=np.int64), ignored=ignored)
 
 
 def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list[Problem]:
@@ -262,4 +266,4 @@ def _with_decimal_points(table: TextTable) -> TextTable:
             table.flag(str(name), comma[name].to_numpy(bool), reason, "use one decimal sign throughout")
         table.finish()
     changed = table.cells.where(~comma, table.cells.apply(lambda column: column.str.replace(",", ".")))
-    return TextTable(table.source, changed, table.rows)
+    return replace(table, cells=changed)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.context import CONTEXT
+from swesbi.recording.clinical import CLINICAL
 from swesbi.recording.cohort import PROTOCOL, RECORDINGS, SUBJECTS
 
 NAME: Final = "letters, digits, - and _; the recording is swe/<subject>.csv or swe/<subject>.mat"
@@ -60,9 +61,19 @@ def empty_subjects() -> str:
         *(f"# {column:<{width}}{what}" for column, what in asked.items()),
         "# A row looks like this:",
         f"# {','.join(['S01', *(variable.example for variable in CONTEXT)])}",
+        *_optional(),
         ",".join(asked),
     )
     return "".join(f"{line}\n" for line in lines)
+
+
+def _optional() -> tuple[str, ...]:
+    """Return the lines on columns that may be added."""
+    width = max(len(variable.name) for variable in CLINICAL) + 2
+    return (
+        "# Optional columns; name them in the row of names too. An empty cell was not measured.",
+        *(f"# {variable.name:<{width}}{variable.asked}, {variable.example} say" for variable in CLINICAL),
+    )
 
 
 def _parser() -> argparse.ArgumentParser:

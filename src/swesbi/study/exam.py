@@ -10,12 +10,12 @@ from typing import Any, get_type_hints
 from swesbi.config.read import ConfigError, add_options, read_merged, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.exam.settings import COHORT_NOISE, EXAM, NOISE_LEVELS, NoiseLevel
+from swesbi.exam.settings import COHORT_NOISE, EXAM, NOISE_LEVELS, WITH_PRESSURES, NoiseLevel
 from swesbi.study.new_subject import check_finished, finished_population
 from swesbi.study.registry import stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
-ANSWERS, TABLE = "exam_answers", "exam_table"
+ANSWERS, PRESSURES, TABLE = "exam_answers", "exam_pressures", "exam_table"
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -33,11 +33,12 @@ def main(arguments: Sequence[str]) -> int:
     _check(study, options, letters)
     finished = finished_population(Path(study.config.results), options.experiment)
     check_finished(finished, snakemake_options(options.config, options.overlay))
-    main_table = options.out or Path(study.config.results) / "tables" / f"{options.stream}.csv"
-    for noise in options.noise:
+    name = f"{options.stream}_pressures" if options.pressures else options.stream
+    main_table = options.out or Path(study.config.results) / "tables" / f"{name}.csv"
+    for noise in options.noise or (NOISE_LEVELS[:1] if options.pressures else NOISE_LEVELS):
         answers = [_answered(study, options, letter, noise, vars(finished)) for letter in letters]
         table = _table(main_table, noise)
-        _tabulated(study, answers, table)
+        _tabulated(study, answers, table, options.pressures)
         print(f"written: {table}, {_samplers(table)}, {_figure(table, '.png')}")
     return 0
 
@@ -59,30 +60,36 @@ def _answered(
     study: Study, options: argparse.Namespace, letter: str, noise: NoiseLevel, inputs: dict[str, Any]
 ) -> Path:
     """Answer the hearts of one generator at a level of noise, and return where."""
-    plain = stage_settings(study, ANSWERS, generator=letter, stream=options.stream, noise=noise)
+    stage = PRESSURES if options.pressures else ANSWERS
+    plain = stage_settings(study, stage, generator=letter, stream=options.stream, noise=noise)
     if options.number is not None:
         plain["hearts"] = options.number
-    run = stage_function(ANSWERS)
-    path = Path(study.config.results, options.experiment, options.stream, noise, f"{letter}.h5")
+    run = stage_function(stage)
+    folder = Path(study.config.results, options.experiment, options.stream)
+    path = folder / noise / f"{letter}.h5"
+    files = {"answers": path}
+    if options.pressures:
+        files = {"without": path, "answers": folder / f"{noise}_pressures" / path.name}
     run(
         **inputs,
-        answers=path,
+        **files,
         settings=get_type_hints(run)["settings"].from_plain(plain),
-        origin=Origin(study.config.seed, "", stage_code(ANSWERS)),
+        origin=Origin(study.config.seed, "", stage_code(stage)),
         processes=options.cores,
     )
-    return path
+    return files["answers"]
 
 
-def _tabulated(study: Study, answers: Sequence[Path], table: Path) -> None:
+def _tabulated(study: Study, answers: Sequence[Path], table: Path, pressures: bool) -> None:
     run = stage_function(TABLE)
+    plain = stage_settings(study, TABLE, **({"pressures": WITH_PRESSURES} if pressures else {}))
     run(
         answers=answers,
         table=table,
         samplers=_samplers(table),
         figure_pdf=_figure(table, ".pdf"),
         figure_png=_figure(table, ".png"),
-        settings=get_type_hints(run)["settings"].from_plain(stage_settings(study, TABLE)),
+        settings=get_type_hints(run)["settings"].from_plain(plain),
         origin=Origin(study.config.seed, "", stage_code(TABLE)),
     )
 
@@ -121,8 +128,12 @@ def _parser() -> argparse.ArgumentParser:
         "--noise",
         nargs="+",
         choices=NOISE_LEVELS,
-        default=NOISE_LEVELS,
-        help="levels of noise, each with tables of its own; default: all",
+        help="levels of noise, each with tables of its own; default: all, with pressures the cohort's",
+    )
+    parser.add_argument(
+        "--pressures",
+        action="store_true",
+        help="answer from speeds and cuff pressures; the speeds alone, whose verdicts stand, come first",
     )
     parser.add_argument("--cores", type=int, default=2, help="hearts side by side; changes no answer")
     parser.add_argument("--out", type=Path, help="main table; default: <results>/tables/exam.csv")

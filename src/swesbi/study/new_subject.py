@@ -18,6 +18,7 @@ from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactResult
 from swesbi.prior import ParameterPrior
+from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.study.registry import file_arguments, stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
@@ -34,6 +35,8 @@ OUTPUTS: Final = {
     "ppc_png": "ppc.png",
     "posterior_png": "posterior.png",
 }
+WITH_PRESSURES: Final = "with_pressures.h5"
+"""A further output, of a subject of whom the pressures of a cuff were taken."""
 WIDTH = 18
 
 
@@ -139,6 +142,19 @@ def answer_text(subject: str, result: ExactResult, support: Support, prior: Sequ
     )
 
 
+def pressures_text(clinical: ClinicalMeasures, result: ExactResult, prior: Sequence[ParameterPrior]) -> str:
+    """Return the answer with pressures in lines; arguments as of :func:`answer_text`."""
+    doubt = "" if result.converged else "; NOT CONVERGED, do not use"
+    by = "MCMC" if result.by_mcmc else f"importance weights, efficiency {100.0 * result.efficiency:.0f} %"
+    return "\n".join(
+        [
+            f"with cuff pressures {clinical.sbp_mmhg:g} / {clinical.dbp_mmhg:g} mmHg (by {by}{doubt}); the "
+            "verdict is that of the speeds:",
+            *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
+        ]
+    )
+
+
 def _line(result: ExactResult, j: int, prior: ParameterPrior) -> str:
     low, median, high = median_and_interval(result.phi[:, j], result.interval_mass)
     interval = f"[{low:.4g}, {high:.4g}]"
@@ -192,15 +208,23 @@ def _answer(
     existing = next(path for path in folder.absolute().parents if path.is_dir())
     with tempfile.TemporaryDirectory(prefix=f".{subject}-", dir=existing) as made:
         outputs = {name: Path(made) / file for name, file in OUTPUTS.items()}
+        further = [Path(made) / WITH_PRESSURES for _ in _pressures(study, subject)]
         recorded = {"recording": study.new_recording(subject), "protocol": study.new_protocol}
+        files = recorded | vars(finished) | outputs | {"with_pressures": further}
         run(
-            **file_arguments(run, recorded | vars(finished) | outputs),
+            **file_arguments(run, files),
             settings=settings,
             origin=Origin(study.config.seed, subject, stage_code(stage)),
         )
         folder.mkdir(parents=True, exist_ok=True)
-        for path in outputs.values():
+        for path in (*outputs.values(), *further):
             path.replace(folder / path.name)
+
+
+def _pressures(study: Study, subject: str) -> tuple[ClinicalMeasures, ...]:
+    """Return the measures of a new subject, if the pressures of a cuff are among them."""
+    clinical = study.outside.clinical_of(subject).to_measures()
+    return (clinical,) if clinical.has_pressures else ()
 
 
 def _text(study: Study, experiment: str, subject: str, folder: Path) -> str:
@@ -210,8 +234,12 @@ def _text(study: Study, experiment: str, subject: str, folder: Path) -> str:
     prior = study.config.speed_experiments[study.config.base_of(experiment)]
     bounds = (*study.config.priors[prior.prior].parameters, prior.passive_scale_kpa)
     result = read_exact_result(folder / OUTPUTS["posterior"])
-    answer = answer_text(subject, result, read_support(folder / OUTPUTS["support"]), bounds)
-    return f"{answer}\nwritten to {folder}: {', '.join(OUTPUTS.values())}"
+    answer = [answer_text(subject, result, read_support(folder / OUTPUTS["support"]), bounds)]
+    written = list(OUTPUTS.values())
+    for clinical in _pressures(study, subject):
+        answer.append(pressures_text(clinical, read_exact_result(folder / WITH_PRESSURES), bounds))
+        written.append(WITH_PRESSURES)
+    return "\n".join([*answer, f"written to {folder}: {', '.join(written)}"])
 
 
 def _parser() -> argparse.ArgumentParser:

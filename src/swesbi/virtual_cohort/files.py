@@ -15,14 +15,15 @@ from matplotlib.figure import Figure
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.virtual_cohort.acquisition import record
+from swesbi.virtual_cohort.clinical import measure
 from swesbi.virtual_cohort.noise_levels import NOISE_LEVELS, noise_levels
 from swesbi.virtual_cohort.readme import (
     LATE_DIASTOLIC_SPEED_M_S,
     PEAK_SPEED_M_S,
-    context_table,
     curve_table,
     phase_medians,
     readme,
+    subject_table,
     truth_table,
 )
 from swesbi.virtual_cohort.volunteers import LATE_DIASTOLE, VOLUNTEERS, Volunteer, simulate_truth
@@ -98,16 +99,16 @@ def write_cohort(folder: Path, seed: int) -> None:
     If ``acquisition_seeds.csv`` or ``noise_levels.csv`` lies there, the README shows it.
     """
     truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
-    recordings = [record(truth, seed) for truth in truths]
+    recordings, measures = ([make(truth, seed) for truth in truths] for make in (record, measure))
     (folder / "swe").mkdir(parents=True, exist_ok=True)
     for truth, samples in zip(truths, recordings, strict=True):
         _write_csv(folder / "swe" / f"{truth.volunteer.context.subject}.csv", samples.frame().astype(WHOLE))
-    _write_csv(folder / "subjects.csv", context_table(truths).astype(object))
+    _write_csv(folder / "subjects.csv", subject_table(truths, measures))
     _write_csv(folder / "truth.csv", truth_table(truths))
     _write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
     _write_text(folder / "recording.yaml", RECORDING.format(seed=seed))
     seeds, levels = (_shown(folder / name) for name in ("acquisition_seeds.csv", NOISE_LEVELS))
-    _write_text(folder / "README.md", readme(truths, recordings, seed, seeds, levels))
+    _write_text(folder / "README.md", readme(truths, recordings, measures, seed, seeds, levels))
     _write_picture(folder / "recordings.png", recordings)
 
 

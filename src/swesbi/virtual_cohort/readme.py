@@ -12,8 +12,10 @@ import pandas as pd
 
 from swesbi.arrays import FloatArray
 from swesbi.parameters import PASSIVE_SCALE, THETA, THETA_NAMES
+from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import STATUS_OK, Samples
+from swesbi.virtual_cohort.clinical import CLINICAL_ERRORS, true_measures
 from swesbi.virtual_cohort.noise_levels import COMPARED, PAPER_RMSE_KPA, SEEDS, interpolation_error_kpa
 from swesbi.virtual_cohort.readme_text import LEVELS, OTHER_SEEDS, TEXT
 from swesbi.virtual_cohort.settings import ACQUISITION
@@ -35,6 +37,8 @@ STIFFNESS_RATIO: Final = (5.0, 25.0)
 
 
 EJECTION_MS: Final = (292.0, 23.0)
+OF_THE_BEAT: Final = ("systolic_aortic_pressure_mmhg", "diastolic_aortic_pressure_mmhg", "ejection_ms")
+"""What of the true beat ``truth.csv`` has beside the volumes, which lie in ``truth_curves.csv``."""
 
 
 @dataclass(frozen=True)
@@ -74,13 +78,17 @@ def valve_closure_phase(truth: Truth) -> float:
     return float(truth.beats.cycle_phase[np.flatnonzero(truth.beats.aortic_flow_ml_s[0] > 0.0)[-1]])
 
 
-def context_table(truths: Sequence[Truth]) -> pd.DataFrame:
-    """Return the rows of ``subjects.csv``."""
-    return pd.DataFrame([asdict(truth.volunteer.context) for truth in truths])
+def subject_table(truths: Sequence[Truth], measures: Sequence[ClinicalMeasures]) -> pd.DataFrame:
+    """Return the rows of ``subjects.csv``: contexts, and what a clinic measured, in whole numbers."""
+    rows = [
+        asdict(truth.volunteer.context) | {name: int(value) for name, value in asdict(measured).items()}
+        for truth, measured in zip(truths, measures, strict=True)
+    ]
+    return pd.DataFrame(rows).astype(object)
 
 
 def truth_table(truths: Sequence[Truth]) -> pd.DataFrame:
-    """Return one row a volunteer: true theta, passive scale, and the parameters of the richer physiology."""
+    """Return one row a volunteer: theta, passive scale, the richer physiology, what the true beat does."""
     return pd.DataFrame([_truth_row(truth) for truth in truths])
 
 
@@ -91,16 +99,15 @@ def curve_table(truths: Sequence[Truth]) -> pd.DataFrame:
 
 def haemodynamics(truth: Truth) -> dict[str, float]:
     """Return what the true beat does: volumes, ejection fraction, pressures, length of ejection."""
-    beats, context = truth.beats, truth.volunteer.context
-    ejecting = np.mean(beats.aortic_flow_ml_s[0] > 0.0)
+    beats, true = truth.beats, true_measures(truth)
     return {
         "end_diastolic_volume_ml": float(beats.end_diastolic_volume_ml[0]),
         "end_systolic_volume_ml": float(beats.end_systolic_volume_ml[0]),
         "ejection_fraction": float(beats.ejection_fraction[0]),
         "peak_ventricular_pressure_mmhg": float(beats.ventricular_pressure_mmhg[0].max()),
-        "systolic_arterial_pressure_mmhg": float(beats.arterial_pressure_mmhg[0].max()),
-        "diastolic_arterial_pressure_mmhg": float(beats.arterial_pressure_mmhg[0].min()),
-        "ejection_ms": float(1e3 * ejecting * context.period_s),
+        "systolic_aortic_pressure_mmhg": true.sbp_mmhg,
+        "diastolic_aortic_pressure_mmhg": true.dbp_mmhg,
+        "ejection_ms": true.lvet_ms,
     }
 
 
@@ -109,7 +116,8 @@ def _truth_row(truth: Truth) -> dict[str, str | float]:
     theta = dict(zip(THETA_NAMES, volunteer.theta, strict=True))
     physiology = {name: getattr(volunteer, name) for name in OWN_PARAMETERS}
     scale = round(truth.passive_scale_kpa, 4)
-    return {"subject": volunteer.context.subject, **theta, PASSIVE_SCALE.name: scale, **physiology}
+    beat = {name: round(haemodynamics(truth)[name], 1) for name in OF_THE_BEAT}
+    return {"subject": volunteer.context.subject, **theta, PASSIVE_SCALE.name: scale, **physiology, **beat}
 
 
 def _curve_rows(truth: Truth) -> pd.DataFrame:
@@ -127,6 +135,7 @@ def _curve_rows(truth: Truth) -> pd.DataFrame:
 def readme(
     truths: Sequence[Truth],
     recordings: Sequence[Samples],
+    measures: Sequence[ClinicalMeasures],
     seed: int,
     seed_medians: pd.DataFrame | None,
     levels: pd.DataFrame | None,
@@ -136,6 +145,7 @@ def readme(
     Args:
         truths: The volunteers' true beats.
         recordings: Their recordings, in the same order.
+        measures: What a clinic measured of them, likewise.
         seed: The acquisition seed.
         seed_medians: Results over acquisition seeds, as texts, shown as they are; None if there are none yet.
         levels: What noise of each level leaves, as texts; None if it is not measured yet.
@@ -146,6 +156,8 @@ def readme(
         truth=markdown(_truth_rows(truths)),
         designs=designs,
         haemodynamics=markdown(_haemodynamic_rows(truths)),
+        measures=markdown(_measured_rows(truths, measures)),
+        **_clinical_errors(),
         ejection_mean=EJECTION_MS[0],
         ejection_sd=EJECTION_MS[1],
         samples=markdown(_sample_rows(truths, recordings)),
@@ -240,19 +252,45 @@ def _haemodynamic_rows(truths: Sequence[Truth]) -> pd.DataFrame:
     rows = []
     for truth in truths:
         context, beat = truth.volunteer.context, haemodynamics(truth)
-        pressure = [beat[f"{when}_arterial_pressure_mmhg"] for when in ("systolic", "diastolic")]
+        pressure = [beat[f"{when}_aortic_pressure_mmhg"] for when in ("systolic", "diastolic")]
         rows.append(
             {
                 "": context.subject,
                 "EDV / LVEDV (mL)": f"{beat['end_diastolic_volume_ml']:.0f} / {context.lvedv_ml:.0f}",
                 "ESV / LVESV (mL)": f"{beat['end_systolic_volume_ml']:.0f} / {context.lvesv_ml:.0f}",
                 "EF": f"{beat['ejection_fraction']:.2f}",
-                "arterial pressure (mmHg)": "/".join(f"{value:.0f}" for value in pressure),
+                "aortic pressure (mmHg)": "/".join(f"{value:.0f}" for value in pressure),
                 "peak ventricular pressure (mmHg)": f"{beat['peak_ventricular_pressure_mmhg']:.0f}",
                 "ejection (ms)": f"{beat['ejection_ms']:.0f}",
             }
         )
     return pd.DataFrame(rows)
+
+
+def _measured_rows(truths: Sequence[Truth], measures: Sequence[ClinicalMeasures]) -> pd.DataFrame:
+    rows = []
+    for truth, measured in zip(truths, measures, strict=True):
+        true = true_measures(truth)
+        rows.append(
+            {
+                "": truth.volunteer.context.subject,
+                "aorta (mmHg)": f"{true.sbp_mmhg:.0f}/{true.dbp_mmhg:.0f}",
+                "cuff (mmHg)": f"{measured.sbp_mmhg:.0f}/{measured.dbp_mmhg:.0f}",
+                "ejection (ms)": f"{true.lvet_ms:.0f}",
+                "measured (ms)": f"{measured.lvet_ms:.0f}",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _clinical_errors() -> dict[str, str]:
+    """Return bias and standard deviation of the measures, in words."""
+    errors = CLINICAL_ERRORS
+    return {
+        "sbp_error": f"{errors.sbp_bias_mmhg:+g} +- {errors.sbp_sd_mmhg:g} mmHg",
+        "dbp_error": f"{errors.dbp_bias_mmhg:+g} +- {errors.dbp_sd_mmhg:g} mmHg",
+        "lvet_error": f"+- {errors.lvet_sd_ms:g} ms",
+    }
 
 
 def _sample_rows(truths: Sequence[Truth], recordings: Sequence[Samples]) -> pd.DataFrame:

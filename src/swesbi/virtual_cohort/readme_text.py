@@ -14,10 +14,10 @@ and faster than those, are in the others too.
 
 | file | content |
 |---|---|
-| `subjects.csv` | context: sex, age, body surface area, heart rate, LV volumes, septal thickness |
+| `subjects.csv` | sex, age, body surface area, heart rate, LV volumes, septum; cuff pressures, ejection |
 | `swe/<subject>.csv` | raw samples, one row per attempted push sample |
 | `recording.yaml` | how the recordings were made |
-| `truth.csv`, `truth_curves.csv` | true theta and noiseless curves; no stage of the inference reads them |
+| `truth.csv`, `truth_curves.csv` | true theta, beats, noiseless curves; no stage of inference reads them |
 
 Regenerate all of it, byte for byte, with
 
@@ -49,8 +49,21 @@ What the true beats do, beside the volumes in `subjects.csv`:
 
 Three things are not as in life, and are left so: ejection is short in all but E and F (published left
 ventricular ejection time: {ejection_mean:.0f} +- {ejection_sd:.0f} ms); end-systolic volumes, save D's, lie
-below the listed ones, which inference uses only as conditioning variables; peak ventricular pressure is
-high, above all where contraction is fast (E, F).
+below the listed ones, which inference uses only as conditioning variables; pressures of ventricle and aorta
+are high, above all where contraction is fast (E, F).
+
+## Cuff pressures and ejection time
+
+`sbp_mmhg`, `dbp_mmhg` and `lvet_ms` are what a clinic would measure of these beats: the largest and least
+pressure at the root of the aorta, and the time from the first to the last flow through its valve, with the
+errors of `clinical` in `config.yaml`: {sbp_error} and {dbp_error} of the cuff, {lvet_error}
+of the ejection. They are rounded, and drawn from random numbers of their own, so that the recordings are
+what they were without them.
+
+{measures}
+
+**The ejection times are the model's, and shorter than people's** in all but E and F ({ejection_mean:.0f}
++- {ejection_sd:.0f} ms): they show what the columns do, not how long hearts eject.
 
 ## Acquisition noise
 

@@ -17,11 +17,12 @@ import pandas as pd
 from swesbi.arrays import FloatArray
 from swesbi.checks.cmaes import library_options
 from swesbi.context import Context
+from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.periodic import Status
 from swesbi.heart.physiology import TIME_CONSTANT
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.heart.simulate import ML_PER_M3, PA_PER_MMHG, Beats, simulate
+from swesbi.heart.simulate import Beats, simulate
 from swesbi.parameters import PHYSIOLOGY, PHYSIOLOGY_NAMES
 from swesbi.prior import NuisanceSettings
 from swesbi.progress import Progress
@@ -93,15 +94,13 @@ class TimingFit:
 def quantities(beats: Beats, context: Context, settings: ForwardModelSettings) -> dict[str, FloatArray]:
     """Return what `RANGES` speaks of, of each beat; shape (n,). NaN where there is none.
 
-    Pressures of the arteries are those at their root, P_s + R_p Q_ao; dP/dt is the largest difference of
+    Pressures of the arteries are those at their root; dP/dt is the largest difference of
     neighbouring samples of the ventricular pressure.
     """
     times = systolic_intervals(beats, context.period_s)
     spacing_s = context.period_s / beats.cycle_phase.size
     pressure = beats.ventricular_pressure_mmhg
-    root = beats.arterial_pressure_mmhg + (
-        settings.proximal_resistance_pa_s_m3 / PA_PER_MMHG / ML_PER_M3 * beats.aortic_flow_ml_s
-    )
+    root = aortic_pressure_mmhg(beats, settings)
     rise = (np.roll(pressure, -1, axis=1) - pressure).max(axis=1) / spacing_s
     return {
         "ivct_ms": 1e3 * times.isovolumic_contraction_s,

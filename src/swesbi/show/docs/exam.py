@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Self
@@ -17,15 +18,19 @@ from swesbi.show.tables.exam import (
     exam_table,
     generators_table,
     noise_of,
+    pressures_table,
     read_exam,
     read_samplers,
     samplers_table,
 )
-from swesbi.show.tables.exam_outcomes import in_brief
+from swesbi.show.tables.exam_outcomes import in_brief, with_pressures_in_brief
 
 NOT_SAT: Final = "**The exam has not been sat yet**: `make exam` on a finished study."
 NOT_SAT_AT_FORMER: Final = f"At {NOISE[FORMER_NOISE]} the exam has not been sat yet."
-STEMS: Final = ("exam", "exam_former_noise")
+NOT_SAT_WITH_PRESSURES: Final = (
+    "With cuff pressures the exam has not been sat yet: `python -m swesbi exam --pressures`."
+)
+STEMS: Final = ("exam", "exam_former_noise", "exam_pressures")
 WHAT: Final = "The exam"
 MARK: Final = "exam"
 """Name of the marked part, on each of the three pages."""
@@ -53,11 +58,13 @@ class ExamResults:
     Attributes:
         cohort: At the noise of the cohort.
         former: At its former noise; None where it has been sat at the cohort's alone.
+        pressures: At the cohort's noise, from speeds and cuff pressures; None where it has not been sat so.
         interval: Mass of the credible intervals.
     """
 
     cohort: Sitting
     former: Sitting | None
+    pressures: Sitting | None
     interval: float
 
     @classmethod
@@ -69,11 +76,13 @@ class ExamResults:
                 missing, or a table is not what its name says.
         """
         found = [_sitting(folder, stem) for stem in STEMS]
-        if found == [None, None]:
+        there = [stem for stem, sitting in zip(STEMS, found, strict=True) if sitting]
+        if not there:
             return None
-        if found[0] is None:
-            raise ArtefactError(f"{folder / STEMS[0]}.csv: missing beside {STEMS[1]}.csv; run `make exam`")
-        return cls(found[0], found[1], interval)
+        cohort, former, pressures = found
+        if cohort is None:
+            raise ArtefactError(f"{folder / STEMS[0]}.csv: missing beside {there[0]}.csv; run `make exam`")
+        return cls(cohort, former, pressures, interval)
 
 
 def _sitting(folder: Path, stem: str) -> Sitting | None:
@@ -98,7 +107,21 @@ def page_part(results: ExamResults | None) -> str:
         f"{markdown(exam_table(sitting.table, WHAT))}\n\n{markdown(samplers_table(sitting.samplers, WHAT))}"
         for sitting in sittings
     ]
-    return "\n\n".join(parts if results.former else [*parts, NOT_SAT_AT_FORMER])
+    at_former = [] if results.former else [NOT_SAT_AT_FORMER]
+    return "\n\n".join([*parts, *at_former, *_with_pressures(results)])
+
+
+def _with_pressures(results: ExamResults) -> Iterator[str]:
+    """Yield what stands on cuff pressures: what they change, figure, coverage and width, samplers."""
+    if results.pressures is None:
+        yield NOT_SAT_WITH_PRESSURES
+        return
+    informed = results.pressures
+    yield "**With cuff pressures**, the verdicts being those of the speeds alone:"
+    yield "\n".join(f"- {each}" for each in with_pressures_in_brief(results.cohort.table, informed.table))
+    yield f"![The exam with cuff pressures](figures/{informed.stem}.png)"
+    yield markdown(pressures_table(results.cohort.table, informed.table, WHAT))
+    yield markdown(samplers_table(informed.samplers, f"{WHAT} with cuff pressures"))
 
 
 def calibration_part(results: ExamResults | None) -> str:

@@ -38,7 +38,7 @@ LOOKS: Final[dict[str, dict[str, Any]]] = {
 }
 
 
-def draw_exam(table: pd.DataFrame, interval: float) -> Figure:
+def draw_exam(table: pd.DataFrame, interval: float, pressures: bool = False) -> Figure:
     """Draw coverage with its interval, a panel a quantity and a row a generator.
 
     Where fewer hearts are supported than are asked for, the row says "not tested".
@@ -46,6 +46,7 @@ def draw_exam(table: pd.DataFrame, interval: float) -> Figure:
     Args:
         table: The rows of ``exam.csv``, of one level of noise.
         interval: Mass of the intervals whose coverage is shown.
+        pressures: Whether they are of the posteriors with cuff pressures.
     """
     generators = list(dict.fromkeys(table["generator"]))
     with style():
@@ -58,8 +59,9 @@ def draw_exam(table: pd.DataFrame, interval: float) -> Figure:
         axes[0].set_ylim(len(generators) - 0.5, -0.5)
         axes[0].set_xlim(-0.02, 1.02)
         in_percent(axes[0].xaxis)
+        beside = " with cuff pressures" if pressures else ""
         figure.suptitle(
-            f"The exam at {noise_of(table)}: hearts whose truth lies in the "
+            f"The exam{beside} at {noise_of(table)}: hearts whose truth lies in the "
             f"{as_percent(interval)} interval (grey: asked for)",
             fontsize=7.5,
         )

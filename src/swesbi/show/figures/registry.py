@@ -132,6 +132,12 @@ FIGURES: Final = (
         "median efficiency of the importance weights.",
         "Calibration",
     ),
+    FigureSpec(
+        "pressures_figure", "pressures", "population", "what cuff pressures add",
+        "Medians and credible intervals of each subject with cuff pressures ({cohort}) as the experiment "
+        "*{experiment}* answers: from the speeds alone, and from speeds and pressures together, with which "
+        "the stressed volume of the circulation is free too.",
+    ),
     FigureSpec("subject_figures", "ppc", "subject", "predictive check", _PPC),
     FigureSpec(
         "subject_figures", "posterior", "subject", "posterior",

@@ -155,6 +155,11 @@ PAGE_FIGURES: Final = (
         "{caption}",
     ),
     PageFigure(
+        "pressures", PagePart.POPULATION,
+        "Without and with cuff pressures: medians and intervals from the speeds alone, and from speeds and "
+        "pressures together ({title}).",
+    ),
+    PageFigure(
         "training", PagePart.POPULATION,
         "Training and validation loss of the network (contexts of the population of {experiment}).",
         "{caption}",

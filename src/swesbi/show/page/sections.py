@@ -26,6 +26,7 @@ from swesbi.show.tables.exact import (
 )
 from swesbi.show.tables.experiments import PAIRS, correlations, level, nearest_level
 from swesbi.show.tables.population import OverPopulation, cohort_table, range_in_words, strata_table
+from swesbi.show.tables.pressures import in_words, pressures_table, subjects_table
 from swesbi.show.tables.subjects import derived_table, feature_table, score_table
 from swesbi.verdict.answers import OUTCOMES, STATUSES, status
 
@@ -181,12 +182,16 @@ def make_population_section(
     shown: OverPopulation, figures: Mapping[str, Figure], cohort_title: str
 ) -> PopulationSection:
     """Put the section together."""
+    tables = {"strata": strata_table(shown), "cohort": cohort_table(shown, cohort_title)}
+    if shown.pressures is not None:
+        tables["pressures"] = pressures_table(shown.pressures, cohort_title)
+        tables["pressures_subjects"] = subjects_table(shown.pressures, cohort_title)
     return PopulationSection(
         name=shown.name,
         base=str(shown.settings["base"]),
         declared=range_in_words(shown.settings),
         facts=tuple(_population_facts(shown)),
-        tables={"strata": strata_table(shown), "cohort": cohort_table(shown, cohort_title)},
+        tables=tables,
         figures=figures,
     )
 
@@ -204,6 +209,8 @@ def _population_facts(shown: OverPopulation) -> Iterator[Fact]:
         efficiency = float(shown.answered["efficiency"].astype(float).median())
         by_mcmc = int((shown.answered["sampler"] == "mcmc").sum())
         yield Fact("Exact posteriors", f"median efficiency {percent(efficiency, 0)} %; by MCMC: {by_mcmc}")
+    if shown.pressures is not None:
+        yield Fact("With cuff pressures", "; ".join(in_words(shown.pressures)))
     table = shown.coverage[(shown.coverage["stratum"] == "all") & (shown.coverage["sampler"] == "weighted")]
     rows = {str(row["parameter"]): row for row in records(table)}
     covered = "; ".join(f"{symbol} {share(rows[name]['coverage'])}" for name, symbol in PARAMETERS.items())

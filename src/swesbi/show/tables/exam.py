@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import pandas as pd
 
+from swesbi.artefacts import ArtefactError
 from swesbi.exam.score import QUANTITIES
 from swesbi.exam.settings import COHORT_NOISE, FORMER_NOISE
 from swesbi.exam.table import NOT_TESTED
@@ -29,6 +30,7 @@ from swesbi.show.tables.exam_outcomes import (
 )
 
 NOISE: Final = {COHORT_NOISE: "the cohort's noise", FORMER_NOISE: "the cohort's former noise"}
+WITHOUT_AND_WITH: Final = ("speeds alone", "with pressures")
 COVERAGES: Final = ("coverage", "coverage_supported")
 COLUMNS: Final = (
     "generator", "quantity", "n", "supported", "strained", "unsupported", *COVERAGES,
@@ -127,6 +129,52 @@ def _missed(row: Mapping[Any, Any]) -> Cell:
         return NOT_TESTED
     shown = percent(row["missed_and_supported"])
     return Strong(shown) if row["missed_and_supported"] > MOST_MISSED else shown
+
+
+def pressures_table(without: pd.DataFrame, with_them: pd.DataFrame, what: str) -> Table:
+    """Return a row a generator and quantity: coverage and width from speeds alone, and with cuff pressures.
+
+    Args:
+        without: ``exam.csv``.
+        with_them: ``exam_pressures.csv``, of the same level of noise.
+        what: What sat, as the caption begins.
+
+    Raises:
+        ArtefactError: The two have no row in common.
+    """
+    columns = (
+        *words("Hearts", "Quantity"),
+        Column("Number"),
+        *(Column(f"Coverage, {how}", "% of all answered (interval)") for how in WITHOUT_AND_WITH),
+        *(Column(f"Coverage, {how}", "% of the supported (interval)") for how in WITHOUT_AND_WITH),
+        *(Column(f"Width, {how}", "log") for how in WITHOUT_AND_WITH),
+    )
+    informed = {outcome.generator: outcome for outcome in outcomes(with_them)}
+    both = [outcome for outcome in outcomes(without) if outcome.generator in informed]
+    rows = [
+        _beside(outcome, informed[outcome.generator], name)
+        for outcome in both
+        for name in QUANTITIES
+        if name in outcome.rows and name in informed[outcome.generator].rows
+    ]
+    if not rows:
+        raise ArtefactError(
+            "the exam with cuff pressures has none of the generators without; run `make exam`"
+        )
+    return Table(f"{what} with cuff pressures, at {noise_of(with_them)}.", columns, tuple(rows))
+
+
+def _beside(before: Outcome, after: Outcome, quantity: str) -> Row:
+    pair = (before.rows[quantity], after.rows[quantity])
+    cells: tuple[Cell, ...] = (
+        before.label,
+        NAMES[quantity],
+        count(pair[1]["n"]),
+        *(_coverage(row, "coverage") for row in pair),
+        *(_of_supported(row) for row in pair),
+        *(fixed(row["width_log"], 2) for row in pair),
+    )
+    return Row(cells, muted=not is_tested(pair[1]))
 
 
 def generators_table(table: pd.DataFrame, what: str) -> Table:

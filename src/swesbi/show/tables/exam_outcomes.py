@@ -184,3 +184,22 @@ def _aimed(outcome: Outcome, aim: Aim) -> str:
         f"{outcome.label}: {share(outcome.supported)} supported, {enough} {share(aim.supported, 0)}; of all "
         f"answered hearts {quantities}."
     )
+
+
+def with_pressures_in_brief(without: pd.DataFrame, with_them: pd.DataFrame) -> Iterator[str]:
+    """Yield what cuff pressures change, in sentences: widths and coverage over the generators that sat both.
+
+    Args:
+        without: ``exam.csv``, of the speeds alone.
+        with_them: ``exam_pressures.csv``, of the same level of noise.
+    """
+    both = without.merge(with_them, on=["generator", "quantity"], suffixes=("", "_with"))
+    for name in OF_EVERY_GENERATOR:
+        rows = both[both["quantity"] == name]
+        ratio = rows["width_log_with"] / rows["width_log"]
+        low, high = (f"{float(ratio.agg(end)):.2f}" for end in ("min", "max"))
+        before, after = (share(rows[column].min()) for column in ("coverage", "coverage_with"))
+        yield (
+            f"{NAMES[name]}: intervals {low} to {high} times as wide with pressures, by generator; the least "
+            f"coverage of all answered is {after}, without {before}."
+        )

@@ -34,6 +34,7 @@ class OverPopulation:
         interval: Mass of the credible intervals.
         cohort: ``cohort.csv``.
         strata: ``strata.csv``.
+        pressures: Its rows of ``pressures.csv``; None where no subject has pressures.
     """
 
     name: str
@@ -41,6 +42,7 @@ class OverPopulation:
     interval: float
     cohort: pd.DataFrame
     strata: pd.DataFrame
+    pressures: pd.DataFrame | None = None
 
     @property
     def answered(self) -> pd.DataFrame:

@@ -17,6 +17,7 @@ from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
+from swesbi.recording.clinical import ClinicalRow
 from swesbi.recording.components import RepeatLevels
 from swesbi.recording.ingest import ingest as ingest_recording
 from swesbi.recording.noise import KIND as NOISE
@@ -35,9 +36,10 @@ LOGGER = logging.getLogger("swesbi")
 
 
 class IngestStageSettings(Settings):
-    """What an observed curve depends on beside the recording; the context is the subject's own row."""
+    """What an observed curve depends on beside the recording: the subject's row, and settings."""
 
     context: ContextRow
+    clinical: ClinicalRow
     recording: RecordingSettings
     measurement: MeasurementSettings
 
@@ -50,7 +52,11 @@ def ingest(*, recording: Path, observation: Path, settings: IngestStageSettings,
     """
     samples = read_samples(recording, settings.recording.phases, settings.recording.density_kg_m3)
     observed = ingest_recording(
-        samples, settings.context.to_context(), settings.recording, settings.measurement.grid_points
+        samples,
+        settings.context.to_context(),
+        settings.recording,
+        settings.measurement.grid_points,
+        settings.clinical.to_measures(),
     )
     save(observation, to_groups(observed), origin.provenance(OBSERVATION, settings))
     LOGGER.info("%s", _account(observed))
@@ -67,9 +73,10 @@ def _account(observed: Observation) -> str:
 
 
 class IngestBatchStageSettings(Settings):
-    """What observed curves depend on; contexts in the order of the recordings."""
+    """What observed curves depend on; contexts and measures in the order of the recordings."""
 
     contexts: tuple[ContextRow, ...]
+    clinical: tuple[ClinicalRow, ...]
     recording: RecordingSettings
     measurement: MeasurementSettings
 
@@ -92,9 +99,13 @@ def ingest_batch(
     """
     progress = Progress("ingestion", len(settings.contexts), unit="subject")
     code_hash = stage_hash(__name__, "ingest")
-    for row, recording, observation in zip(settings.contexts, recordings, observations, strict=True):
+    rows = zip(settings.contexts, settings.clinical, strict=True)
+    for (row, clinical), recording, observation in zip(rows, recordings, observations, strict=True):
         row_settings = IngestStageSettings(
-            context=row, recording=settings.recording, measurement=settings.measurement
+            context=row,
+            clinical=clinical,
+            recording=settings.recording,
+            measurement=settings.measurement,
         )
         row_origin = replace(origin, subject=row.subject, code_hash=code_hash)
         ingest(recording=recording, observation=observation, settings=row_settings, origin=row_origin)

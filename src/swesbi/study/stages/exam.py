@@ -4,41 +4,38 @@ from __future__ import annotations
 
 import logging
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 from pydantic import Field
 
+from swesbi.arrays import FloatArray
 from swesbi.artefacts import load, save
-from swesbi.base import Settings
 from swesbi.exam.generators import all_generators, generator_of
 from swesbi.exam.heart import Generator
 from swesbi.exam.noise import noisier
 from swesbi.exam.recorded import RecordedHeart, record_heart
 from swesbi.exam.score import KIND, HeartAnswer, intervals, read_answers, refusal, to_dataset, truths
-from swesbi.exam.settings import MadeSettings, NoiseLevel, ScoreSettings
-from swesbi.exam.table import exam_table as table_of
-from swesbi.exam.table import samplers_table
+from swesbi.exam.settings import MadeSettings, NoiseLevel
+from swesbi.heart.simulate import Beats
+from swesbi.measurement.clinical import ClinicalSettings
 from swesbi.measurement.likelihood import speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.population.settings import PopulationSettings, in_declared_range
-from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.importance import HasPrior, NoLikelihoodError, flow_proposal
+from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
 from swesbi.recording.protocol import Repeats
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.exam import draw_exam
-from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.answers import Answer, AnswerSettings, Knowledge
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.study.stages.new_subject import STREAM, check_network, noise_test_of, one_thread
@@ -73,6 +70,7 @@ class ExamAnswersStageSettings(AnswerSettings):
     train_population: TrainPopulationStageSettings
     reference_recordings: int = Field(ge=100, description="prior predictive recordings of the heart")
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the cohort's")
+    clinical: ClinicalSettings
 
     @property
     def source(self) -> Generator:
@@ -112,10 +110,7 @@ class Examiner:
             RuntimeError: It could not be recorded.
             ArtefactError: An input is no such artefact.
         """
-        settings, seed = self.settings, self.origin.seed
-        made = record_heart(
-            settings.source, number, seed, settings.stream, settings.recording, settings.grid_points
-        )
+        made, settings = self.recorded(number), self.settings
         if outside := in_declared_range(made.heart.context, settings.population):
             return refusal(number, made.heart, made.redrawn, SEPARATOR.join(outside))
         try:
@@ -123,33 +118,46 @@ class Examiner:
         except NoLikelihoodError as error:
             return refusal(number, made.heart, made.redrawn, str(error))
 
+    def recorded(self, number: int) -> RecordedHeart:
+        """Draw and record the heart of this number.
+
+        Raises:
+            RuntimeError: It could not be recorded.
+        """
+        settings = self.settings
+        return record_heart(
+            settings.source,
+            number,
+            self.origin.seed,
+            settings.stream,
+            settings.recording,
+            settings.grid_points,
+            settings.clinical.errors,
+        )
+
+    def origin_of(self, subject: str) -> Origin:
+        """Return the origin of what is made of a heart's recording."""
+        return Origin(self.origin.seed, subject, self.origin.code_hash)
+
     def _answer(self, number: int, made: RecordedHeart) -> HeartAnswer:
         with tempfile.TemporaryDirectory(prefix="swesbi-exam-") as folder:
             posterior, support = Path(folder) / "posterior.h5", Path(folder) / "support.json"
             answer, judged = self._judged(made, posterior, support)
             exact = read_exact_result(posterior)
-        attained_kpa = answer.model.simulate(exact.phi).active_stiffness_kpa.max(axis=1)
-        speed_scale = answer.model.settings.prior.column(exact.phi, "speed_scale")
-        found = intervals(exact.phi, attained_kpa, speed_scale, exact.interval_mass)
-        return HeartAnswer(
-            number, made.heart.context, made.redrawn, status(judged),
-            SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged),
-            by_mcmc=exact.by_mcmc, converged=exact.converged, efficiency=exact.efficiency,
-            truth=truths(made.heart), **vars(found),
-        )  # fmt: skip
+        reason = SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged)
+        return scored(made, answer.model, exact, number, status(judged), reason)
 
     def _judged(self, made: RecordedHeart, posterior: Path, support: Path) -> tuple[Answer, Support]:
         """Infer and judge a recording as that of any subject outside the study, under the same streams."""
         settings = self.settings
-        recording = measured_speeds(made.observation, self._components())
+        recording = measured_speeds(made.observation, self.components())
         model = speed_model(recording, settings.exact_posterior.model)
-        origin = Origin(self.origin.seed, recording.subject, self.origin.code_hash)
-        answer = Answer(model, self._knowledge(), settings, origin, STREAM)
+        answer = Answer(model, self._knowledge(), settings, self.origin_of(recording.subject), STREAM)
         efficiency = answer.infer(posterior)
         reference = answer.reference(settings.reference_recordings)
         return answer, answer.judge(posterior, support, reference, efficiency, [self._noise_test(made)])
 
-    def _components(self) -> NoiseComponents:
+    def components(self) -> NoiseComponents:
         """Return the noise of a cohort that is recorded as its hearts are: the study's, times the factor."""
         return read_noise(self.noise).components.times(self.settings.noise_factor)
 
@@ -157,7 +165,7 @@ class Examiner:
         return _knowledge_of(self.estimator, self.null, self.null.stat().st_mtime_ns)
 
     def _noise_test(self, made: RecordedHeart) -> SupportTest:
-        settings, components = self.settings, self._components()
+        settings, components = self.settings, self.components()
         swept = settings.source.acquisition.sweep_fraction > 0.0
         repeats: Repeats = "sweeps" if swept else "separate"
         return noise_test_of(made.samples, repeats, components, settings.recording, settings.noise_level)
@@ -168,6 +176,29 @@ def _knowledge_of(estimator: Path, null: Path, written_ns: int) -> Knowledge:
     """Read what answers all hearts, once a process for files as they were ``written_ns``."""
     flow, population = load_spline(estimator)[0], read_null(null)
     return Knowledge(partial(flow_proposal, flow), population.contexts, lambda: population.pooled)
+class Model(Protocol):
+    """What simulates draws of a posterior: the model of speeds, or that of speeds and pressures."""
+
+    @property
+    def settings(self) -> HasPrior:
+        """Hold the prior."""
+
+    def simulate(self, phi: FloatArray) -> Beats:
+        """Simulate phi of shape (n, d) in the heart's context; failed rows hold NaN."""
+
+
+def scored(
+    made: RecordedHeart, model: Model, exact: ExactResult, number: int, verdict: str, reason: str
+) -> HeartAnswer:
+    """Return the intervals of a posterior beside the truths of the heart."""
+    attained_kpa = model.simulate(exact.phi).active_stiffness_kpa.max(axis=1)
+    speed_scale = model.settings.prior.column(exact.phi, "speed_scale")
+    found = intervals(exact.phi, attained_kpa, speed_scale, exact.interval_mass)
+    return HeartAnswer(
+        number, made.heart.context, made.redrawn, verdict, reason,
+        by_mcmc=exact.by_mcmc, converged=exact.converged, efficiency=exact.efficiency,
+        truth=truths(made.heart), **vars(found),
+    )  # fmt: skip
 
 
 def exam_answers(
@@ -196,16 +227,34 @@ def exam_answers(
         ValueError: No generator has this letter.
     """
     check_network(estimator, settings.train_population)
-    done = {answer.number: answer for answer in _kept(answers, settings, origin)}
+    examiner = Examiner(estimator, noise, null, settings, origin)
+    answer_missing(answers, examiner, processes)
+
+
+def answer_missing(path: Path, examiner: Examiner, processes: int, how: str = "") -> None:
+    """Answer the hearts that the file does not hold already, made alike, and save every few of them.
+
+    Args:
+        path: The file.
+        examiner: Answers them.
+        processes: Hearts side by side.
+        how: What the progress says of the answers, behind a space.
+
+    Raises:
+        RuntimeError: A heart could not be recorded.
+        ArtefactError: An input is no such artefact.
+    """
+    settings, origin = examiner.settings, examiner.origin
+    done = {answer.number: answer for answer in _kept(path, settings, origin)}
     missing = [number for number in range(settings.hearts) if number not in done]
-    label = f"{settings.stream}, {settings.noise} noise, {settings.generator}: {settings.source.title}"
+    label = f"{settings.stream}, {settings.noise} noise{how}, {settings.generator}: {settings.source.title}"
     progress = Progress(label, len(missing), unit="heart")
-    for answer in _answered(Examiner(estimator, noise, null, settings, origin), missing, processes):
+    for answer in _answered(examiner, missing, processes):
         done[answer.number] = answer
         progress.step(note=f"{answer.context.subject} {answer.status}")
         if progress.done % BATCH == 0 or progress.done == len(missing):
             ordered = [done[number] for number in sorted(done)]
-            save(answers, to_dataset(ordered), origin.provenance(KIND, settings))
+            save(path, to_dataset(ordered), origin.provenance(KIND, settings))
 
 
 def _kept(path: Path, settings: ExamAnswersStageSettings, origin: Origin) -> list[HeartAnswer]:
@@ -229,60 +278,3 @@ def _answered(examiner: Examiner, numbers: Sequence[int], processes: int) -> Ite
                 yield future.result()
         finally:
             pool.shutdown(cancel_futures=True)
-
-
-class ExamTableStageSettings(Settings):
-    """What the tables and the figure depend on."""
-
-    score: ScoreSettings
-    interval: float = Field(gt=0.0, lt=1.0, description="mass of the credible intervals")
-
-
-def exam_table(
-    *,
-    answers: Sequence[Path],
-    table: Path,
-    samplers: Path,
-    figure_pdf: Path,
-    figure_png: Path,
-    settings: ExamTableStageSettings,
-    origin: Origin,
-) -> None:
-    """Write what the answers of all generators come to: coverage by quantity, samplers, a figure.
-
-    Args:
-        answers: Of each generator, at one level of noise.
-        table: Output, one row a generator and quantity.
-        samplers: Output, one row a generator.
-        figure_pdf: Output, coverage.
-        figure_png: Output, the same.
-
-    Raises:
-        ArtefactError: A file holds no answers.
-        ValueError: The files are of several levels of noise.
-    """
-    by_letter, titles, noise = _by_letter(answers)
-    frame = table_of(by_letter, titles, noise, settings.score)
-    write_csv(table, frame)
-    write_csv(samplers, samplers_table(by_letter, titles, noise))
-    save_figure(draw_exam(frame, settings.interval), figure_pdf, figure_png)
-
-
-def _by_letter(
-    answers: Sequence[Path],
-) -> tuple[Mapping[str, list[HeartAnswer]], Mapping[str, str], NoiseLevel]:
-    """Return the answers and the title of each generator, by letter in order, and their level of noise."""
-    of_path = {path: _settings_of(path) for path in answers}
-    levels: list[NoiseLevel] = sorted({settings.noise for settings in of_path.values()})
-    if len(levels) != 1:
-        raise ValueError(
-            f"a table needs answers at one level of noise, found {len(levels)} ({', '.join(levels)}) among "
-            f"{', '.join(map(str, answers))}; make a table of each"
-        )
-    ordered = sorted(of_path.items(), key=lambda item: item[1].generator)
-    found = {settings.generator: read_answers(path) for path, settings in ordered}
-    return found, {settings.generator: settings.source.title for _, settings in ordered}, levels[0]
-
-
-def _settings_of(path: Path) -> ExamAnswersStageSettings:
-    return ExamAnswersStageSettings.from_plain(dict(load(path, KIND)[1].settings))

@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from swesbi.base import Settings
 from swesbi.context import Context
+from swesbi.measurement.clinical import ClinicalSettings, with_pressures
 from swesbi.measurement.likelihood import build_speed_model
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline, load_spline_provenance
@@ -37,6 +38,7 @@ from swesbi.study.stages.cmaes import CmaesStageSettings, cmaes
 from swesbi.study.stages.cohort import IngestStageSettings, PassiveStageSettings, ingest, passive
 from swesbi.study.stages.flow_training import TrainFlowStageSettings, TrainPopulationStageSettings
 from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.pressures import PressuresStageSettings, infer_with_pressures
 from swesbi.study.stages.simulation import SimulateSettings, simulate
 from swesbi.verdict.context import check_context, check_declared, nearest_known
 from swesbi.verdict.pooled import PooledNull, pool_subjects, read_null
@@ -56,6 +58,7 @@ class OneAnswerSettings(AnswerSettings):
     cmaes: CmaesStageSettings
     simulate: SimulateSettings
     exact_subject_figures: subject_figures.ExactSubjectFiguresSettings
+    clinical: ClinicalSettings
     reference_recordings: int = Field(ge=100, description="prior predictive recordings of the subject")
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the pool's")
 
@@ -78,6 +81,7 @@ class AnswerFiles:
         predictive: Predictive check.
         ppc_png: Its figure.
         posterior_png: Figure of the posterior.
+        with_pressures: Exact posterior with the pressures of a cuff; one file, or none where none were taken.
     """
 
     observation: Path
@@ -89,6 +93,7 @@ class AnswerFiles:
     predictive: Path
     ppc_png: Path
     posterior_png: Path
+    with_pressures: Sequence[Path]
 
 
 def _answer(
@@ -110,6 +115,10 @@ def _answer(
     with worker_process() as worker:
         reference = worker.submit(answer.reference, settings.reference_recordings)
         fitted = worker.submit(_fit, files, settings, origin)
+        informed = [
+            worker.submit(_with_pressures, answer, files.observation, path, settings)
+            for path in files.with_pressures
+        ]
         efficiency = answer.infer(files.posterior)
         quality = settings.ingest.recording
         samples = read_samples(recording, quality.phases, quality.density_kg_m3)
@@ -125,6 +134,8 @@ def _answer(
             files.predictive, files.support, files.reference_fit, files.ppc_png, title
         )
         drawn.result()
+        for inferred in informed:
+            inferred.result()
 
 
 def known_noise(repeats: Repeats, pooled: NoiseComponents) -> NoiseComponents:
@@ -159,6 +170,18 @@ def _fit(files: AnswerFiles, settings: OneAnswerSettings, origin: Origin) -> Non
         observation=files.observation, passive=files.passive_baseline, cmaes=files.reference_fit,
         settings=settings.cmaes, origin=origin,
     )  # fmt: skip
+
+
+def _with_pressures(answer: Answer, observation: Path, posterior: Path, settings: OneAnswerSettings) -> None:
+    """Infer the subject from speeds and pressures.
+
+    Raises:
+        ValueError: None were taken.
+    """
+    model = with_pressures(answer.model, read_observation(observation).clinical, settings.clinical)
+    network = answer.knowledge.proposal(answer.model.recording)
+    stage = PressuresStageSettings(exact_posterior=settings.exact_posterior, clinical=settings.clinical)
+    infer_with_pressures(model, network, posterior, stage, answer.origin, STREAM)
 
 
 def _draw_posterior(files: AnswerFiles, settings: OneAnswerSettings) -> None:
@@ -253,6 +276,7 @@ def new_subject(
         OtherNetworkError: The network was trained under other settings.
         RecordingError: The recording is malformed or too incomplete.
         ArtefactError: A file of the study is no such artefact.
+        ValueError: A posterior with pressures is asked for, and none were taken.
     """
     trained = [read_observation(path).context for path in pooled_observations]
     check_context(settings.ingest.context.to_context(), trained, settings.margin_fraction)

@@ -29,6 +29,7 @@ from swesbi.show.tables.exact import Exact
 from swesbi.show.tables.exam import read_exam
 from swesbi.show.tables.experiments import read_comparison
 from swesbi.show.tables.population import OverPopulation
+from swesbi.show.tables.pressures import pressures_of
 from swesbi.study.stages.origin import Origin, ResultKey, by_key
 from swesbi.verdict.answers import read_cohort
 from swesbi.verdict.support import read_support
@@ -88,7 +89,10 @@ def _truth(paths: Sequence[Path]) -> pd.DataFrame:
 
 
 def read_populations(
-    sections: Mapping[str, Mapping[str, JsonValue]], cohorts: Sequence[Path], strata: Sequence[Path]
+    sections: Mapping[str, Mapping[str, JsonValue]],
+    cohorts: Sequence[Path],
+    strata: Sequence[Path],
+    pressures: Sequence[Path] = (),
 ) -> tuple[OverPopulation, ...]:
     """Read the experiments over a population, in the order of their sections.
 
@@ -96,6 +100,7 @@ def read_populations(
         sections: Of the configuration, by experiment, with the mass of the credible intervals.
         cohorts: ``cohort.csv`` of every experiment, in its folder.
         strata: ``strata.csv`` likewise.
+        pressures: ``pressures.csv`` of all of them, or none.
 
     Raises:
         ArtefactError: A file of an experiment is missing, or not what its name says.
@@ -112,6 +117,7 @@ def read_populations(
             interval=float(str(plain["interval"])),
             cohort=read_cohort(by_kind["cohort"][name]),
             strata=read_strata(by_kind["strata"][name]),
+            pressures=pressures_of(pressures, name),
         )
         for name, plain in sections.items()
     )
@@ -175,6 +181,7 @@ def report(
     population_cohorts: Sequence[Path],
     population_strata: Sequence[Path],
     population_pngs: Sequence[Path],
+    pressures_csv: Sequence[Path],
     small_exam_csv: Sequence[Path],
     small_exam_png: Sequence[Path],
     exam_sat: Sequence[Path],
@@ -187,7 +194,8 @@ def report(
     """Write the configuration and the page, which refers to every file by its path relative to itself.
 
     What belongs to experiments on speeds or over a population is empty where none is run; ``noise``,
-    ``truth_csv``, ``small_exam_csv``, ``small_exam_png`` and ``exam_sat`` hold one file or none.
+    ``truth_csv``, ``pressures_csv``, ``small_exam_csv``, ``small_exam_png`` and ``exam_sat`` hold one file or
+    none.
 
     Raises:
         ArtefactError: An input is missing for an experiment, or cannot be read.
@@ -205,7 +213,9 @@ def report(
         make_population_section(
             each, section_figures(PagePart.POPULATION, population_pngs, each.name, report, title), title
         )
-        for each in read_populations(settings.populations, population_cohorts, population_strata)
+        for each in read_populations(
+            settings.populations, population_cohorts, population_strata, pressures_csv
+        )
     ]
     origins = _provenance(settings, origin, artefacts, relative(configuration, report))
     files_shown = file_groups(artefacts, report)

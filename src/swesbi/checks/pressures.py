@@ -1,0 +1,122 @@
+"""What the pressures of a cuff add to the answer on speeds: every quantity without and with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from swesbi.arrays import FloatArray
+from swesbi.draws import median_and_interval
+from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT
+from swesbi.heart.simulate import simulate_active
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.parameters import OF_THETA
+from swesbi.posterior.result import ExactResult
+from swesbi.recording.observation import Observation
+
+ATTAINED: Final = "attained_stiffness_kpa"
+"""Largest active stiffness of the beat."""
+RESISTANCE: Final = "distal_resistance_pa_s_m3"
+SIMULATED: Final = 1000
+"""Draws of a posterior whose beats are simulated: limits to a tenth of the posterior sd."""
+COLUMNS: Final = (
+    "experiment", "subject", "quantity", "without_median", "without_low", "without_high", "with_median",
+    "with_low", "with_high", "width_ratio", "shift_in_widths", "sbp_mmhg", "dbp_mmhg", "sampler",
+    "efficiency", "k_hat", "converged",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One subject's posteriors, without and with pressures.
+
+    Attributes:
+        experiment: Whose network gave the first proposals.
+        observation: The recording.
+        model: Of the speeds alone.
+        model_with: The same with the stressed volume free.
+        without: Posterior of the speeds alone.
+        with_them: Posterior of both.
+    """
+
+    experiment: str
+    observation: Observation
+    model: SpeedModelSettings
+    model_with: SpeedModelSettings
+    without: ExactResult
+    with_them: ExactResult
+
+
+def pressures_table_of(compared: Sequence[Compared]) -> pd.DataFrame:
+    """Return one row a subject and quantity, with the columns ``COLUMNS``.
+
+    Medians and equal-tailed intervals, without pressures and with them; width_ratio, log high / low with over
+    that without; shift_in_widths, log of the medians' ratio over the latter; then the pressures and how the
+    posterior with them was obtained. What is not free without pressures has no interval there.
+    """
+    rows = [row for one in compared for row in _rows(one)]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _rows(one: Compared) -> list[dict[str, object]]:
+    context = one.observation.context
+    before = quantities(one.model, one.without.phi, one)
+    after = quantities(one.model_with, one.with_them.phi, one)
+    found, clinical = one.with_them, one.observation.clinical
+    of_subject: dict[str, object] = {"experiment": one.experiment, "subject": context.subject}
+    how: dict[str, object] = {
+        "sbp_mmhg": clinical.sbp_mmhg,
+        "dbp_mmhg": clinical.dbp_mmhg,
+        "sampler": found.sampler,
+        "efficiency": found.efficiency,
+        "k_hat": found.k_hat,
+        "converged": found.converged,
+    }
+    mass = found.interval_mass
+    return [
+        of_subject | {"quantity": name} | _row(before.get(name), values, mass) | how
+        for name, values in after.items()
+    ]
+
+
+def quantities(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> Mapping[str, FloatArray]:
+    """Return draws of every quantity that is told of a posterior, by name; attained stiffness of fewer draws.
+
+    The parameters by their own names, the attained stiffness behind those that are reported, and the
+    compliance of the arteries where resistance and time constant are free.
+    """
+    columns = dict(zip(model.prior.names, phi.T, strict=True))
+    if RESISTANCE in columns and TIME_CONSTANT in columns:
+        columns[CAPACITANCE] = columns[TIME_CONSTANT] / columns[RESISTANCE]
+    return {ATTAINED: _attained(model, phi[:SIMULATED], one), **columns}
+
+
+def _attained(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> FloatArray:
+    """Return the largest active stiffness of draws in kPa; those that have no beat are left out."""
+    beats = simulate_active(
+        phi[:, OF_THETA], one.observation.context, model.forward_model, model.physiology(phi)
+    )
+    attained = beats.active_stiffness_kpa.max(axis=1)
+    return np.asarray(attained[np.isfinite(attained)])
+
+
+def _row(before: FloatArray | None, after: FloatArray, mass: float) -> dict[str, object]:
+    low, median, high = median_and_interval(after, mass)
+    row: dict[str, object] = {"with_median": median, "with_low": low, "with_high": high}
+    names = ("without_low", "without_median", "without_high")
+    if before is None:
+        return row | dict.fromkeys((*names, "width_ratio", "shift_in_widths"), np.nan)
+    limits = median_and_interval(before, mass)
+    width = np.log(limits[2] / limits[0])
+    return (
+        row
+        | dict(zip(names, limits, strict=True))
+        | {
+            "width_ratio": np.log(high / low) / width,
+            "shift_in_widths": np.log(median / limits[1]) / width,
+        }
+    )

@@ -1,0 +1,132 @@
+"""One recording with the pressures of a cuff: the likelihood of both, and the prior that goes with it.
+
+Pressures inform the circulation: resistance and compliance of the arteries, and the stressed volume, which
+is free here alone, since speeds hardly know of it and pressures would otherwise be read as resistance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from pydantic import Field
+
+from swesbi.arrays import FloatArray
+from swesbi.heart.aorta import aortic_pressure_mmhg
+from swesbi.heart.physiology import VOLUME_FACTOR
+from swesbi.heart.simulate import Beats
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, log_likelihood
+from swesbi.prior import JointPriorSettings, ParameterPrior
+from swesbi.recording.clinical import ClinicalErrors, ClinicalMeasures
+
+LOG_ROOT_TWO_PI: Final = 0.5 * np.log(2.0 * np.pi)
+
+
+class ClinicalSettings(ClinicalErrors):
+    """Errors of the measures, and the prior of what becomes free with them."""
+
+    stressed_volume_factor: ParameterPrior = Field(
+        description="prior of the factor of the stressed volume, free where there are pressures"
+    )
+
+    @property
+    def errors(self) -> ClinicalErrors:
+        """The errors alone."""
+        return ClinicalErrors(**{name: getattr(self, name) for name in ClinicalErrors.model_fields})
+
+
+@dataclass(frozen=True)
+class ClinicalModel:
+    """The model of one recording with the pressures of a cuff.
+
+    Attributes:
+        speeds: The model of the speeds, whose prior frees the factor of the stressed volume.
+        clinical: Has both pressures.
+        errors: How far they lie from those at the root of the aorta.
+    """
+
+    speeds: SpeedModel
+    clinical: ClinicalMeasures
+    errors: ClinicalErrors
+
+    @property
+    def settings(self) -> SpeedModelSettings:
+        """The settings of the model, its prior among them."""
+        return self.speeds.settings
+
+    def simulate(self, phi: FloatArray) -> Beats:
+        """Simulate phi of shape (n, d) in the subject's context; failed rows hold NaN."""
+        return self.speeds.simulate(phi)
+
+    def log_likelihood(self, phi: FloatArray) -> FloatArray:
+        """Return log p(speeds, pressures | phi) of shape (n,); -inf where the simulation failed.
+
+        Speeds and pressures have independent errors.
+        """
+        beats = self.simulate(phi)
+        predicted = self.speeds.predict_from(phi, beats)
+        of_speeds = log_likelihood(predicted, self.speeds.recording, self.settings.discrepancy)
+        aortic = aortic_pressure_mmhg(beats, self.settings.forward_model)
+        return of_speeds + log_pressure_density(aortic, self.clinical, self.errors)
+
+
+def log_pressure_density(
+    aortic_mmhg: FloatArray, clinical: ClinicalMeasures, errors: ClinicalErrors
+) -> FloatArray:
+    """Return log p(systolic, diastolic | beat) of the two pressures of a cuff; shape (n,).
+
+    Each is normal about the largest and the smallest pressure at the root of the aorta, plus its bias.
+
+    Args:
+        aortic_mmhg: That pressure along n beats; NaN where one failed, which gives -inf; shape (n, M).
+        clinical: The measured pressures.
+        errors: Biases and standard deviations; the errors are independent.
+    """
+    systolic = clinical.sbp_mmhg - aortic_mmhg.max(axis=1) - errors.sbp_bias_mmhg
+    diastolic = clinical.dbp_mmhg - aortic_mmhg.min(axis=1) - errors.dbp_bias_mmhg
+    total = _log_normal(systolic, errors.sbp_sd_mmhg) + _log_normal(diastolic, errors.dbp_sd_mmhg)
+    return np.where(np.isnan(total), -np.inf, total)
+
+
+def _log_normal(error: FloatArray, sd: float) -> FloatArray:
+    return np.asarray(-0.5 * (error / sd) ** 2 - np.log(sd) - LOG_ROOT_TWO_PI)
+
+
+def with_pressures(
+    model: SpeedModel, clinical: ClinicalMeasures, settings: ClinicalSettings
+) -> ClinicalModel:
+    """Return the model of a recording with its pressures, given that of its speeds.
+
+    Raises:
+        ValueError: A pressure was not measured, the prior frees the stressed volume already, or the
+            circulation is open and has none.
+    """
+    subject = model.recording.subject
+    if not clinical.has_pressures:
+        raise ValueError(
+            f"subject {subject}: no pressures were measured; enter sbp_mmhg and dbp_mmhg in subjects.csv"
+        )
+    if model.settings.forward_model.circulation != "closed":
+        raise ValueError(
+            f"subject {subject}: pressures need forward_model.circulation: closed, which keeps a volume"
+        )
+    joint = with_stressed_volume(model.settings.prior, settings.stressed_volume_factor)
+    freed = replace(model, settings=model.settings.model_copy(update={"prior": joint}))
+    return ClinicalModel(freed, clinical, settings.errors)
+
+
+def with_stressed_volume(prior: JointPriorSettings, factor: ParameterPrior) -> JointPriorSettings:
+    """Return the prior with the factor of the stressed volume free beside all that is.
+
+    Raises:
+        ValueError: It is free already.
+    """
+    nuisances = prior.theta.nuisances
+    if nuisances.stressed_volume_factor is not None:
+        raise ValueError(
+            f"nuisances.{VOLUME_FACTOR}: is free already; its prior belongs to `clinical`, which frees it "
+            "where there are pressures"
+        )
+    freed = nuisances.model_copy(update={VOLUME_FACTOR: factor})
+    return prior.model_copy(update={"theta": prior.theta.model_copy(update={"nuisances": freed})})

@@ -1,0 +1,125 @@
+"""What a clinic measures beside the speeds: the pressures of a cuff, and how long the heart ejects.
+
+All of it is optional: a recording says as much without, and more with it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Final, Self
+
+from pydantic import Field, model_validator
+
+from swesbi.artefacts import Variable
+from swesbi.base import Settings
+
+KPA_PER_MMHG: Final = 0.133322387415
+
+
+@dataclass(frozen=True)
+class ClinicalVariable:
+    """One optional column of ``subjects.csv``.
+
+    Attributes:
+        name: Its name, which ends in the unit.
+        unit: Its unit.
+        asked: What the template asks for.
+        example: What a cell may say.
+        declared: Least and largest value that is read; they catch wrong units.
+        mistaken: A unit in which it is often given instead.
+        factor: One of that unit in its own.
+    """
+
+    name: str
+    unit: str
+    asked: str
+    example: str
+    declared: tuple[float, float]
+    mistaken: str
+    factor: float
+
+    @property
+    def short(self) -> str:
+        """Its name without the unit."""
+        return self.name.partition("_")[0]
+
+
+# From shock to the crises of hypertension; from the fastest heart to the slowest (Weissler et al. 1968).
+CLINICAL: Final = (
+    ClinicalVariable(
+        "sbp_mmhg", "mmHg", "systolic pressure of a cuff on the upper arm in mmHg, with dbp_mmhg",
+        "118", (60.0, 260.0), "kPa", 1.0 / KPA_PER_MMHG,
+    ),
+    ClinicalVariable(
+        "dbp_mmhg", "mmHg", "its diastolic pressure in mmHg", "74", (30.0, 160.0), "kPa", 1.0 / KPA_PER_MMHG
+    ),
+    ClinicalVariable(
+        "lvet_ms", "ms", "left ventricular ejection time in ms, from opening to closing of the aortic valve",
+        "295", (100.0, 500.0), "s", 1000.0,
+    ),
+)  # fmt: skip
+"""What may be measured, in the order of its columns."""
+CLINICAL_NAMES: Final = tuple(variable.name for variable in CLINICAL)
+
+
+@dataclass(frozen=True)
+class ClinicalMeasures:
+    """Measures of one subject, NaN where one was not taken."""
+
+    sbp_mmhg: Annotated[
+        float, Variable("", "mmHg", "systolic pressure by a cuff on the upper arm; NaN without")
+    ] = math.nan
+    dbp_mmhg: Annotated[float, Variable("", "mmHg", "diastolic pressure likewise")] = math.nan
+    lvet_ms: Annotated[float, Variable("", "ms", "ejection time of the left ventricle; NaN without")] = (
+        math.nan
+    )
+
+    @property
+    def has_pressures(self) -> bool:
+        """Whether both pressures of the cuff were taken."""
+        return math.isfinite(self.sbp_mmhg) and math.isfinite(self.dbp_mmhg)
+
+    @property
+    def has_ejection_time(self) -> bool:
+        """Whether the ejection time was taken."""
+        return math.isfinite(self.lvet_ms)
+
+
+NOT_MEASURED: Final = ClinicalMeasures()
+"""Of a subject without any of them."""
+
+
+class ClinicalRow(Settings):
+    """The optional part of a row of ``subjects.csv``: the plain twin of :class:`ClinicalMeasures`."""
+
+    sbp_mmhg: float | None = None
+    dbp_mmhg: float | None = None
+    lvet_ms: float | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for variable in CLINICAL:
+            value, (low, high) = getattr(self, variable.name), variable.declared
+            if value is not None and not low <= value <= high:
+                raise ValueError(f"{variable.name} = {value:g} is outside [{low:g}, {high:g}]")
+        if (self.sbp_mmhg is None) != (self.dbp_mmhg is None):
+            raise ValueError("sbp_mmhg and dbp_mmhg are given together, or not at all")
+        if self.sbp_mmhg is not None and self.dbp_mmhg is not None and self.dbp_mmhg >= self.sbp_mmhg:
+            raise ValueError(f"dbp_mmhg = {self.dbp_mmhg:g} must be below sbp_mmhg = {self.sbp_mmhg:g}")
+        return self
+
+    def to_measures(self) -> ClinicalMeasures:
+        """Return the same values, NaN for what is not there."""
+        known = {name: value for name, value in self.model_dump().items() if value is not None}
+        return ClinicalMeasures(**known)
+
+
+class ClinicalErrors(Settings):
+    """How far such measures lie from what the model calls by their name: normal errors."""
+
+    sbp_bias_mmhg: float = Field(description="mean of the cuff's systolic pressure less that in the aorta")
+    sbp_sd_mmhg: float = Field(gt=0.0, description="standard deviation of that difference")
+    dbp_bias_mmhg: float = Field(description="mean of the cuff's diastolic pressure less that in the aorta")
+    dbp_sd_mmhg: float = Field(gt=0.0, description="standard deviation of that difference")
+    lvet_sd_ms: float = Field(gt=0.0, description="standard deviation of a measured ejection time")

@@ -1,0 +1,113 @@
+"""The optional columns of ``subjects.csv``, read cell by cell; a cell that is empty was not measured."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from swesbi.arrays import BoolArray, FloatArray
+from swesbi.recording.clinical import CLINICAL, CLINICAL_NAMES, ClinicalRow, ClinicalVariable
+from swesbi.recording.problems import Problem
+from swesbi.recording.table import MISSING, TextTable
+
+SIMILAR: Final = 0.85
+"""Likeness of a column's name from which it is taken for a slip of the pen."""
+BOTH: Final = "give both pressures of the cuff, or leave both empty"
+MS_PER_MINUTE: Final = 6e4
+
+
+@dataclass(frozen=True)
+class _Column:
+    """One column of n rows: its values, NaN where there is none; which cells are filled; which wrong."""
+
+    values: FloatArray
+    given: BoolArray
+    wrong: BoolArray
+
+
+def clinical_rows(table: TextTable, hr_bpm: FloatArray) -> list[ClinicalRow | None]:
+    """Return what was measured of each subject beside the speeds; None where a cell is wrong.
+
+    Problems are noted in the table, which may have any of the columns, or none.
+
+    Args:
+        table: ``subjects.csv`` with n rows.
+        hr_bpm: Heart rates, NaN where wrong; shape (n,). No ejection is longer than the beat.
+    """
+    _check_names(table)
+    columns = {each.name: _column(table, each) for each in CLINICAL}
+    wrong = np.logical_or.reduce([column.wrong for column in columns.values()])
+    wrong |= _wrong_pressures(table, columns["sbp_mmhg"], columns["dbp_mmhg"])
+    wrong |= _wrong_ejection(table, columns["lvet_ms"], hr_bpm)
+    return [None if wrong[index] else _row(columns, index) for index in range(len(wrong))]
+
+
+def _row(columns: Mapping[str, _Column], index: int) -> ClinicalRow:
+    values = {name: float(column.values[index]) for name, column in columns.items() if column.given[index]}
+    return ClinicalRow.from_plain(values)
+
+
+def _column(table: TextTable, variable: ClinicalVariable) -> _Column:
+    """Read a column, all of it empty where there is none; what has another unit is told so."""
+    if variable.name not in table.cells:
+        nothing = np.zeros(len(table.rows), dtype=np.bool_)
+        return _Column(np.full(len(table.rows), np.nan), nothing, nothing)
+    low, high = variable.declared
+    values = table.number(variable.name, -np.inf, np.inf, "", may_be_empty=True)
+    given = ~table.cells[variable.name].isin(MISSING).to_numpy(bool)
+    outside = (values < low) | (values > high)
+    converted = values * variable.factor
+    mistaken = outside & (converted >= low) & (converted <= high)
+    reason = f"is outside [{low:g}, {high:g}]"
+    table.flag(variable.name, mistaken, reason, f"give {variable.unit}, not {variable.mistaken}")
+    remedy = f"correct the cell (units? the column is in {variable.unit}), or leave it empty"
+    table.flag(variable.name, outside & ~mistaken, reason, remedy)
+    return _Column(values, given, outside | (given & np.isnan(values)))
+
+
+def _wrong_pressures(table: TextTable, systolic: _Column, diastolic: _Column) -> BoolArray:
+    """Refuse one pressure without the other, and a diastolic one that is not the lower."""
+    alone = systolic.given & ~diastolic.given
+    table.flag("sbp_mmhg", alone, "is given without dbp_mmhg", BOTH)
+    other = diastolic.given & ~systolic.given
+    table.flag("dbp_mmhg", other, "is given without sbp_mmhg", BOTH)
+    swapped: BoolArray = diastolic.values >= systolic.values
+    reason = "is not below sbp_mmhg of the same row"
+    table.flag("dbp_mmhg", swapped, reason, "correct the cells (swapped?), or leave both empty")
+    return alone | other | swapped
+
+
+def _wrong_ejection(table: TextTable, ejection: _Column, hr_bpm: FloatArray) -> BoolArray:
+    """Refuse an ejection that is as long as the beat."""
+    endless: BoolArray = ejection.values * hr_bpm >= MS_PER_MINUTE
+    reason = "is no shorter than a beat at hr_bpm of the same row"
+    table.flag("lvet_ms", endless, reason, "correct the cell that is wrong, or leave it empty")
+    return endless
+
+
+def _check_names(table: TextTable) -> None:
+    """Refuse a column that nobody reads and that looks like one of these, which is not there."""
+    absent = [each for each in CLINICAL if each.name not in table.cells]
+    for name in table.ignored:
+        for variable in absent:
+            if _resembles(name, variable):
+                reason = f"is not read, and looks like {variable.name}"
+                remedy = f"call it {variable.name}, in {variable.unit}, or by a name that is less like it"
+                table.problems.append(Problem(table.source, reason, remedy, column=name))
+                break
+
+
+def _resembles(name: str, variable: ClinicalVariable) -> bool:
+    """Tell whether a name is the variable's in capitals, with another unit or none, or misspelt."""
+    lowered = name.strip().lower()
+    units = "|".join((variable.unit.lower(), variable.mistaken.lower(), "msec", "sec"))
+    if re.fullmatch(rf"{variable.short}[\W_]*({units})?[\W_]*", lowered):
+        return True
+    return lowered not in CLINICAL_NAMES and bool(
+        difflib.get_close_matches(lowered, [variable.name], cutoff=SIMILAR)
+    )

@@ -1,0 +1,94 @@
+"""What the pressures of a cuff add to the answers of a population's network, in a table and drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from swesbi.artefacts import ArtefactError, load
+from swesbi.base import Settings
+from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of
+from swesbi.measurement.clinical import with_stressed_volume
+from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.truncated import POSTERIOR
+from swesbi.recording.observation import Observation, read_observation
+from swesbi.show.csv import checked, write_csv
+from swesbi.show.figures.pressures import draw_pressures
+from swesbi.show.figures.style import save_figure
+from swesbi.show.tables.pressures import read_pressures
+from swesbi.study.stages.origin import Origin, ResultKey, by_key, pick
+from swesbi.study.stages.pressures import PressuresStageSettings
+
+
+class PressuresTableSettings(Settings):
+    """Nothing of the configuration: the posteriors say what they were made under."""
+
+
+def pressures_table(
+    *,
+    observations: Sequence[Path],
+    posteriors: Sequence[Path],
+    with_pressures: Sequence[Path],
+    table: Path,
+    settings: PressuresTableSettings,
+    origin: Origin,
+) -> None:
+    """Write what pressures add to each subject that has them: every quantity without and with.
+
+    Args:
+        observations: Observed curves, which have contexts and pressures.
+        posteriors: On speeds alone.
+        with_pressures: With pressures, of the same subjects.
+        table: Output.
+
+    Raises:
+        ArtefactError: A file is missing, or no such artefact.
+    """
+    without, recordings = by_key(posteriors), _by_subject(observations)
+    compared = [
+        _compared(key, recordings, pick(without, key, "posterior on speeds"), path)
+        for key, path in by_key(with_pressures).items()
+    ]
+    write_csv(table, pressures_table_of(compared))
+
+
+def _by_subject(observations: Sequence[Path]) -> dict[str, Observation]:
+    return {observed.subject: observed for observed in map(read_observation, observations)}
+
+
+def _compared(
+    key: ResultKey, recordings: Mapping[str, Observation], without: Path, with_them: Path
+) -> Compared:
+    if key.subject not in recordings:
+        raise ArtefactError(f"no observed curve of subject {key.subject} is given")
+    settings = PressuresStageSettings.from_plain(dict(load(with_them, POSTERIOR)[1].settings))
+    model = settings.exact_posterior.model
+    freed = with_stressed_volume(model.prior, settings.clinical.stressed_volume_factor)
+    return Compared(
+        experiment=key.experiment,
+        observation=recordings[key.subject],
+        model=model,
+        model_with=model.model_copy(update={"prior": freed}),
+        without=read_exact_result(without),
+        with_them=read_exact_result(with_them),
+    )
+
+
+class PressuresFigureSettings(Settings):
+    """Which experiment is drawn, and what the figure calls the subjects."""
+
+    experiment: str
+    cohort_title: str
+
+
+def pressures_figure(
+    *, table: Path, figure_pdf: Path, figure_png: Path, settings: PressuresFigureSettings, origin: Origin
+) -> None:
+    """Draw what pressures add, by subject and quantity.
+
+    Raises:
+        ArtefactError: The table is no such table, or has no row of the experiment.
+    """
+    frame = read_pressures(table)
+    rows = checked(frame[frame["experiment"] == settings.experiment], table, COLUMNS, row=settings.experiment)
+    save_figure(draw_pressures(rows, settings.cohort_title), figure_pdf, figure_png)
