@@ -176,6 +176,8 @@ def _knowledge_of(estimator: Path, null: Path, written_ns: int) -> Knowledge:
     """Read what answers all hearts, once a process for files as they were ``written_ns``."""
     flow, population = load_spline(estimator)[0], read_null(null)
     return Knowledge(partial(flow_proposal, flow), population.contexts, lambda: population.pooled)
+
+
 class Model(Protocol):
     """What simulates draws of a posterior: the model of speeds, or that of speeds and pressures."""
 
