@@ -181,14 +181,15 @@ def test_with_nuisances_refinement_makes_a_poor_network_more_efficient() -> None
     assert max(refined.efficiency) > 2.0 * refined.efficiency[0]
 
 
-def test_of_a_recording_that_a_network_does_not_know_the_mode_is_where_to_begin() -> None:
+@pytest.mark.parametrize("rounds", [1, 2])
+def test_a_network_that_knows_nothing_of_a_recording_is_left_aside(rounds: int) -> None:
     model, first = proposal("paper")
     lost = FlowProposal(first.flow, first.condition + 2.0)
-    refined = refine(model, lost, FEW.model_copy(update={"max_rounds": 1}), 1)
+    refined = refine(model, lost, FEW.model_copy(update={"max_rounds": rounds}), 1)
     assert refined.efficiency[0] < LOST_EFFICIENCY
-    assert isinstance(refined.proposal, PairProposal)
-    assert isinstance(refined.proposal.fitted, FittedProposal)
-    assert refined.proposal.fitted.space == LogitSpace(model.settings.prior)
+    assert max(refined.efficiency) > 0.3
+    assert isinstance(refined.proposal, FittedProposal)
+    assert refined.proposal.space == LogitSpace(model.settings.prior)
 
 
 def test_a_refined_posterior_has_the_network_s_own_draws_beside_it_and_repeats() -> None:

@@ -118,7 +118,7 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
     What is fitted lives in the base space of a flow: what the flow knows of the posterior's shape is kept,
     and its errors of place and width are what is left. Of a recording that it does not know at all, the logit
     of the prior's box may be the better space. Draws of all rounds are fitted; the less efficient a proposal,
-    the more are drawn. Where hardly any draw of ``first`` counts, what is tried next lies about the
+    the more are drawn. Where hardly any draw of ``first`` counts, it is left aside, and all begins about the
     posterior's mode.
 
     Args:
@@ -131,7 +131,7 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
         NoLikelihoodError: The likelihood is zero at every draw of a round.
     """
     rounds: list[_Round] = []
-    proposal = first
+    proposal: Proposal = first
     for number in range(settings.max_rounds + 1):
         stream = integer_seed(seed, "refinement", number)
         draws = _draws_of(rounds, settings)
@@ -139,11 +139,12 @@ def refine(model: LikelihoodModel, first: Proposal, settings: RefinementSettings
         rounds.append(_Round(proposal, weighted))
         if number == settings.max_rounds or _is_enough(rounds, settings):
             break
-        if weighted.efficiency < LOST_EFFICIENCY and not number:
-            fitted = _about_mode(model, weighted, stream)
+        if rounds[0].weighted.efficiency >= LOST_EFFICIENCY:
+            proposal = PairProposal(first, _fitted(rounds, _spaces(first, model.settings.prior), stream))
+        elif number == 0:
+            proposal = _about_mode(model, weighted, stream)
         else:
-            fitted = _fitted(rounds, _spaces(first, model.settings.prior), stream)
-        proposal = PairProposal(first, fitted)
+            proposal = _fitted(rounds[1:], [LogitSpace(model.settings.prior)], stream)
     best = max(rounds, key=lambda one: one.weighted.efficiency)
     return Refined(best.proposal, tuple(one.weighted.efficiency for one in rounds))
 
