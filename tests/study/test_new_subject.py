@@ -28,7 +28,7 @@ from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.noise import compare_noise, mean_errors
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.new_subject import OUTPUTS
+from swesbi.study.new_subject import OUTPUTS, WITH_PRESSURES
 from swesbi.study.stages.new_subject import known_noise
 from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
@@ -232,7 +232,7 @@ def test_a_subject_that_the_network_has_not_seen_is_answered(
     out = tmp_path / "C"
     done = typed("--cohort", "data/virtual_volunteers", "--subject", "C", "--out", str(out))
     assert done.returncode == 0, done.stderr
-    assert {path.name for path in out.iterdir()} == set(OUTPUTS.values())
+    assert {path.name for path in out.iterdir()} == {*OUTPUTS.values(), WITH_PRESSURES}
     assert list(tmp_path.iterdir()) == [out]
     support = json.loads((out / "support.json").read_text(encoding="utf-8"))
     assert {"noise", "chi2", "context_ranges", "context_leave_one_out"} <= {
@@ -241,6 +241,7 @@ def test_a_subject_that_the_network_has_not_seen_is_answered(
     assert done.stdout.startswith(f"C: {support['verdict']}")
     assert "k_atp_per_s" in done.stdout
     assert "certificate: draws by" in done.stdout
+    assert "with cuff pressures 150 / 101 mmHg (by " in done.stdout
     for name in ("ppc.png", "posterior.png"):
         assert (out / name).read_bytes().startswith(b"\x89PNG")
 
@@ -330,11 +331,15 @@ def test_the_workflow_gives_the_same_answer_and_reruns_nothing_else(
     cohort = write_cohort(study.folder / "data" / "other", finished)
     study.edit("smoke.yaml", "cmaes:\n", "new_subjects:\n  cohort: data/other\ncmaes:\n")
     jobs = study.planned("new_subjects")
-    assert {job.rule for job in jobs} == {"new_subject", "new_subject_of_population"}
+    assert {job.rule for job in jobs} == {
+        "new_subject_with_pressures",
+        "new_subject_of_population_with_pressures",
+    }
     assert study.planned() == set()
     study.run("new_subjects")
     assert cohort.is_dir()
     for experiment, folder in by_hand.items():
         made = study.results / experiment / "new" / "C"
-        for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "cmaes.h5"):
+        names = ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "cmaes.h5")
+        for name in (*names, WITH_PRESSURES):
             assert (made / name).read_bytes() == (folder / name).read_bytes(), (experiment, name)
