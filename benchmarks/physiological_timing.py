@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from itertools import count
 from typing import Final
 
 import numpy as np
 from cases import ROOT
 
+from swesbi.checks.ladder.ejection import holds_published, prior_predictive_lvet_ms
 from swesbi.checks.ladder.timing import (
     SEARCHED,
     TimingSearch,
@@ -38,6 +40,7 @@ from swesbi.recording.cohort import read_subjects
 ADULTS: Final = 12
 GROUP: Final = "adults"
 COHORT: Final = ROOT / "data" / "virtual_volunteers" / "subjects.csv"
+DRAWS: Final = 100
 STRUCTURE: Final = "physiological_timing"
 
 
@@ -54,10 +57,10 @@ def healthy_adults(config: Config, wanted: int) -> tuple[Context, ...]:
     raise RuntimeError("no number is left")
 
 
-def configured(config: Config) -> ForwardModelSettings:
-    """Return the forward model of the structure as config.yaml has it."""
+def configured(config: Config) -> Config:
+    """Return the configuration changed to the structure as config.yaml has it."""
     changes = config.ladder.structures[STRUCTURE].changes
-    return Study(config, {}).with_changes(changes, "config.yaml").config.forward_model
+    return Study(config, {}).with_changes(changes, "config.yaml").config
 
 
 def report(theta: np.ndarray, contexts: tuple[Context, ...], settings: ForwardModelSettings) -> None:
@@ -66,6 +69,15 @@ def report(theta: np.ndarray, contexts: tuple[Context, ...], settings: ForwardMo
         print(f"{name:32s} {getattr(settings, name):.3g}")
     print(f"loss {timing_loss(theta, contexts, settings):.5f} (0: every range reached in every context)")
     print(timing_table(theta, contexts, settings).to_string(index=False, float_format=lambda x: f"{x:.4g}"))
+
+
+def report_ejection(config: Config, contexts: Sequence[Context], name: str) -> None:
+    """Print the ejection times of the prior predictive, and whether they hold the published ones."""
+    prior = config.priors["calibrated"]
+    lvet_ms = prior_predictive_lvet_ms(contexts, prior, config.forward_model, DRAWS, config.seed)
+    low, median, high = np.nanquantile(lvet_ms, (0.05, 0.5, 0.95))
+    words = "as" if holds_published(lvet_ms) else "not as"
+    print(f"LVET, prior predictive, {name}: {median:.0f} ms ({low:.0f} to {high:.0f}), {words} published")
 
 
 def main() -> None:
@@ -81,7 +93,9 @@ def main() -> None:
     contexts = (*read_subjects(COHORT), *healthy_adults(config, ADULTS))
     theta = log_centre(config.priors["paper"])
     if arguments.judge:
-        report(theta, contexts, configured(config))
+        report(theta, contexts, configured(config).forward_model)
+        report_ejection(config, contexts, "as shipped")
+        report_ejection(configured(config), contexts, "this setting")
         return
     print("as shipped")
     report(theta, contexts, config.forward_model)

@@ -19,7 +19,7 @@ def support(status: str, p: float) -> Support:
     tests = tuple(SupportTest(name, 2.0, p, 0.01, p <= 0.01, "") for name in TEST_NAMES)
     volumes = tuple(
         SupportTest(name, -12.4, None, 3.0, True, "")
-        for name in ("end_diastolic_volume", "end_systolic_volume")
+        for name in ("end_diastolic_volume", "end_systolic_volume", "ejection_time")
     )
     contexts = (
         SupportTest("context_leave_one_out", 1.0, 0.9, 0.01, False, ""),
@@ -64,7 +64,7 @@ def test_every_subject_test_and_verdict_is_named_and_the_cohort_is_said_to_be_vi
 def test_flagged_tests_are_framed() -> None:
     cells = drawn(("A", "B", "C")).axes[0].patches
     framed = [cell for cell in cells if cell.get_linewidth() > 1.0]
-    assert len(framed) == 3 * 2 + len(TEST_NAMES)  # volumes of all, and every p-value of C
+    assert len(framed) == 3 * 3 + len(TEST_NAMES)  # volumes and ejection of all, and every p-value of C
 
 
 def test_a_cohort_without_subjects_is_refused() -> None:

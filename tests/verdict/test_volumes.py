@@ -15,9 +15,10 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.population.contexts import draw_population
 from swesbi.prior import quantile
+from swesbi.verdict.beat import Predicted
 from swesbi.verdict.settings import VolumeSettings
 from swesbi.verdict.support import SupportTest
-from swesbi.verdict.volumes import Volume, volume_tests
+from swesbi.verdict.volumes import volume_tests
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer, simulate_truth
 
 FloatArray = NDArray[np.float64]
@@ -53,8 +54,8 @@ def named(volunteer: Volunteer) -> str:
 
 def test_a_distance_is_counted_in_standard_deviations_of_posterior_model_and_measurement() -> None:
     predicted = np.random.default_rng(9).normal(40.0, 3.0, 40_000)
-    volume = Volume(predicted, 4.0, 27.0, 12.0)
-    assert volume.sd_ml == pytest.approx(13.0, rel=0.01)
+    volume = Predicted(predicted, 4.0, 27.0, 12.0)
+    assert volume.sd == pytest.approx(13.0, rel=0.01)
     assert volume.z == pytest.approx(1.0, rel=0.01)
 
 
@@ -92,7 +93,7 @@ def test_the_walls_share_of_the_tolerance_is_how_far_the_wall_moves_the_volume()
         volumes.append(model.simulate(phi).end_systolic_volume_ml)
     measured, predicted = speed_case.CONTEXT.lvesv_ml, volumes[0]
     moved = float(np.median(np.abs(volumes[1] - predicted)))
-    expected = Volume(predicted, moved, measured, SETTINGS.lvesv_tolerance_fraction * measured)
+    expected = Predicted(predicted, moved, measured, SETTINGS.lvesv_tolerance_fraction * measured)
     assert judged(speed_case.CONTEXT, phi)[1].statistic == pytest.approx(expected.z, rel=1e-9)
     assert moved > 1.0
 

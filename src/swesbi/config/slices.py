@@ -47,7 +47,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "recording",
     "misspecification_table": "experiment.misspecification.rule",
     "verdict": "rule=rule_of_verdict experiment.misspecification.synthetic.strip_fraction "
-    "experiment.summary model",
+    "experiment.misspecification.ejection_time clinical.lvet_sd_ms experiment.summary model",
     "population_calibration": "own=own_of_part acquired=acquired_of_part experiment.exact "
     "sizes=experiment.calibration.recordings fresh",
     "population_scores": "prior experiment.calibration.judgement population.calibration.strata",

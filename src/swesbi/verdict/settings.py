@@ -15,6 +15,11 @@ Level = Annotated[float, Field(gt=0, lt=0.5)]
 LEAST_TAIL_RECORDINGS: Final = 10
 
 
+def strained_abs_z(level: float, tests: int) -> float:
+    """Return how many standard deviations strain: normal, two-sided, so many tests together (Bonferroni)."""
+    return NormalDist().inv_cdf(1.0 - level / (2.0 * tests))
+
+
 class VolumeSettings(Settings):
     """How far predicted volumes, which nobody fitted, may lie from the measured ones."""
 
@@ -29,7 +34,7 @@ class VolumeSettings(Settings):
     @property
     def strained_abs_z(self) -> float:
         """Standard deviations beyond which a volume strains the subject: normal, two-sided, Bonferroni."""
-        return NormalDist().inv_cdf(1.0 - self.strained_level / 4.0)
+        return strained_abs_z(self.strained_level, tests=2)
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
@@ -39,6 +44,18 @@ class VolumeSettings(Settings):
                 f"deviations, which must be below unsupported_abs_z = {self.unsupported_abs_z:g}"
             )
         return self
+
+
+class EjectionTimeSettings(Settings):
+    """How far the predicted ejection time may lie from the measured one, where there is one."""
+
+    model_sd_ms: Positive = Field(description="sd of the model's own error in it")
+    strained_level: Level = Field(description="false-alarm rate")
+
+    @property
+    def strained_abs_z(self) -> float:
+        """Standard deviations beyond which it strains the subject."""
+        return strained_abs_z(self.strained_level, tests=1)
 
 
 class ContextCheckSettings(Settings):
@@ -95,6 +112,7 @@ class MisspecificationSettings(Settings):
 
     synthetic: SyntheticSettings
     rule: RuleSettings
+    ejection_time: EjectionTimeSettings
 
     @model_validator(mode="after")
     def _check_tail(self) -> Self:

@@ -1,9 +1,9 @@
-"""The verdict on one subject, from the tests with a null distribution, volumes, context and network.
+"""The verdict on one subject, from tests with a null distribution, volumes, ejection, context and network.
 
 The tests with a null distribution decide together, at an overall false-alarm rate. Predicted volumes can
-strain a subject, and make it unsupported only where they lie extremely far; the context can strain it. How
-far model and echocardiography may differ in volumes the prior does not say, so these have no null
-distribution, and their distance is given in units of a stated tolerance.
+strain a subject, and make it unsupported only where they lie extremely far; ejection time and context can
+strain it. How far model and echocardiography may differ in volumes and times the prior does not say, so these
+have no null distribution, and their distance is given in units of a stated tolerance.
 """
 
 from __future__ import annotations

@@ -99,7 +99,8 @@ def write_cohort(folder: Path, seed: int) -> None:
     If ``acquisition_seeds.csv`` or ``noise_levels.csv`` lies there, the README shows it.
     """
     truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
-    recordings, measures = ([make(truth, seed) for truth in truths] for make in (record, measure))
+    recordings = [record(truth, seed) for truth in truths]
+    measures = [measure(truth, seed) for truth in truths]
     (folder / "swe").mkdir(parents=True, exist_ok=True)
     for truth, samples in zip(truths, recordings, strict=True):
         _write_csv(folder / "swe" / f"{truth.volunteer.context.subject}.csv", samples.frame().astype(WHOLE))

@@ -42,6 +42,7 @@ LABELS: Final = {
     "context_ranges": "values out of range",
     "end_diastolic_volume": "LVEDV (z)",
     "end_systolic_volume": "LVESV (z)",
+    "ejection_time": "LVET (z)",
 }
 
 

@@ -102,7 +102,7 @@ FIGURES: Final = (
         "them. Bars: alarms on further well-specified recordings (under the model's own noise, and "
         "acquired sample by sample) and on the virtual volunteers recorded anew, whose physiology is "
         "richer than the model's. Alarms are those of the tests with a null distribution; predicted "
-        "volumes and the context, which do not change with the recording's noise, are left out of the "
+        "volumes, ejection and context, which do not change with the recording's noise, are left out of the "
         "bars.",
     ),
     FigureSpec(

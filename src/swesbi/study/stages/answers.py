@@ -18,6 +18,7 @@ from swesbi.networks.spline.files import load_spline
 from swesbi.posterior.importance import FlowProposal, flow_proposal
 from swesbi.posterior.refine import refined_posterior
 from swesbi.progress import Progress
+from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.simulations import PriorSimulations, draw_simulations
@@ -58,13 +59,17 @@ class Knowledge:
 
 @dataclass(frozen=True)
 class Answer:
-    """The chain from one recording to its answer; ``stream`` names its random streams."""
+    """The chain from one recording to its answer.
+
+    ``stream`` names its random streams; ``clinical`` is what was measured of the subject beside the speeds.
+    """
 
     model: SpeedModel
     knowledge: Knowledge
     settings: AnswerSettings
     origin: Origin
     stream: str
+    clinical: ClinicalMeasures = NOT_MEASURED
 
     def infer(self, posterior: Path) -> tuple[float, ...]:
         """Write the exact posterior; return the efficiency of the network's draws and of each refinement."""
@@ -100,6 +105,7 @@ class Answer:
             reference,
             self.settings.verdict,
             self.origin,
+            self.clinical,
             tests,
         )
         write_json(support, judged.to_json())
@@ -159,7 +165,9 @@ def population_answers(
     for observation, *files in zip(observations, posteriors, supports, predictives, strict=True):
         model = build_speed_model(observation, components, settings.exact_posterior.model)
         subject_origin = replace(origin, subject=model.recording.subject)
-        _answer(Answer(model, knowledge, settings, subject_origin, STREAM), settings, observation, *files)
+        clinical = read_observation(observation).clinical
+        answer = Answer(model, knowledge, settings, subject_origin, STREAM, clinical)
+        _answer(answer, settings, observation, *files)
         progress.step()
 
 

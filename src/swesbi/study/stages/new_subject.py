@@ -113,7 +113,8 @@ def _answer(
     repeats, components = read_repeats(protocol), read_noise(noise).components
     known = known_noise(repeats, components)
     model = build_speed_model(files.observation, known, settings.exact_posterior.model)
-    answer = Answer(model, knowledge, settings, origin, STREAM)
+    clinical = settings.ingest.clinical.to_measures()
+    answer = Answer(model, knowledge, settings, origin, STREAM, clinical)
     # an answer is waited for: what does not need the posterior is made in a process of its own meanwhile
     with worker_process() as worker:
         reference = worker.submit(answer.reference, settings.reference_recordings)

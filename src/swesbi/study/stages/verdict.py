@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from pydantic import Field
 
 from swesbi.artefacts import ArtefactError, save, write_json
 from swesbi.base import Settings
@@ -26,6 +27,7 @@ from swesbi.population.settings import NullSettings
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.posterior.truncated import read_posterior
+from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_contexts, read_observation
 from swesbi.recording.settings import RecordingSettings
@@ -34,6 +36,7 @@ from swesbi.seeds import generator
 from swesbi.show.csv import write_csv
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.context import context_tests
+from swesbi.verdict.ejection import ejection_tests
 from swesbi.verdict.nulls import Reference, Verdict
 from swesbi.verdict.pooled import KIND as NULLS
 from swesbi.verdict.pooled import draw_null, to_dataset
@@ -51,7 +54,7 @@ from swesbi.verdict.recordings import (
     volunteer_recordings,
 )
 from swesbi.verdict.recordings import KIND as CHECKS
-from swesbi.verdict.settings import RuleSettings, SyntheticSettings
+from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings, SyntheticSettings
 from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, no_checks, prior_strip_mass
 from swesbi.verdict.support import Support, SupportTest
 from swesbi.verdict.verdict import grade, make_support, null_tests
@@ -189,6 +192,8 @@ class VerdictStageSettings(Settings):
     summary: SummarySettings
     strip_fraction: float
     rule: RuleSettings
+    ejection_time: EjectionTimeSettings
+    lvet_sd_ms: float = Field(gt=0.0, description="standard deviation of a measured ejection time")
 
     @property
     def conditioning(self) -> ConditioningSettings:
@@ -223,7 +228,8 @@ def verdict(
     others = _others(contexts, origin.subject)
     model = read_speed_model(observation, noise, settings.model)
     reference = read_subject_checks(misspecification).reference(settings.rule)
-    result = judge(posterior, model, others, reference, settings, origin)
+    clinical = read_observation(observation).clinical
+    result = judge(posterior, model, others, reference, settings, origin, clinical)
     write_json(support, result.to_json())
     LOGGER.info("subject %s: %s", origin.subject, result.verdict)
 
@@ -235,15 +241,17 @@ def judge(
     reference: Reference,
     settings: VerdictStageSettings,
     origin: Origin,
+    clinical: ClinicalMeasures = NOT_MEASURED,
     further: Sequence[SupportTest] = (),
 ) -> Support:
-    """Judge the recording of ``model`` by the tests of ``reference``, its volumes and its context.
+    """Judge the recording of ``model`` by the tests of ``reference``, its volumes, its ejection, its context.
 
     Args:
         posterior: The exact posterior of the recording.
         model: The recording and its model.
         others: Contexts with which the subject's is compared.
         reference: Null distributions.
+        clinical: What was measured of the subject; an ejection time can strain it.
         further: Other tests, which can strain the subject.
     """
     exact, context = read_exact_result(posterior), model.recording.context
@@ -251,7 +259,8 @@ def judge(
     checks = _check(model, exact, beats, settings, origin)
     judgement = reference.judge(checks)
     volumes = volume_tests(model, exact.phi, beats, settings.rule.volumes)
-    contextual = (*context_tests(context, others, settings.rule.context), *further)
+    ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
+    contextual = (*ejection, *context_tests(context, others, settings.rule.context), *further)
     status = grade(Verdict(judgement.status[0]), volumes, contextual, settings.rule.volumes.unsupported_abs_z)
     tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
     summary = read_posterior(posterior)
