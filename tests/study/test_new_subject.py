@@ -20,6 +20,8 @@ from recordings import make_samples
 from study_copy import StudyCopy
 
 from swesbi.__main__ import main
+from swesbi.artefacts import Provenance
+from swesbi.base import Settings
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.importance import weigh
@@ -29,6 +31,7 @@ from swesbi.recording.components import repeat_levels
 from swesbi.recording.noise import compare_noise, mean_errors
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study.new_subject import OUTPUTS, WITH_PRESSURES
+from swesbi.study.stages import new_subject as new_subject_stage
 from swesbi.study.stages.new_subject import known_noise
 from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
@@ -304,6 +307,25 @@ def test_a_study_that_has_not_been_run_is_named_with_the_command(
     command = done.stderr.splitlines()[-1].strip()
     assert command.startswith("snakemake --cores 2 results-other/calibrated/estimator.pt ")
     assert command.endswith(f" --configfile {overlay}")
+
+
+def test_a_setting_that_is_null_is_one_that_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A network that was trained before there was a setting knows it not; its being null says the same."""
+    stage = new_subject_stage
+    known = {"theta": {"low": 1.0}, "scale": 2.0}
+    monkeypatch.setattr(stage, "load_spline_provenance", lambda _: Provenance("flow", settings=known))
+    stage.check_network(tmp_path, Plain(theta={"low": 1.0, "factor": None}, scale=2.0))
+    with pytest.raises(stage.OtherNetworkError, match="trained with theta.factor = None, the configuration"):
+        stage.check_network(tmp_path, Plain(theta={"low": 1.0, "factor": 0.5}, scale=2.0))
+
+
+class Plain(Settings):
+    """Settings of a network."""
+
+    theta: dict[str, float | None]
+    scale: float
 
 
 def test_a_network_of_other_settings_is_refused(refused: Typed, finished: StudyCopy, tmp_path: Path) -> None:

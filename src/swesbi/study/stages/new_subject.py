@@ -119,10 +119,7 @@ def _answer(
     with worker_process() as worker:
         reference = worker.submit(answer.reference, settings.reference_recordings)
         fitted = worker.submit(_fit, files, settings, origin)
-        informed = [
-            worker.submit(_with_pressures, answer, files.observation, path, settings)
-            for path in files.with_pressures
-        ]
+        informed = [worker.submit(_with_pressures, answer, path, settings) for path in files.with_pressures]
         efficiency = answer.infer(files.posterior)
         quality = settings.ingest.recording
         samples = read_samples(recording, quality.phases, quality.density_kg_m3)
@@ -176,13 +173,13 @@ def _fit(files: AnswerFiles, settings: OneAnswerSettings, origin: Origin) -> Non
     )  # fmt: skip
 
 
-def _with_pressures(answer: Answer, observation: Path, posterior: Path, settings: OneAnswerSettings) -> None:
+def _with_pressures(answer: Answer, posterior: Path, settings: OneAnswerSettings) -> None:
     """Infer the subject from speeds and pressures.
 
     Raises:
         ValueError: None were taken.
     """
-    model = with_pressures(answer.model, read_observation(observation).clinical, settings.clinical)
+    model = with_pressures(answer.model, answer.clinical, settings.clinical)
     network = answer.knowledge.proposal(answer.model.recording)
     stage = PressuresStageSettings(exact_posterior=settings.exact_posterior, clinical=settings.clinical)
     infer_with_pressures(model, network, posterior, stage, answer.origin, STREAM)
