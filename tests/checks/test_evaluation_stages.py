@@ -37,7 +37,14 @@ from swesbi.study.stages.tables import TablesSettings
 TITLE = "virtual volunteers"
 LIGHT_STAGES = ("predictive", "subject_figures", "cohort_figures", "tables")
 LIGHT_STAGES += ("workflow_figure", "experiments_figure", "paper_comparison", "predictive_speeds")
-LIGHT_STAGES += ("exact_subject_figures", "exact_figures", "truth", "report")
+LIGHT_STAGES += (
+    "exact_subject_figures",
+    "exact_figures",
+    "truth",
+    "report",
+    "pressures_table",
+    "pressures_figure",
+)
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from study_copy import ROOT
 
@@ -288,6 +289,7 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "population_calibration",
     "population_null",
     "population_answers",
+    "pressures",
 }
 AFFECTED = {
     "experiments__paper__predictive__draws": {"predictive", "epochs", "acquisition_seeds"},
@@ -306,6 +308,7 @@ AFFECTED = {
         "calibration_recordings",
         "population_calibration",
         "population_answers",
+        "pressures",
     },
     "experiments__calibrated__calibration__recordings__own": {
         "calibration_recordings",
@@ -317,6 +320,8 @@ AFFECTED = {
         "population_null",
         "population_answers",
     },
+    "clinical__sbp_sd_mmhg": {"pressures"},
+    "clinical__stressed_volume_factor__log_sd": {"pressures"},
     "population_experiments__amortised__population__broad_share": {
         "population_simulate",
         "population_calibration",
@@ -391,7 +396,9 @@ def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
         value = value[part]
     before, after = load_study(SHIPPED), load_study(changed(**{key: another(value)}))
     # those that answer a subject outside the study have the settings of most, see below
-    single = {stage for stage in STAGES if not stage.startswith(("new_subject", "exam_answers"))}
+    single = {
+        stage for stage in STAGES if not stage.startswith(("new_subject", "exam_answers", "exam_pressures"))
+    }
     differing = {stage for stage in single if settings_of(before, stage) != settings_of(after, stage)}
     assert differing - SHOWING == AFFECTED[key]
     assert AFFECTED[key] or not differing
@@ -437,6 +444,38 @@ def test_a_heart_of_the_exam_has_the_settings_of_the_answers_of_its_experiment()
     assert (former["noise"], former["noise_factor"]) == ("former", pytest.approx(4.0 / 3.0))
     louder = load_study(changed(exam__made__loud_factor=3.0))
     assert stage_settings(louder, "exam_answers", generator="b") != parts
+
+
+def test_the_exam_with_pressures_has_the_hearts_of_the_exam_and_a_table_of_its_own() -> None:
+    study = load_study(SHIPPED)
+    parts = stage_settings(study, "exam_pressures", generator="b")
+    assert parts == stage_settings(study, "exam_answers", generator="b")
+    assert parts["clinical"] == SHIPPED["clinical"]
+    assert stage_settings(study, "exam_table")["pressures"] is False
+    assert stage_settings(study, "exam_table", pressures="with")["pressures"] is True
+
+
+def test_the_stressed_volume_is_free_with_pressures_alone() -> None:
+    factor = SHIPPED["clinical"]["stressed_volume_factor"]
+    with pytest.raises(
+        ConfigError, match=r"priors.calibrated.nuisances.stressed_volume_factor: is free with"
+    ):
+        load_study(changed(priors__calibrated__nuisances__stressed_volume_factor=factor))
+    with pytest.raises(ConfigError, match=r"bounds 0.549 to 9 leave \[0.3, 3\]"):
+        load_study(changed(clinical__stressed_volume_factor__high=9.0))
+
+
+def test_who_has_pressures_is_answered_with_them(tmp_path: Path) -> None:
+    study = load_study(SHIPPED)
+    assert study.with_pressures("amortised") == tuple("ABCDEFGH")
+    assert study.new_with_pressures == ()
+    cohort = tmp_path / "cohort"
+    shutil.copytree(SHIPPED["cohort"], cohort)
+    table = pd.read_csv(cohort / "subjects.csv", dtype=str).set_index("subject")
+    table.loc["B", ["sbp_mmhg", "dbp_mmhg"]] = ""
+    table.to_csv(cohort / "subjects.csv")
+    fewer = load_study(changed(cohort=str(cohort), new_subjects__cohort=str(cohort)))
+    assert fewer.with_pressures("amortised") == fewer.new_with_pressures == tuple("ACDEFGH")
 
 
 def test_the_exam_is_answered_by_the_network_of_a_population() -> None:

@@ -20,11 +20,12 @@ from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.exam.recorded import record_heart
-from swesbi.exam.score import KIND, read_answers, to_dataset
+from swesbi.exam.score import KIND, HeartAnswer, read_answers, refusal, to_dataset
 from swesbi.posterior.result import read_exact_result
 from swesbi.study import exam as command
 from swesbi.study.new_subject import finished_population
-from swesbi.study.stages import exam, exam_table
+from swesbi.study.registry import stage_function
+from swesbi.study.stages import exam, exam_pressures, exam_table
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import status
 from swesbi.verdict.support import read_support
@@ -56,22 +57,7 @@ def test_what_cannot_be_sat_is_named_before_anything_runs(
 def test_each_level_of_noise_has_answers_and_tables_of_its_own(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(ROOT)
-    overlay = tmp_path / "results.yaml"
-    overlay.write_text(f"results: {tmp_path}\n", encoding="utf-8")
-    asked: list[tuple[str, dict[str, Any]]] = []
-    real_stage = command.stage_function
-
-    def stage_of(name: str) -> Callable[..., None]:
-        def run(**arguments: object) -> None:
-            asked.append((name, arguments))
-
-        run.__annotations__["settings"] = get_type_hints(real_stage(name))["settings"]
-        return run
-
-    monkeypatch.setattr(command, "stage_function", stage_of)
-    monkeypatch.setattr(command, "check_finished", lambda *_: None)
-    assert main(["exam", "--generators", "a", "e", "--overlay", str(overlay)]) == 0
+    asked = asked_of(["--generators", "a", "e"], monkeypatch, tmp_path)
     answered = [files for name, files in asked if name == "exam_answers"]
     folder = tmp_path / "amortised" / "exam"
     assert [files["answers"].relative_to(folder).as_posix() for files in answered] == [
@@ -85,6 +71,100 @@ def test_each_level_of_noise_has_answers_and_tables_of_its_own(
     assert [files["samplers"].name for files in tables][1] == "exam_former_noise_samplers.csv"
     assert [path.parent.name for path in tables[1]["answers"]] == ["former", "former"]
     assert "exam_former_noise.csv" in capsys.readouterr().out
+
+
+def test_with_pressures_answers_and_tables_stand_beside_those_without(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = asked_of(["--generators", "a", "--pressures"], monkeypatch, tmp_path)
+    ((name, files), (_, tabulated)) = asked
+    folder = tmp_path / "amortised" / "exam"
+    assert name == "exam_pressures"
+    assert files["without"] == folder / "cohort" / "a.h5"
+    assert files["answers"] == folder / "cohort_pressures" / "a.h5"
+    assert files["settings"].noise == "cohort"
+    assert tabulated["answers"] == [files["answers"]]
+    assert tabulated["table"] == tmp_path / "tables" / "exam_pressures.csv"
+    assert tabulated["samplers"].name == "exam_pressures_samplers.csv"
+    assert tabulated["figure_png"] == tmp_path / "figures" / "exam_pressures.png"
+    assert tabulated["settings"].pressures
+    assert "exam_pressures.csv" in capsys.readouterr().out
+    both = asked_of(["--generators", "a", "--pressures", "--noise", "former"], monkeypatch, tmp_path)
+    assert both[0][1]["answers"] == folder / "former_pressures" / "a.h5"
+    assert both[1][1]["table"].name == "exam_pressures_former_noise.csv"
+
+
+def asked_of(
+    arguments: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> list[tuple[str, dict[str, Any]]]:
+    """Return which stages a sitting runs, with what; none of them is run."""
+    overlay = tmp_path / "results.yaml"
+    overlay.write_text(f"results: {tmp_path}\n", encoding="utf-8")
+    asked: list[tuple[str, dict[str, Any]]] = []
+
+    def stage_of(name: str) -> Callable[..., None]:
+        def run(**files: object) -> None:
+            asked.append((name, files))
+
+        run.__annotations__["settings"] = get_type_hints(stage_function(name))["settings"]
+        return run
+
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(command, "stage_function", stage_of)
+    monkeypatch.setattr(command, "check_finished", lambda *_: None)
+    assert main(["exam", *arguments, "--overlay", str(overlay)]) == 0
+    return asked
+
+
+def pressures_settings(hearts: int) -> exam.ExamAnswersStageSettings:
+    loaded = load_study(read_merged(ROOT / "config.yaml", None))
+    plain = stage_settings(loaded, "exam_pressures", generator="a", stream=STREAM) | {"hearts": hearts}
+    return exam.ExamAnswersStageSettings.from_plain(plain)
+
+
+def save_without(folder: Path, answered: HeartAnswer) -> None:
+    """Save the answer to one heart on speeds alone."""
+    origin = Origin(20260, "", "code")
+    save(folder / "a.h5", to_dataset([answered]), origin.provenance(KIND, pressures_settings(1)))
+
+
+def sit_with_pressures(folder: Path, hearts: int, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(exam_pressures, "check_network", lambda *_: None)
+    path = folder / "with" / "a.h5"
+    absent = {name: folder / name for name in ("estimator", "noise", "null")}
+    exam_pressures.exam_pressures(
+        **absent,
+        without=folder / "a.h5",
+        answers=path,
+        settings=pressures_settings(hearts),
+        origin=Origin(20260, "", "code"),
+    )
+    return path
+
+
+def test_pressures_need_the_answers_on_speeds_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    again = "python -m swesbi exam --stream development --generators a --noise cohort"
+    with pytest.raises(FileNotFoundError, match=f"a.h5 does not exist; verdicts .* come first: `{again}`"):
+        sit_with_pressures(tmp_path, 2, monkeypatch)
+    save_without(tmp_path, answer())
+    with pytest.raises(FileNotFoundError, match="holds 1 of 2 hearts, number 1 is missing"):
+        sit_with_pressures(tmp_path, 2, monkeypatch)
+    assert not (tmp_path / "with").exists()
+
+
+def test_pressures_need_the_answer_of_the_same_heart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save_without(tmp_path, answer())
+    with pytest.raises(ValueError, match="development-a001: its answer on the speeds alone is of another"):
+        sit_with_pressures(tmp_path, 1, monkeypatch)
+
+
+def test_a_heart_that_was_refused_stays_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    origin = Origin(20260, "", "code")
+    examiner = exam.Examiner(tmp_path, tmp_path, tmp_path, pressures_settings(1), origin)
+    save_without(tmp_path, refusal(0, examiner.recorded(0).heart, 0, "ivsd_cm = 2 is outside"))
+    (found,) = read_answers(sit_with_pressures(tmp_path, 1, monkeypatch))
+    assert (found.status, found.reason) == ("refused", "ivsd_cm = 2 is outside")
+    assert np.isnan(found.median).all()
 
 
 def test_a_table_of_two_levels_of_noise_is_refused(tmp_path: Path) -> None:

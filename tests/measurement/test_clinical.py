@@ -14,11 +14,11 @@ from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import (
     ClinicalModel,
-    ClinicalSettings,
     log_pressure_density,
     with_pressures,
     with_stressed_volume,
 )
+from swesbi.measurement.settings import ClinicalSettings
 from swesbi.prior import draw_prior
 from swesbi.recording.clinical import ClinicalErrors, ClinicalMeasures
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import speed_case
 import torch
+from numpy.typing import NDArray
 from spline_case import CONDITIONING, TINY, simulations, trained
 
 from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.networks.spline import net
 from swesbi.networks.spline.conditioning import raw_features
 from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.networks.spline.net import draw_phi, log_q
@@ -24,7 +27,7 @@ from swesbi.networks.spline.training import (
     split_by_theta,
     train_spline,
 )
-from swesbi.prior import in_bounds
+from swesbi.prior import bounds, in_bounds
 
 PROVENANCE = Provenance(KIND, "", 1, {}, "0" * 16)
 
@@ -65,6 +68,23 @@ def test_training_learns_and_keeps_the_best_epoch() -> None:
     standard_normal = 2.0 * np.log(2.0 * np.pi * np.e)  # entropy of eta without any data, 4 dimensions
     assert flow.best_validation_loss < standard_normal - 2.0
     assert all(epoch.skipped_batches == 0 for epoch in epochs)
+
+
+def test_a_draw_whose_map_overflows_goes_to_a_corner_of_the_box(monkeypatch: pytest.MonkeyPatch) -> None:
+    flow, prior = trained().spline, speed_case.settings().prior
+    z = flow.conditioner.condition(speed_case.model().recording)
+    plain, draw = draw_phi(flow, z[None], 5, seed=3)[0], net._draw
+
+    def overflowing(*arguments: Any) -> NDArray[np.float64]:  # noqa: ANN401
+        drawn = draw(*arguments)
+        drawn[0, 2, 1] = np.nan
+        return drawn
+
+    monkeypatch.setattr(net, "_draw", overflowing)
+    phi = draw_phi(flow, z[None], 5, seed=3)[0]
+    assert in_bounds(phi, prior).all()
+    np.testing.assert_allclose(phi[2], bounds(prior)[0], rtol=1e-9)
+    np.testing.assert_array_equal(np.delete(phi, 2, axis=0), np.delete(plain, 2, axis=0))
 
 
 def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import arviz
 import numpy as np
 import pytest
@@ -48,29 +46,6 @@ def test_weights_of_the_posterior_itself_are_as_efficient_as_its_share_of_the_mi
     draws = weighted(fraction=0.1)
     assert 0.88 < draws.efficiency < 0.92  # draws of the prior hardly count
     assert draws.weight.sum() == pytest.approx(1.0)
-
-
-@dataclass(frozen=True)
-class LossyProposal:
-    """A proposal that has no phi for three draws in ten, as a map that overflows far out."""
-
-    whole: LogNormal
-
-    def draw(self, draws: int, seed: int) -> np.ndarray:
-        phi = self.whole.draw(draws, seed)
-        phi[np.random.default_rng(seed).random(draws) < 0.3] = np.nan
-        return phi
-
-    def log_density(self, phi: np.ndarray) -> np.ndarray:
-        return self.whole.log_density(phi) + np.log(0.7)
-
-
-def test_draws_that_have_no_phi_count_and_weigh_nothing() -> None:
-    draws = weigh(ToyModel(), LossyProposal(proposal(1.2)), DRAWS, 0.1, seed=1)
-    assert np.isfinite(draws.phi).all()
-    assert np.isneginf(draws.log_weight).mean() == pytest.approx(0.27, abs=0.02)
-    assert draws.log_evidence == pytest.approx(known_log_evidence(), abs=4.0 * draws.log_evidence_se)
-    check_posterior(draws.phi, draws.efficiency * DRAWS, draws.weight)
 
 
 def test_ratios_are_smoothed_as_arviz_does() -> None:

@@ -20,6 +20,8 @@ from recordings import make_samples
 from study_copy import StudyCopy
 
 from swesbi.__main__ import main
+from swesbi.artefacts import Provenance
+from swesbi.base import Settings
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.importance import weigh
@@ -29,7 +31,8 @@ from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.noise import compare_noise, mean_errors
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.new_subject import OUTPUTS
+from swesbi.study.new_subject import OUTPUTS, WITH_PRESSURES
+from swesbi.study.stages import new_subject as new_subject_stage
 from swesbi.study.stages.new_subject import known_noise
 from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
@@ -233,7 +236,7 @@ def test_a_subject_that_the_network_has_not_seen_is_answered(
     out = tmp_path / "C"
     done = typed("--cohort", "data/virtual_volunteers", "--subject", "C", "--out", str(out))
     assert done.returncode == 0, done.stderr
-    assert {path.name for path in out.iterdir()} == set(OUTPUTS.values())
+    assert {path.name for path in out.iterdir()} == {*OUTPUTS.values(), WITH_PRESSURES}
     assert list(tmp_path.iterdir()) == [out]
     support = json.loads((out / "support.json").read_text(encoding="utf-8"))
     assert {"noise", "chi2", "context_ranges", "context_leave_one_out"} <= {
@@ -242,6 +245,7 @@ def test_a_subject_that_the_network_has_not_seen_is_answered(
     assert done.stdout.startswith(f"C: {support['verdict']}")
     assert "k_atp_per_s" in done.stdout
     assert "certificate: draws by" in done.stdout
+    assert "with cuff pressures 150 / 101 mmHg (by " in done.stdout
     for name in ("ppc.png", "posterior.png"):
         assert (out / name).read_bytes().startswith(b"\x89PNG")
 
@@ -306,6 +310,25 @@ def test_a_study_that_has_not_been_run_is_named_with_the_command(
     assert command.endswith(f" --configfile {overlay}")
 
 
+def test_a_setting_that_is_null_is_one_that_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A network that was trained before there was a setting knows it not; its being null says the same."""
+    stage = new_subject_stage
+    known = {"theta": {"low": 1.0}, "scale": 2.0}
+    monkeypatch.setattr(stage, "load_spline_provenance", lambda _: Provenance("flow", settings=known))
+    stage.check_network(tmp_path, Plain(theta={"low": 1.0, "factor": None}, scale=2.0))
+    with pytest.raises(stage.OtherNetworkError, match="trained with theta.factor = None, the configuration"):
+        stage.check_network(tmp_path, Plain(theta={"low": 1.0, "factor": 0.5}, scale=2.0))
+
+
+class Plain(Settings):
+    """Settings of a network."""
+
+    theta: dict[str, float | None]
+    scale: float
+
+
 def test_a_network_of_other_settings_is_refused(refused: Typed, finished: StudyCopy, tmp_path: Path) -> None:
     smoke = (finished.folder / finished.config).read_text(encoding="utf-8")
     overlay = tmp_path / "other.yaml"
@@ -331,11 +354,15 @@ def test_the_workflow_gives_the_same_answer_and_reruns_nothing_else(
     cohort = write_cohort(study.folder / "data" / "other", finished)
     study.edit("smoke.yaml", "cmaes:\n", "new_subjects:\n  cohort: data/other\ncmaes:\n")
     jobs = study.planned("new_subjects")
-    assert {job.rule for job in jobs} == {"new_subject", "new_subject_of_population"}
+    assert {job.rule for job in jobs} == {
+        "new_subject_with_pressures",
+        "new_subject_of_population_with_pressures",
+    }
     assert study.planned() == set()
     study.run("new_subjects")
     assert cohort.is_dir()
     for experiment, folder in by_hand.items():
         made = study.results / experiment / "new" / "C"
-        for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "cmaes.h5"):
+        names = ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "cmaes.h5")
+        for name in (*names, WITH_PRESSURES):
             assert (made / name).read_bytes() == (folder / name).read_bytes(), (experiment, name)

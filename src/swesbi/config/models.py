@@ -30,8 +30,12 @@ from swesbi.config.experiments import (
     SpeedExperimentSettings,
 )
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.measurement.clinical import ClinicalSettings
-from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, summary_names
+from swesbi.measurement.settings import (
+    ClinicalSettings,
+    MeasurementSettings,
+    PassiveSettings,
+    summary_names,
+)
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
 from swesbi.prior import NuisanceSettings, PriorSettings
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
@@ -99,6 +103,17 @@ def check_nuisances(config: Config) -> None:
                 f"{key} names the prior {prior!r}, which frees nuisance parameters; only experiments of kind "
                 "speeds integrate them out: name a prior without them"
             )
+
+
+def check_stressed_volume(config: Config) -> None:
+    """The stressed volume is free with pressures alone, by a prior within the range of the model."""
+    for name, prior in config.priors.items():
+        if prior.nuisances.stressed_volume_factor is not None:
+            raise ValueError(
+                f"priors.{name}.nuisances.stressed_volume_factor: is free with cuff pressures alone, by "
+                "clinical.stressed_volume_factor; delete the line"
+            )
+    NuisanceSettings(stressed_volume_factor=config.clinical.stressed_volume_factor)
 
 
 def check_windows(config: Config) -> None:
@@ -223,6 +238,7 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_subjects_of_experiments,
     check_prior_ranges,
     check_nuisances,
+    check_stressed_volume,
     check_windows,
     check_feature_names,
     check_acquisition,

@@ -10,30 +10,17 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from pydantic import Field
 
 from swesbi.arrays import FloatArray
 from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, log_likelihood
+from swesbi.measurement.settings import ClinicalSettings
 from swesbi.prior import JointPriorSettings, ParameterPrior
 from swesbi.recording.clinical import ClinicalErrors, ClinicalMeasures
 
 LOG_ROOT_TWO_PI: Final = 0.5 * np.log(2.0 * np.pi)
-
-
-class ClinicalSettings(ClinicalErrors):
-    """Errors of the measures, and the prior of what becomes free with them."""
-
-    stressed_volume_factor: ParameterPrior = Field(
-        description="prior of the factor of the stressed volume, free where there are pressures"
-    )
-
-    @property
-    def errors(self) -> ClinicalErrors:
-        """The errors alone."""
-        return ClinicalErrors(**{name: getattr(self, name) for name in ClinicalErrors.model_fields})
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Settings of the measurement: operator, passive baseline, summary S(.), observation model of the speeds."""
+"""Settings of the measurement: operator, passive baseline, summary S(.), speeds, clinical measures."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Final, Literal
 from pydantic import Field
 
 from swesbi.base import CycleWindow, Settings
+from swesbi.prior import ParameterPrior
+from swesbi.recording.clinical import ClinicalErrors
 
 SCALARS: Final = (
     ("baseline_kpa", "kPa"),
@@ -90,3 +92,16 @@ class SpeedObservationSettings(Settings):
     """Noise on the measured speeds, estimated from the cohort's repeats, and what the model may miss."""
 
     discrepancy: DiscrepancySettings
+
+
+class ClinicalSettings(ClinicalErrors):
+    """Errors of the measures, and the prior of what becomes free with them."""
+
+    stressed_volume_factor: ParameterPrior = Field(
+        description="prior of the factor of the stressed volume, free where there are pressures"
+    )
+
+    @property
+    def errors(self) -> ClinicalErrors:
+        """The errors alone."""
+        return ClinicalErrors(**{name: getattr(self, name) for name in ClinicalErrors.model_fields})

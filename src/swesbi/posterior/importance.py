@@ -18,7 +18,6 @@ from swesbi.prior import (
     JointPriorSettings,
     draw_prior,
     from_logit,
-    log_centre,
     log_density,
     log_jacobian,
 )
@@ -50,7 +49,7 @@ class Proposal(Protocol):
     """A density over phi, within the prior's box, that can be drawn from."""
 
     def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw phi; shape (draws, d); NaN where what it draws from has no phi."""
+        """Draw phi; shape (draws, d)."""
 
     def log_density(self, phi: FloatArray) -> FloatArray:
         """Return log q(phi), per unit of phi, of phi (n, d); shape (n,)."""
@@ -121,13 +120,10 @@ def weigh(
             draw_prior(prior, of_prior, generator(seed, "importance", "prior")),
         ]
     )
-    # a fitted proposal may reach points that its map has no phi for: draws like any other, of no weight
-    lost = ~np.isfinite(phi).all(axis=1)
-    phi[lost] = log_centre(prior)
     log_prior = log_density(phi, prior)
     # where q is too narrow, the prior's share keeps the mixture above f p(phi), and so the weight bounded
     log_mixture = _log_mixture(proposal.log_density(phi), log_prior, of_prior / draws)
-    log_likelihood = np.where(lost, -np.inf, model.log_likelihood(phi))
+    log_likelihood = model.log_likelihood(phi)
     log_ratio = log_prior + log_likelihood - log_mixture
     if not np.isfinite(log_ratio).any():
         raise NoLikelihoodError(

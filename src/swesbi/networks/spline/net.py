@@ -226,8 +226,7 @@ def draw_phi(spline: TrainedSpline, condition: FloatArray, draws: int, seed: int
     with reproducible(seed), torch.no_grad():
         starts = range(0, len(condition), rows)
         parts = [_draw(spline, _tensor(condition[start : start + rows]), draws) for start in starts]
-    eta = np.concatenate(parts) * spline.eta.scale + spline.eta.mean
-    return from_logit(eta, spline.prior)
+    return _in_box(spline, np.concatenate(parts))
 
 
 def log_q(spline: TrainedSpline, condition: FloatArray, phi: FloatArray) -> FloatArray:
@@ -282,9 +281,17 @@ def from_base(spline: TrainedSpline, condition: FloatArray, u: FloatArray) -> Fl
     with reproducible(0), torch.no_grad():
         row = spline.net.embed(_tensor(condition[None]))
         parts = [_invert(spline, part, row) for part in torch.split(_tensor(u), DRAWS_PER_BATCH)]
-    eta = torch.cat(parts).numpy().astype(np.float64) * spline.eta.scale + spline.eta.mean
-    # a point so far out that the map overflows goes to a corner of the box, where no posterior has any mass
-    eta[~np.isfinite(eta).all(axis=1)] = FARTHEST
+    return _in_box(spline, torch.cat(parts).numpy().astype(np.float64))
+
+
+def _in_box(spline: TrainedSpline, standardised: FloatArray) -> FloatArray:
+    """Return the phi (..., d) of standardised eta (..., d).
+
+    A point so far out that the flow's map overflows, as it may under a condition that is unlike all that it
+    was trained on, goes to a corner of the box, where no posterior has any mass.
+    """
+    eta = standardised * spline.eta.scale + spline.eta.mean
+    eta[~np.isfinite(eta).all(axis=-1)] = FARTHEST
     return from_logit(eta, spline.prior)
 
 

@@ -83,6 +83,7 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
         population = read_population_results(folder, study, name, docs)
         pages[POPULATION_PAGE] = {mark: part(population) for mark, part in POPULATION_PARTS.items()}
         figures += documented(PagePart.POPULATION, name)
+        figures += [f"pressures-{name}"] if study.with_pressures(name) else []
         write_population_figure(study, name, docs)
     texts = {page: fill((docs / page).read_text(encoding="utf-8"), parts) for page, parts in pages.items()}
     for figure in figures:

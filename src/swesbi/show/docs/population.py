@@ -17,6 +17,7 @@ from swesbi.show.figures.population import read_strata
 from swesbi.show.numbers import MISSING, fixed, share
 from swesbi.show.table import markdown, of_records
 from swesbi.show.tables.population import OverPopulation, counts_table, strata_table
+from swesbi.show.tables.pressures import pressures_of, pressures_table, subjects_table
 from swesbi.verdict.answers import read_cohort
 
 COSTS: Final = {
@@ -65,9 +66,15 @@ def read_population_results(folder: Path, study: Study, name: str, docs: Path) -
             interval=study.config.speed_experiments[base].exact.interval,
             cohort=read_cohort(folder / name / "cohort.csv"),
             strata=read_strata(folder / name / "strata.csv"),
+            pressures=pressures_of(_table_of_pressures(folder, study, name), name),
         )
     scaling = pd.read_csv(measured) if measured.is_file() else None
     return PopulationResults(shown, study.config.cohort_title, scaling)
+
+
+def _table_of_pressures(folder: Path, study: Study, name: str) -> list[Path]:
+    """Return the table of what pressures add, of a study in which any were taken."""
+    return [folder / "tables" / "pressures.csv"] if study.with_pressures(name) else []
 
 
 def strata_part(results: PopulationResults) -> str:
@@ -101,9 +108,22 @@ def scaling_part(results: PopulationResults) -> str:
     return f"![Cost of cohorts](figures/scaling.png)\n\n{markdown(of_records(rows))}"
 
 
+def pressures_part(results: PopulationResults) -> str:
+    """Show what cuff pressures add to the answers, drawn and in two tables."""
+    shown, title = results.shown, results.cohort_title
+    if shown.pressures is None:
+        return f"None of the {title} has cuff pressures."
+    return (
+        f"![Without and with cuff pressures](figures/pressures-{shown.name}.png)\n\n"
+        f"{markdown(pressures_table(shown.pressures, title))}\n\n"
+        f"{markdown(subjects_table(shown.pressures, title))}"
+    )
+
+
 PARTS: Final[Mapping[str, Callable[[PopulationResults], str]]] = {
     "strata": strata_part,
     "cohort": cohort_part,
+    "pressures": pressures_part,
     "scaling": scaling_part,
 }
 

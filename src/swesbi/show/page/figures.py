@@ -158,6 +158,7 @@ PAGE_FIGURES: Final = (
         "pressures", PagePart.POPULATION,
         "Without and with cuff pressures: medians and intervals from the speeds alone, and from speeds and "
         "pressures together ({title}).",
+        documented=False,
     ),
     PageFigure(
         "training", PagePart.POPULATION,

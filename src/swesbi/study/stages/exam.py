@@ -23,8 +23,8 @@ from swesbi.exam.recorded import RecordedHeart, record_heart
 from swesbi.exam.score import KIND, HeartAnswer, intervals, read_answers, refusal, to_dataset, truths
 from swesbi.exam.settings import MadeSettings, NoiseLevel
 from swesbi.heart.simulate import Beats
-from swesbi.measurement.clinical import ClinicalSettings
 from swesbi.measurement.likelihood import speed_model
+from swesbi.measurement.settings import ClinicalSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.population.settings import PopulationSettings, in_declared_range

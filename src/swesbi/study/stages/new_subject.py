@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Final
 
 import torch
 from pydantic import Field
@@ -16,8 +17,9 @@ from threadpoolctl import threadpool_limits
 
 from swesbi.base import Settings
 from swesbi.context import Context
-from swesbi.measurement.clinical import ClinicalSettings, with_pressures
+from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.likelihood import build_speed_model
+from swesbi.measurement.settings import ClinicalSettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline, load_spline_provenance
 from swesbi.population.settings import PopulationSettings
@@ -48,6 +50,7 @@ from swesbi.verdict.support import SupportTest
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "new subject"
+ABSENT: Final = str(None)
 
 
 class OneAnswerSettings(AnswerSettings):
@@ -116,10 +119,7 @@ def _answer(
     with worker_process() as worker:
         reference = worker.submit(answer.reference, settings.reference_recordings)
         fitted = worker.submit(_fit, files, settings, origin)
-        informed = [
-            worker.submit(_with_pressures, answer, files.observation, path, settings)
-            for path in files.with_pressures
-        ]
+        informed = [worker.submit(_with_pressures, answer, path, settings) for path in files.with_pressures]
         efficiency = answer.infer(files.posterior)
         quality = settings.ingest.recording
         samples = read_samples(recording, quality.phases, quality.density_kg_m3)
@@ -173,13 +173,13 @@ def _fit(files: AnswerFiles, settings: OneAnswerSettings, origin: Origin) -> Non
     )  # fmt: skip
 
 
-def _with_pressures(answer: Answer, observation: Path, posterior: Path, settings: OneAnswerSettings) -> None:
+def _with_pressures(answer: Answer, posterior: Path, settings: OneAnswerSettings) -> None:
     """Infer the subject from speeds and pressures.
 
     Raises:
         ValueError: None were taken.
     """
-    model = with_pressures(answer.model, read_observation(observation).clinical, settings.clinical)
+    model = with_pressures(answer.model, answer.clinical, settings.clinical)
     network = answer.knowledge.proposal(answer.model.recording)
     stage = PressuresStageSettings(exact_posterior=settings.exact_posterior, clinical=settings.clinical)
     infer_with_pressures(model, network, posterior, stage, answer.origin, STREAM)
@@ -195,13 +195,15 @@ def _draw_posterior(files: AnswerFiles, settings: OneAnswerSettings) -> None:
 def check_network(estimator: Path, settings: Settings) -> None:
     """Refuse a network that was trained under other settings than those of the configuration.
 
+    A setting that is null is one that is not there, as in a network trained before there was such a setting.
+
     Raises:
         OtherNetworkError: Names the first setting that differs.
     """
     provenance = load_spline_provenance(estimator)
     here, there = flatten(settings.to_plain()), flatten(dict(provenance.settings))
     for key in sorted(here.keys() | there.keys()):
-        if here.get(key) != there.get(key):
+        if here.get(key, ABSENT) != there.get(key, ABSENT):
             raise OtherNetworkError(
                 f"{estimator}: was trained with {key} = {there.get(key)}, the configuration has "
                 f"{here.get(key)}; run the study again, or use the configuration that it was trained with"

@@ -10,8 +10,9 @@ from pathlib import Path
 from swesbi.artefacts import save
 from swesbi.base import Settings
 from swesbi.heart.physiology import VOLUME_FACTOR
-from swesbi.measurement.clinical import ClinicalModel, ClinicalSettings, with_pressures
+from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.likelihood import build_speed_model
+from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.spline.files import load_spline
 from swesbi.posterior.exact import exact_to_groups
 from swesbi.posterior.extended import extended_proposal

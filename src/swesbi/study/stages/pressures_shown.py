@@ -9,6 +9,8 @@ from swesbi.artefacts import ArtefactError, load
 from swesbi.base import Settings
 from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of
 from swesbi.measurement.clinical import with_stressed_volume
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.measurement.settings import ClinicalSettings
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.observation import Observation, read_observation
@@ -17,7 +19,6 @@ from swesbi.show.figures.pressures import draw_pressures
 from swesbi.show.figures.style import save_figure
 from swesbi.show.tables.pressures import read_pressures
 from swesbi.study.stages.origin import Origin, ResultKey, by_key, pick
-from swesbi.study.stages.pressures import PressuresStageSettings
 
 
 class PressuresTableSettings(Settings):
@@ -61,9 +62,10 @@ def _compared(
 ) -> Compared:
     if key.subject not in recordings:
         raise ArtefactError(f"no observed curve of subject {key.subject} is given")
-    settings = PressuresStageSettings.from_plain(dict(load(with_them, POSTERIOR)[1].settings))
-    model = settings.exact_posterior.model
-    freed = with_stressed_volume(model.prior, settings.clinical.stressed_volume_factor)
+    made = load(with_them, POSTERIOR)[1].settings
+    model = SpeedModelSettings.from_plain(made["exact_posterior"]["model"])
+    clinical = ClinicalSettings.from_plain(made["clinical"])
+    freed = with_stressed_volume(model.prior, clinical.stressed_volume_factor)
     return Compared(
         experiment=key.experiment,
         observation=recordings[key.subject],

@@ -1,0 +1,121 @@
+"""What pressures add, as a table: intervals, widths and shifts of draws whose quantiles are known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import speed_case
+from numpy.typing import NDArray
+from recordings import RECORDING, make_samples
+
+from swesbi.artefacts import ArtefactError
+from swesbi.checks.pressures import ATTAINED, COLUMNS, Compared, pressures_table_of, quantities
+from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
+from swesbi.measurement.clinical import with_stressed_volume
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.posterior.result import ExactResult
+from swesbi.prior import log_centre
+from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.pressures_shown import (
+    PressuresFigureSettings,
+    PressuresTableSettings,
+    pressures_figure,
+    pressures_table,
+)
+
+FACTOR = speed_case.shipped().clinical.stressed_volume_factor
+MODEL: SpeedModelSettings = speed_case.settings("calibrated")
+PRIOR = with_stressed_volume(MODEL.prior, FACTOR)
+MODEL_WITH = MODEL.model_copy(update={"prior": PRIOR})
+RESISTANCE = "distal_resistance_pa_s_m3"
+
+
+def draws(model: SpeedModelSettings, widths: dict[str, float], shift: float = 0.0) -> NDArray[np.float64]:
+    """Return 201 draws: log-linear about the prior's centre, of these half-widths, all in the same order."""
+    centre, levels = log_centre(model.prior), np.linspace(-1.0, 1.0, 201)
+    half = np.array([widths.get(name, 0.02) for name in model.prior.names])
+    moved = np.array([shift if name == RESISTANCE else 0.0 for name in model.prior.names])
+    return np.asarray(centre * np.exp(moved + levels[:, None] * half))
+
+
+def result(phi: NDArray[np.float64]) -> ExactResult:
+    return ExactResult(phi, phi, "importance", 0.3, 0.7, 0.2, float("nan"), True, "", 0.9)
+
+
+def observation() -> Observation:
+    samples = make_samples(speed_case.model().recording.speed_m_s, repeat_sd=0.04, sample_sd=0.08)
+    return ingest(samples, speed_case.CONTEXT, RECORDING, 100, ClinicalMeasures(126.0, 83.0))
+
+
+def compared() -> Compared:
+    return Compared(
+        experiment="amortised",
+        observation=observation(),
+        model=MODEL,
+        model_with=MODEL_WITH,
+        without=result(draws(MODEL, {RESISTANCE: 0.4})),
+        with_them=result(draws(MODEL_WITH, {RESISTANCE: 0.2}, shift=0.1)),
+    )
+
+
+def test_widths_and_shifts_are_logarithms_in_widths_of_the_interval_without() -> None:
+    table = pressures_table_of([compared()])
+    assert tuple(table.columns) == COLUMNS
+    row = table[table["quantity"] == RESISTANCE].iloc[0]
+    assert row["without_median"] == pytest.approx(1.5e8)
+    assert row["with_median"] == pytest.approx(1.5e8 * np.exp(0.1))
+    assert row["without_high"] == pytest.approx(1.5e8 * np.exp(0.36))
+    assert row["width_ratio"] == pytest.approx(0.5)
+    assert row["shift_in_widths"] == pytest.approx(0.1 / 0.72)
+    assert (row["sbp_mmhg"], row["dbp_mmhg"], row["sampler"]) == (126.0, 83.0, "importance")
+
+
+def test_the_stressed_volume_has_no_interval_without_pressures() -> None:
+    table = pressures_table_of([compared()]).set_index("quantity")
+    row = table.loc[VOLUME_FACTOR]
+    assert np.isfinite(row["with_median"])
+    assert row[["without_median", "width_ratio", "shift_in_widths"]].isna().all()
+    assert table.drop(index=VOLUME_FACTOR)["width_ratio"].notna().all()
+
+
+def test_compliance_and_attained_stiffness_follow_from_the_draws() -> None:
+    one = compared()
+    found = quantities(MODEL, one.without.phi, one)
+    np.testing.assert_allclose(found[CAPACITANCE], found[TIME_CONSTANT] / found[RESISTANCE])
+    assert len(found[ATTAINED]) == 201
+    assert (found[ATTAINED] < one.without.phi[:, 0]).all() and (found[ATTAINED] > 5.0).all()
+    assert list(found)[1:5] == ["k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_scale_kpa"]
+
+
+def test_a_missing_posterior_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "amortised" / "subjects" / "T" / "with_pressures.h5"
+    with pytest.raises(ArtefactError, match="no posterior on speeds of subject T in experiment 'amortised'"):
+        pressures_table(
+            observations=[],
+            posteriors=[],
+            with_pressures=[path],
+            table=tmp_path / "pressures.csv",
+            settings=PressuresTableSettings(),
+            origin=Origin(1, "", ""),
+        )
+
+
+def test_the_figure_is_of_one_experiment(tmp_path: Path) -> None:
+    path = tmp_path / "pressures.csv"
+    pressures_table_of([compared()]).to_csv(path, index=False)
+    files = {f"figure_{kind}": tmp_path / f"figure.{kind}" for kind in ("pdf", "png")}
+    shown = PressuresFigureSettings(experiment="amortised", cohort_title="virtual volunteers")
+    pressures_figure(table=path, **files, settings=shown, origin=Origin(1, "", ""))
+    assert files["figure_png"].read_bytes().startswith(b"\x89PNG")
+    other = shown.model_copy(update={"experiment": "other"})
+    with pytest.raises(ArtefactError, match="holds no other"):
+        pressures_figure(table=path, **files, settings=other, origin=Origin(1, "", ""))
+    pd.read_csv(path).drop(columns="width_ratio").to_csv(path, index=False)
+    with pytest.raises(ArtefactError, match="lacks the columns width_ratio"):
+        pressures_figure(table=path, **files, settings=shown, origin=Origin(1, "", ""))
