@@ -170,6 +170,8 @@ def settings() -> stage.PopulationAnswersStageSettings:
                 "rule": rule.rule.to_plain(),
                 "strip_fraction": rule.synthetic.strip_fraction,
                 "summary": summary,
+                "ejection_time": rule.ejection_time.to_plain(),
+                "lvet_sd_ms": 10.0,
             },
             "predictive_recordings": 100,
         }
