@@ -14,6 +14,7 @@ LAYERS = (
     "base",
     "arrays",
     "seeds",
+    "evolution",
     "progress",
     "syntax",
     "definitions",

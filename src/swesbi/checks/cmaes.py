@@ -20,11 +20,13 @@ from swesbi.artefacts import Labels, Provenance, Variable, from_dataset, labels_
 from swesbi.artefacts import to_dataset as stored
 from swesbi.checks.scores import rmse
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
+from swesbi.evolution import library_options
 from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
 from swesbi.progress import Progress
 from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]
+UNIT_CUBE: Final = {"bounds": [0.0, 1.0]}
 
 
 @dataclass(frozen=True)
@@ -183,7 +185,7 @@ def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings,
     evolution = cma.CMAEvolutionStrategy(
         rng.random(len(THETA)),
         settings.sigma0,
-        library_options(settings.population_size, settings.generations, rng),
+        UNIT_CUBE | library_options(settings.population_size, settings.generations, rng),
     )
     losses, thetas = [], []
     best_loss, best_theta = np.inf, np.full(len(THETA), np.nan)
@@ -203,20 +205,6 @@ def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings,
 def to_theta(u: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Map u in [0, 1]^3, shape (n, 3), to theta within its bounds: theta = low (high / low)^u."""
     return np.clip(low * (high / low) ** u, low, high)
-
-
-def library_options(population_size: int, generations: int, rng: np.random.Generator) -> dict[str, Any]:
-    """Return options of the library: the unit cube, a random stream of our own, silence, no files."""
-    return {
-        "bounds": [0.0, 1.0],
-        "popsize": population_size,
-        "maxiter": generations,
-        "randn": lambda *shape: rng.standard_normal(shape),
-        "seed": np.nan,  # leaves NumPy's global random state alone
-        "verbose": -9,
-        "verb_log": 0,
-        "verb_disp": 0,
-    }
 
 
 def _reason(stop: dict[str, Any]) -> str:

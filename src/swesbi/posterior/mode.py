@@ -7,19 +7,21 @@ the posterior about its mode; its size is set by how far the posterior falls.
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from scipy.stats import chi2
 
 from swesbi.arrays import FloatArray
+from swesbi.evolution import library_options
 from swesbi.posterior.importance import LikelihoodModel, log_posterior_of_logit
 from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
 
 POPULATION: Final = 64  # simulations of a generation, which run together
 GENERATIONS: Final = 200
 FIRST_STEP: Final = 0.5  # in eta
-SETTLED: Final = 0.01  # of the log posterior: a search that gains no more has arrived
+SETTLED: Final = {"tolfun": 0.01, "tolfunhist": 0.01}
+"""Of the log posterior: a search that gains no more has arrived."""
 FAILED: Final = 1e6  # minus log posterior of a simulation that failed: finite, and worse than any
 PROBES: Final = 256
 PROBE_ROUNDS: Final = 6  # of finding the size; each multiplies it by at most ``LARGEST_FACTOR``
@@ -46,7 +48,9 @@ def _climb(
     """Return the best eta (d,), and the shape (d, d) of the search about it, of determinant one."""
     import cma  # it loads pyplot, and most who import this module never climb
 
-    evolution = cma.CMAEvolutionStrategy(start, FIRST_STEP, _library_options(rng))
+    evolution = cma.CMAEvolutionStrategy(
+        start, FIRST_STEP, SETTLED | library_options(POPULATION, GENERATIONS, rng)
+    )
     while not evolution.stop():
         population = evolution.ask()
         height = log_posterior_of_logit(model, np.array(population))
@@ -54,21 +58,6 @@ def _climb(
     covariance = np.asarray(evolution.C)
     _, log_determinant = np.linalg.slogdet(covariance)
     return np.asarray(evolution.best.x), covariance / np.exp(log_determinant / len(start))
-
-
-def _library_options(rng: np.random.Generator) -> dict[str, Any]:
-    """Return options of the library: a random stream of our own, silence, no files."""
-    return {
-        "popsize": POPULATION,
-        "maxiter": GENERATIONS,
-        "tolfun": SETTLED,
-        "tolfunhist": SETTLED,
-        "randn": lambda *shape: rng.standard_normal(shape),
-        "seed": np.nan,  # leaves NumPy's global random state alone
-        "verbose": -9,
-        "verb_log": 0,
-        "verb_disp": 0,
-    }
 
 
 def _size(model: LikelihoodModel, mode: FloatArray, shape: FloatArray, rng: np.random.Generator) -> float:

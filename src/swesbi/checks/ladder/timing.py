@@ -15,8 +15,9 @@ import numpy as np
 import pandas as pd
 
 from swesbi.arrays import FloatArray
-from swesbi.checks.cmaes import library_options
+from swesbi.checks.cmaes import UNIT_CUBE
 from swesbi.context import Context
+from swesbi.evolution import library_options
 from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.periodic import Status
@@ -200,7 +201,7 @@ def _run(
 
     start, rng = searched_of(shipped), generator(seed, "physiological timing")
     evolution = cma.CMAEvolutionStrategy(
-        start, search.step, library_options(search.population_size, search.generations, rng)
+        start, search.step, UNIT_CUBE | library_options(search.population_size, search.generations, rng)
     )
     widths = np.array([np.log(high / low) for low, high in SEARCHED.values()])
     best, loss, simulations = shipped, float("inf"), 0

@@ -14,8 +14,7 @@ from swesbi.exam.score import HeartAnswer, read_answers, refusal, truths
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.likelihood import speed_model
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.spline.files import load_spline
-from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
+from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import read_exact_result
 from swesbi.study.stages.exam import ExamAnswersStageSettings, Examiner, answer_missing, scored
 from swesbi.study.stages.new_subject import STREAM, check_network
@@ -68,7 +67,7 @@ class InformedExaminer(Examiner):
         recording = measured_speeds(made.observation, self.components())
         speeds = speed_model(recording, exact_posterior.model)
         model = with_pressures(speeds, made.observation.clinical, clinical)
-        network = flow_proposal(load_spline(self.estimator)[0], recording)
+        network = self._knowledge().proposal(recording)
         settings = PressuresStageSettings(exact_posterior=exact_posterior, clinical=clinical)
         infer_with_pressures(model, network, posterior, settings, self.origin_of(recording.subject), STREAM)
         return model
