@@ -51,7 +51,8 @@ def test_a_doubled_range_has_the_same_middle_and_twice_the_width_in_log(name: st
 
 def test_the_page_prints_the_ranges_that_hearts_are_drawn_from() -> None:
     lines = (ROOT / "docs" / "exam.md").read_text(encoding="utf-8").splitlines()
-    printed = [line.split("|")[2:4] for line in lines if " to " in line and line.startswith("| ")]
+    cells = [line.split("|")[2:4] for line in lines if line.startswith("| ")]
+    printed = [pair for pair in cells if all(" to " in text for text in pair)]  # other tables give counts
     units = (1.0, 1.0, 1.0, 1.0, 1.0, 1e8, 1e-8, 1e-3, 1e-3)
     for (own, doubled), name, unit in zip(printed, PHYSIOLOGY, units, strict=True):
         for text, limits in ((own, PHYSIOLOGY[name]), (doubled, ranges.DOUBLED[name])):
