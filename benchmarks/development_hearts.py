@@ -105,8 +105,8 @@ def _generators(config: Config) -> dict[str, Generator]:
 
 
 def _recorded(made_by: Generator, index: int, noise: NoiseComponents, config: Config) -> GeneratedSubject:
-    grid_points = config.measurement.grid_points
-    recorded = record_heart(made_by, index, config.seed, STREAM, config.recording, grid_points)
+    grid_points, cuff = config.measurement.grid_points, config.clinical.errors
+    recorded = record_heart(made_by, index, config.seed, STREAM, config.recording, grid_points, cuff)
     theta = recorded.heart.theta
     if theta is None:
         raise ValueError(f"generator {made_by.letter}: its law has another theta, so none can be covered")

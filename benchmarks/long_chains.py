@@ -107,7 +107,13 @@ class Answerer:
         settings = self.settings
         for number in range(settings.hearts):
             made = record_heart(
-                settings.source, number, self.seed, settings.stream, settings.recording, settings.grid_points
+                settings.source,
+                number,
+                self.seed,
+                settings.stream,
+                settings.recording,
+                settings.grid_points,
+                settings.clinical.errors,
             )
             context = made.heart.context
             if outside := in_declared_range(context, settings.population):

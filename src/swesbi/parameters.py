@@ -2,7 +2,7 @@
 
 theta = (k_0, k_ATP, k_SR) drives the forward model. phi = (theta, a, nuisances) joins it with the passive
 scale a of the recording and with whatever nuisance parameters a prior frees: physiology of the heart, which
-its simulation takes, and two of the measurement. Arrays have them along their last axis, in this order.
+its simulation takes, and three of the measurement. Arrays have them along their last axis, in this order.
 """
 
 from __future__ import annotations
@@ -132,6 +132,10 @@ PHYSIOLOGY: Final = (
 OPERATOR: Final = (
     Parameter(
         "exponent_b", "1", "exponent of the passive stiffness", "$b$", "<i>b</i>", "b", declared=(0.0, 30.0)
+    ),
+    Parameter(
+        "passive_compression_factor", "1", "factor of the passive stiffness where the wall is compressed",
+        "$f_<$", "<i>f</i><sub>&lt;</sub>", "f_<", declared=(1e-3, 1e3),
     ),
     Parameter("speed_scale", "1", "scale of all speeds", "$q$", "<i>q</i>", "q", declared=(0.2, 5.0)),
 )  # fmt: skip

@@ -55,6 +55,7 @@ class NuisanceSettings(Settings):
     arterial_time_constant_s: ParameterPrior | None = None
     stressed_volume_factor: ParameterPrior | None = None
     exponent_b: ParameterPrior | None = None
+    passive_compression_factor: ParameterPrior | None = None
     speed_scale: ParameterPrior | None = None
 
     def freed(self, names: Iterable[str]) -> dict[str, ParameterPrior]:

@@ -28,7 +28,7 @@ from swesbi.virtual_cohort.volunteers import (
     true_curve,
 )
 
-SIMULATED = ("a", "b", "c", "d", "g", "h", hearts.DEVELOPMENT)
+SIMULATED = ("a", "b", "c", "d", "g", "h", *hearts.DEVELOPMENT)
 
 
 def volunteer() -> Volunteer:
@@ -237,7 +237,7 @@ def test_other_passive_stiffness_leaves_the_beat_of_an_exponential_wall_alone() 
 
 
 def test_the_structure_of_development_sits_no_exam() -> None:
-    assert hearts.DEVELOPMENT not in CONFIG.exam.hearts
+    assert not set(hearts.DEVELOPMENT) & set(CONFIG.exam.hearts)
     assert true_curve(volunteer()).stiffness_kpa.max() != pytest.approx(
         hearts.heart_of(volunteer(), hearts.of_development(volunteer(), np.random.default_rng(0)))
         .curve.stiffness_kpa.max(),

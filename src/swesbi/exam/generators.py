@@ -1,4 +1,4 @@
-"""All generators of the exam by letter, and that of development; a further one has an entry here."""
+"""All generators of the exam by letter, and those of development; a further one has an entry here."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, Range, draw_context, vo
 from swesbi.exam.echocardiography import with_own_lvesv
 from swesbi.exam.heart import K_SR, ExamHeart
 from swesbi.exam.noise import louder
-from swesbi.exam.passive import incremental_modulus_kpa, mooney_rivlin_wall
+from swesbi.exam.passive import fung_tangent, incremental_modulus_kpa, mooney_rivlin_wall
 from swesbi.exam.ranges import (
     DOUBLED,
     SHAPE_FACTOR,
@@ -166,8 +166,13 @@ def with_wall_tangent(volunteer: Volunteer, rng: np.random.Generator) -> Structu
     return Structure(changes, passive_shape=shape)
 
 
-def of_development(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
-    """Return the structure that is in no exam: thin wall, second measure of stress, proximal capacitance."""
+def with_fung_tangent(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
+    """Return a passive stiffness that rises in compression as in stretch; it is in no exam."""
+    return Structure({}, passive_shape=lambda stretch: fung_tangent(stretch, volunteer.passive_exponent_b))
+
+
+def of_other_mechanics(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
+    """Return a thin wall, the second measure of stress, a proximal capacitance; it is in no exam."""
     return Structure(
         {"geometry": "thin", "stress_measure": "second_piola", "proximal_capacitance_m3_pa": 2e-10}
     )
@@ -180,7 +185,7 @@ def simulated_generators(
     acquisition: AcquisitionSettings,
     lvesv_fraction: float,
 ) -> dict[str, SimulatedHearts]:
-    """Return the generators that this program simulates, that of development among them, by letter.
+    """Return the generators that this program simulates, those of development among them, by letter.
 
     (g) is among them where the prior frees the scale of the speeds, without which nothing is assumed of it.
 
@@ -198,7 +203,8 @@ def simulated_generators(
         "c": ("length dependence, inertance, viscosity", people, PHYSIOLOGY, with_length_dependence),
         "d": ("spring in series", people, PHYSIOLOGY, with_series_spring),
         "h": ("another passive stiffness", people, PHYSIOLOGY, with_wall_tangent),
-        DEVELOPMENT: ("structure of development", people, PHYSIOLOGY, of_development),
+        "y": ("passive law of development", people, PHYSIOLOGY, with_fung_tangent),
+        "z": ("structure of development", people, PHYSIOLOGY, of_other_mechanics),
     }
     protocols: dict[str, AcquisitionSettings] = {}
     if (speed_scale := prior.nuisances.speed_scale) is not None:
@@ -210,5 +216,5 @@ def simulated_generators(
     }
 
 
-DEVELOPMENT: Final = "z"
-"""Letter of the structure that is in no exam."""
+DEVELOPMENT: Final = ("y", "z")
+"""Letters of the structures that are in no exam."""

@@ -48,6 +48,20 @@ def incremental_modulus_kpa(stretch: FloatArray, settings: ForwardModelSettings)
     return np.asarray(1e-3 * 0.25 * (true_stress(stretch * growth) - true_stress(stretch / growth)) / STEP)
 
 
+def fung_tangent(stretch: FloatArray, exponent_b: float) -> FloatArray:
+    """Return d^2 W / d e^2 of Fung's energy W = exp(beta e^2) / (2 beta), e = (lambda^2 - 1) / 2 (Fung 1967).
+
+    It is as stiff in compression as in stretch. beta = 7 b, so that at a stretch of 1.1 it is about as far
+    above rest as the volunteers' law of exponent b.
+
+    Args:
+        stretch: lambda; any shape.
+        exponent_b: b.
+    """
+    beta, squared = 7.0 * exponent_b, 0.25 * (stretch**2 - 1.0) ** 2
+    return np.asarray((1.0 + 2.0 * beta * squared) * np.exp(beta * squared))
+
+
 def mooney_rivlin_wall(settings: ForwardModelSettings) -> dict[str, object]:
     """Return the changes that make the wall one of Mooney-Rivlin which bears about what it bears now."""
     at = np.array(MATCHED_STRETCHES)

@@ -27,7 +27,6 @@ from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import (
     PassiveBaseline,
     active_stiffness_map,
-    passive_shape,
     read_passive,
     total_at_phases,
     total_curves,
@@ -147,10 +146,11 @@ class SpeedModelSettings(Settings):
 
     def measured_by(self, phi: FloatArray) -> speeds.MeasuredBy:
         """Return what turns the wall of simulations of phi (n, d) into speeds."""
-        exponent_b, speed_scale = (self.prior.column(phi, name) for name in OPERATOR_NAMES)
+        exponent_b, compression, speed_scale = (self.prior.column(phi, name) for name in OPERATOR_NAMES)
         return speeds.MeasuredBy(
             scale_kpa=phi[:, SCALE],
             exponent_b=self.passive.exponent_b if exponent_b is None else exponent_b,
+            compression_factor=1.0 if compression is None else compression,
             speed_scale=1.0 if speed_scale is None else speed_scale,
         )
 
@@ -202,9 +202,7 @@ class SpeedModel:
         by = self.settings.measured_by(phi[None])
         active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
         stretch = cycles.stretch[index] if self.reference is None else self.reference.stretch
-        total = by.scale_kpa * passive_shape(stretch, by.exponent_b) + active(
-            cycles.active_stiffness_kpa[index]
-        )
+        total = by.passive_kpa(stretch[None])[0] + active(cycles.active_stiffness_kpa[index])
         return np.asarray(by.speed_scale**2 * total)
 
     def _simulated(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
-from swesbi.measurement.operator import active_stiffness_map, passive_shape
+from swesbi.measurement.operator import active_stiffness_map, passive_log_slope, passive_shape
 from swesbi.recording.noise import MeanErrors, mean_errors
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle, slope_cycle
@@ -135,12 +135,26 @@ class MeasuredBy:
     Attributes:
         scale_kpa: Passive scale a; shape (n,).
         exponent_b: b of the passive law; shape (n,), or one for all.
+        compression_factor: f of the passive law, where the wall is compressed; likewise.
         speed_scale: q, by which every measured speed is off; likewise.
     """
 
     scale_kpa: FloatArray
     exponent_b: FloatArray | float
+    compression_factor: FloatArray | float = 1.0
     speed_scale: FloatArray | float = 1.0
+
+    def passive_kpa(self, stretch: FloatArray) -> FloatArray:
+        """Return the passive stiffness a g(lambda) of the n simulations at stretches (n, p), in kPa."""
+        return _column(self.scale_kpa) * passive_shape(stretch, *self._law)
+
+    def passive_log_slope(self, stretch: FloatArray) -> FloatArray:
+        """Return the slope of its logarithm in lambda; (n, p)."""
+        return passive_log_slope(stretch, *self._law)
+
+    @property
+    def _law(self) -> tuple[FloatArray, FloatArray]:
+        return _column(self.exponent_b), _column(self.compression_factor)
 
 
 @dataclass(frozen=True)
@@ -175,16 +189,15 @@ def predict_speeds(by: MeasuredBy, wall: WallPhases, density_kg_m3: float) -> Pr
     """Return the noiseless log speeds of n simulations, and their slopes.
 
     E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = log q + 1/2 log(E / 3 rho)
-    and d log c / ds = 1/2 E' / E, with g = exp(b (lambda^2 - 1)) and g' = 2 b lambda lambda' g.
+    and d log c / ds = 1/2 E' / E, with the passive law g (``operator.passive_shape``).
 
     Args:
-        by: Passive scale a, exponent b and scale of the speeds q of each simulation.
+        by: Passive scale a, passive law and scale of the speeds q of each simulation.
         wall: Active stiffness and stretch at the p phases.
         density_kg_m3: rho.
     """
-    exponent_b = _column(by.exponent_b)
-    passive = by.scale_kpa[:, None] * passive_shape(wall.stretch, exponent_b)
-    passive_slope = passive * (2.0 * exponent_b * wall.stretch * wall.stretch_slope)
+    passive = by.passive_kpa(wall.stretch)
+    passive_slope = passive * by.passive_log_slope(wall.stretch) * wall.stretch_slope
     stiffness = np.maximum(passive + wall.active_kpa, LEAST_STIFFNESS_KPA)
     log_speed = 0.5 * np.log(squared_speed_m2_s2(stiffness, density_kg_m3))
     return PredictedSpeeds(
