@@ -236,10 +236,18 @@ def test_other_passive_stiffness_leaves_the_beat_of_an_exponential_wall_alone() 
     assert np.ptp(difference) > 0.5
 
 
-def test_the_structure_of_development_sits_no_exam() -> None:
+def test_the_passive_law_of_development_is_as_stiff_in_compression_as_in_stretch() -> None:
+    shape = hearts.with_fung_tangent(volunteer(), np.random.default_rng(0)).passive_shape
+    assert shape is not None
+    stretch = np.array([0.9, 0.95, 1.0])
+    np.testing.assert_allclose(shape(stretch), shape(np.sqrt(2.0 - stretch**2)), rtol=1e-12)
+    assert shape(stretch[:1])[0] > 1.2 and shape(stretch[2:])[0] == 1.0
+
+
+def test_the_structures_of_development_sit_no_exam() -> None:
     assert not set(hearts.DEVELOPMENT) & set(CONFIG.exam.hearts)
     assert true_curve(volunteer()).stiffness_kpa.max() != pytest.approx(
-        hearts.heart_of(volunteer(), hearts.of_development(volunteer(), np.random.default_rng(0)))
+        hearts.heart_of(volunteer(), hearts.of_other_mechanics(volunteer(), np.random.default_rng(0)))
         .curve.stiffness_kpa.max(),
         rel=1e-3,
     )  # fmt: skip

@@ -66,7 +66,7 @@ def test_the_likelihood_is_that_of_the_speeds_times_that_of_the_pressures() -> N
 
 
 def test_at_the_settings_own_volume_the_speeds_say_what_they_say_alone() -> None:
-    """The fifteenth parameter at one, the fourteen others are those of the model without it, to the bit."""
+    """With the factor at one, the other parameters are those of the model without it, to the bit."""
     alone, made = speed_case.model(prior="calibrated"), model()
     names = made.settings.prior.names
     phi = draw_prior(alone.settings.prior, 40, np.random.default_rng(2))
@@ -83,8 +83,8 @@ def test_a_beat_that_failed_has_no_likelihood() -> None:
 def test_the_prior_is_that_of_the_speeds_and_the_factor_s() -> None:
     prior = model().settings.prior
     assert prior.theta.nuisances.stressed_volume_factor == SETTINGS.stressed_volume_factor
-    assert len(prior.names) == 15
-    assert len(speed_case.settings("calibrated").prior.names) == 14  # and the other has not changed
+    assert len(prior.names) == 16
+    assert len(speed_case.settings("calibrated").prior.names) == 15  # and the other has not changed
     assert SETTINGS.errors == ClinicalErrors(
         sbp_bias_mmhg=0.3, sbp_sd_mmhg=10.0, dbp_bias_mmhg=4.5, dbp_sd_mmhg=8.0, lvet_sd_ms=10.0
     )

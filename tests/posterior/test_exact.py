@@ -150,7 +150,7 @@ BY_MCMC = FEW.model_copy(update={"min_effective_draws": 1999})
 
 
 @pytest.mark.parametrize(("settings", "sampler"), [(FEW, "importance"), (BY_MCMC, "mcmc")])
-@pytest.mark.parametrize(("name", "nuisances"), [("paper", 0), ("calibrated", 10)])
+@pytest.mark.parametrize(("name", "nuisances"), [("paper", 0), ("calibrated", 11)])
 def test_nuisances_are_kept_beside_what_is_reported(
     tmp_path: Path, name: str, nuisances: int, settings: ExactSettings, sampler: str
 ) -> None:

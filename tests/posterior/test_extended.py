@@ -24,7 +24,7 @@ REFINEMENT: RefinementSettings = speed_case.shipped().speed_experiments["calibra
 
 
 def flow() -> tuple[JointPriorSettings, FlowProposal]:
-    """Return the prior of fifteen parameters, and a flow of fourteen that trained for a moment."""
+    """Return the prior with the volume's factor, and a flow of the others that trained for a moment."""
     model = speed_case.model(prior="calibrated")
     known = flow_proposal(spline_case.trained("calibrated", 2000, 12).spline, model.recording)
     return with_stressed_volume(model.settings.prior, FACTOR), known
@@ -84,7 +84,7 @@ def test_the_base_space_and_back_are_inverse_and_the_slope_is_the_derivative() -
 def test_points_far_out_stay_inside_the_bounds() -> None:
     prior, known = flow()
     made = extended_proposal(known, prior, VOLUME_FACTOR)
-    u = np.zeros((2, 15))
+    u = np.zeros((2, len(prior.names)))
     u[:, 12] = -40.0, 40.0
     factor = made.at(u)[:, 12]
     assert FACTOR.low < factor[0] < factor[1] < FACTOR.high
