@@ -61,7 +61,7 @@ def draw_exam(table: pd.DataFrame, interval: float, pressures: bool = False) -> 
         in_percent(axes[0].xaxis)
         beside = " with cuff pressures" if pressures else ""
         figure.suptitle(
-            f"The exam{beside} at {noise_of(table)}: hearts whose truth lies in the "
+            f"Hearts of other generators at {noise_of(table)}{beside}: share whose truth lies in the "
             f"{as_percent(interval)} interval (grey: asked for)",
             fontsize=7.5,
         )
