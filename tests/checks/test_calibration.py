@@ -151,6 +151,15 @@ def test_draws_without_weight_may_hold_anything() -> None:
     assert found.sd == pytest.approx([1.0])
 
 
+def test_a_draw_without_likelihood_that_carries_weight_leaves_no_moments(
+    recwarn: pytest.WarningsRecorder,
+) -> None:
+    found = moments(np.array([[1.0, 1.0], [3.0, -np.inf]]), np.array([0.5, 0.5]))
+    np.testing.assert_array_equal(found.mean, [2.0, -np.inf])
+    np.testing.assert_array_equal(found.sd, [1.0, np.nan])
+    assert not recwarn
+
+
 @pytest.mark.parametrize(("sign", "caught"), [(1.0, False), (-1.0, True)])
 def test_joint_coverage_sees_a_wrong_correlation_that_no_margin_shows(sign: float, caught: bool) -> None:
     """Every margin is right; the correlation of k_0 and k_ATP has the wrong sign."""

@@ -66,11 +66,16 @@ def central_level(level: FloatArray) -> FloatArray:
 
 
 def moments(draws: FloatArray, weight: FloatArray) -> WeightedMoments:
-    """Return the weighted moments of draws (n, q) that carry weight; others may hold anything."""
+    """Return the weighted moments of draws (n, q) that carry weight; others may hold anything.
+
+    A quantity that is -inf in one of them, the log-likelihood of a simulation that failed, has mean -inf and
+    standard deviation NaN.
+    """
     used = weight > 0.0
     kept, share = draws[used], weight[used]
     mean = share @ kept
-    return WeightedMoments(mean, np.sqrt(share @ (kept - mean) ** 2))
+    with np.errstate(invalid="ignore"):  # -inf less -inf
+        return WeightedMoments(mean, np.sqrt(share @ (kept - mean) ** 2))
 
 
 def quantity_names(prior: JointPriorSettings) -> tuple[str, ...]:
