@@ -57,7 +57,7 @@ def test_where_few_draws_nearly_suffice_more_of_them_are_weighted() -> None:
 
 def test_where_few_draws_of_the_refined_fail_too_the_number_of_the_study_follows() -> None:
     settings = NOT_REFINED.model_copy(update={"min_effective_draws": 200})
-    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.0, 2.0), 100, settings, 2)
+    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.0, 2.0), 100, settings, 4)
     assert not drawn.by_mcmc
     assert len(drawn.phi) == NOT_REFINED.proposal_draws
 
