@@ -19,6 +19,7 @@ from swesbi.config.beside import (
     ExamChoiceSettings,
     LadderChoiceSettings,
     NewSubjectsSettings,
+    ReadingsChoiceSettings,
     ResourceSettings,
     SensitivitySettings,
 )
@@ -225,6 +226,13 @@ def check_ladder(config: Config) -> None:
         )
 
 
+def check_readings(config: Config) -> None:
+    """The readings are of an experiment of the paper's kind."""
+    if (name := config.readings.experiment) not in config.feature_experiments:
+        known = ", ".join(config.feature_experiments) or "none"
+        raise ValueError(f"readings.experiment = {name!r} is no experiment of kind features; known: {known}")
+
+
 def check_exam(config: Config) -> None:
     """The exam is answered by the network of a population."""
     if (name := config.exam.experiment) not in config.population_experiments:
@@ -248,6 +256,7 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_discrepancy_study,
     check_sensitivity,
     check_ladder,
+    check_readings,
     check_exam,
 )
 
@@ -280,6 +289,7 @@ class Config(Settings):
     discrepancy_study: DiscrepancyChoiceSettings
     sensitivity: SensitivitySettings
     ladder: LadderChoiceSettings
+    readings: ReadingsChoiceSettings
     exam: ExamChoiceSettings
     new_subjects: NewSubjectsSettings
     resources: ResourceSettings

@@ -3,7 +3,7 @@
 The paper's text names what the scalars capture, not how they are taken. ``paper`` reads single values: the
 largest one, and the crossings next to it. On a recording of some twenty phases one noisy phase then moves
 the peak by several phases, and what is counted from it. ``robust`` fits a parabola to all of the largest
-values and takes the outermost crossings, which one phase moves by about the distance to its neighbours at most.
+values and takes the outermost crossings, which one phase moves by about the distance to its neighbours.
 """
 
 from __future__ import annotations
