@@ -56,6 +56,7 @@ def written(finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         "calibration.md",
         "population.md",
         "ladder.md",
+        "readings.md",
         "exam.md",
         "../README.md",
     ):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Final, Literal, Self
 
 from pydantic import Field, JsonValue, model_validator
 
 from swesbi.base import Settings
 from swesbi.checks.settings import BASE, CurveLossSettings, Cycle
+
+CASES: Final = ("A", "B", "C", "D")
+"""Subjects that stand where the paper prints numbers of single cases."""
 
 
 class Treatment(Settings):

@@ -15,7 +15,7 @@ import pandas as pd
 
 from swesbi.artefacts import ArtefactError
 from swesbi.checks.readings.chain import CORRELATION, RECOVERY, RMSE, SUPPORTED
-from swesbi.checks.readings.settings import ComparisonSettings, Reading, Treatment
+from swesbi.checks.readings.settings import CASES, ComparisonSettings, Reading, Treatment
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES
 from swesbi.show.paper.values import PaperNumber
@@ -23,7 +23,6 @@ from swesbi.show.paper.values import PaperNumber
 PAPER: Final = "paper"
 """Name of the paper's row."""
 INTERVALS: Final = {"curve": "band of noiseless curves", "observed": "interval of a new observation"}
-CASES: Final = ("A", "B", "C", "D")
 COVERAGE: Final = "coverage_{}"
 LOWEST: Final = "D"
 MEANS: Final = {
@@ -214,7 +213,8 @@ def given_table(
         of_coverage = key.startswith(COVERAGE.format(""))
         for interval in INTERVALS if of_coverage else ("curve",):
             names = [str(r["reading"]) for r in rows if key in given(r, printed, interval, comparison)]
-            off = [abs(deviations(row, printed, interval, comparison)[key]) for row in rows]
+            values = np.array([value_of(row, key, interval) for row in rows])
+            off = np.where(np.isnan(values), np.inf, np.abs(values - number.value))
             nearest = rows[int(np.argmin(off))]
             lines.append(
                 {

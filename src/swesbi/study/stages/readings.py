@@ -14,7 +14,7 @@ from swesbi.base import Settings
 from swesbi.checks.readings.chain import Case, ChainSettings, Row, answer, chosen, reading_pool, train_reading
 from swesbi.checks.readings.recordings import treated_subject
 from swesbi.checks.readings.recovery import recovery_rows, synthetic_recordings
-from swesbi.checks.readings.settings import ComparisonSettings, Reading, Treatment, WeightsSettings
+from swesbi.checks.readings.settings import CASES, ComparisonSettings, Reading, Treatment, WeightsSettings
 from swesbi.checks.readings.treatment import Features
 from swesbi.checks.readings.weights import fits_by_weights
 from swesbi.checks.settings import CmaesSettings
@@ -189,7 +189,7 @@ def readings_cmaes(
     settings: ReadingsCmaesStageSettings,
     origin: Origin,
 ) -> None:
-    """Fit every recording of a reading by CMA-ES under every choice of the loss's weights.
+    """Fit recordings of a reading by CMA-ES under every choice of the loss's weights: those the paper prints.
 
     Raises:
         ArtefactError: An input does not fit the others, or a subject cannot be recorded anew.
@@ -197,6 +197,7 @@ def readings_cmaes(
     rows = [
         asdict(row)
         for subject in _subjects(observations, passives, settings.run)
+        if subject.observation.subject in CASES
         for row in fits_by_weights(
             subject, settings.weights, settings.search, settings.prior, settings.forward_model
         )
