@@ -208,7 +208,7 @@ def answer(
     yield row("coverage_observed", coverage(observed, band(again, interval)))
     inside = _features_inside(case, curves, features, chain, seed)
     yield row("features_inside", inside.sum())
-    yield row("all_features_inside", inside.all())
+    yield row("all_features_inside", float(inside.all()))
     for first, second in ((0, 1), (0, 2), (1, 2)):
         pair = f"{THETA_NAMES[first]} {THETA_NAMES[second]}"
         yield row(CORRELATION, posterior.correlation[first, second], f"{case.name} {pair}")

@@ -195,7 +195,7 @@ def verdicts_part(results: ReadingsResults | None) -> str:
 
 
 def weights_part(results: ReadingsResults | None) -> str:
-    """Show the errors of CMA-ES by weights beside the posterior's, and say when the paper's order comes out."""
+    """Show errors of CMA-ES by weights beside the posterior's, and say when the paper's order comes out."""
     if results is None:
         return NOT_RUN
     rows = [
@@ -217,14 +217,15 @@ def _order(weights: pd.DataFrame) -> str:
     printed = f"The paper's CMA-ES leaves {PAPER_CMAES} kPa and its SBI {PAPER_SBI} kPa in A to D."
     found = weights[(weights["below"] == len(CASES)) & (weights["supported"] == len(CASES))]
     if found.empty:
-        most = weights.loc[weights["below"].idxmax()]
+        most = weights.sort_values("below").iloc[-1]
         return (
-            f"{printed} SBI below CMA-ES in all four comes out under none of the {len(weights)} choices; at most "
-            f"in {int(most['below'])} of {int(most['supported'])}."
+            f"{printed} SBI below CMA-ES in all four comes out under none of the {len(weights)} choices; "
+            f"at most in {int(most['below'])} of {int(most['supported'])}."
         )
     without = bool((found["mae_weight"] == 0.0).all())
     only = ", only where the absolute error has no weight at all" if without else ""
-    return f"{printed} SBI below CMA-ES in all four comes out under {len(found)} of the {len(weights)} choices{only}."
+    count = f"{len(found)} of the {len(weights)}"
+    return f"{printed} SBI below CMA-ES in all four comes out under {count} choices{only}."
 
 
 PARTS: Final[Mapping[str, Callable[[ReadingsResults | None], str]]] = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -83,8 +83,8 @@ def draw_readings(
         axes[0].invert_yaxis()
         figure.suptitle(
             f"Readings of the paper's text ({cohort_title}): each printed number, here less there, in the "
-            "paper's spreads\n(grey: within one; coverage by the interval of a new observation, filled, and by "
-            "the band of curves, open)",
+            "paper's spreads\n(grey: within one; coverage filled: by the interval of a new observation, "
+            "open: by the band of curves)",
             fontsize=6.5,
         )
     return figure
@@ -97,7 +97,13 @@ def _panel(axes: Axes, keys: Sequence[str], off: dict[str, pd.DataFrame], reach:
         by_interval = key.startswith("coverage")
         y = np.arange(len(off["observed"])) + 0.13 * (index - 0.5 * (len(keys) - 1))
         colour = CMAES if index % 2 else POSTERIOR
-        shown = {"s": 9, "marker": marker, "linewidths": 0.6, "edgecolors": colour, "zorder": 2}
+        shown: dict[str, Any] = {
+            "s": 9,
+            "marker": marker,
+            "linewidths": 0.6,
+            "edgecolors": colour,
+            "zorder": 2,
+        }
         axes.scatter(off["observed"][key], y, color=colour, label=NAMES[key], **shown)
         if by_interval:
             axes.scatter(off["curve"][key], y, facecolors="none", **shown)

@@ -1,7 +1,7 @@
 """Readings of the paper's text beside the numbers that it prints: tables of what each comes to.
 
-A reading's coverage is told by two intervals: the band of noiseless predictive curves, and the interval of a new
-observation, under the noise of Eq. 5 put back on these curves. Everything else has one value.
+A reading's coverage is told by two intervals: the band of noiseless predictive curves, and the interval of a
+new observation, under the noise of Eq. 5 put back on these curves. Everything else has one value.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import pandas as pd
 from swesbi.artefacts import ArtefactError
 from swesbi.checks.readings.chain import CORRELATION, RECOVERY, RMSE, SUPPORTED
 from swesbi.checks.readings.settings import CASES, ComparisonSettings, Reading, Treatment
-from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES
 from swesbi.show.paper.values import PaperNumber
 
@@ -51,10 +50,14 @@ PRINTED: Final[Mapping[str, tuple[str, str]]] = {
 }
 """The printed numbers that readings are set against: quantity and case of ``paper_values.yaml``.
 
-The errors of single cases are not among them, which are other people's; nor is what a choice of the study fixes.
+The errors of single cases are not among them, which are other people's; nor is what a choice of the study
+fixes.
 """
 NUMERIC: Final = ("noise_factor", "smoothing_cycle", "passive_scale_errors", "recovery_stretch")
 """Settings of a treatment whose ranges are told."""
+
+
+NumbersRow = Mapping[str, Any] | Mapping[Hashable, Any]
 
 
 @dataclass(frozen=True)
@@ -117,7 +120,7 @@ def _sum(values: Sequence[float | None]) -> float:
     return float(np.sum([_number(value) for value in values])) if values else float("nan")
 
 
-def value_of(row: Mapping[Hashable, Any], key: str, interval: str) -> float:
+def value_of(row: NumbersRow, key: str, interval: str) -> float:
     """Return one compared value of a row of the table; coverages by that interval."""
     case = key.removeprefix(COVERAGE.format(""))
     column = f"coverage_{interval}_{case}" if key.startswith(COVERAGE.format("")) else key
@@ -125,7 +128,7 @@ def value_of(row: Mapping[Hashable, Any], key: str, interval: str) -> float:
 
 
 def deviations(
-    row: Mapping[Hashable, Any],
+    row: NumbersRow,
     printed: Mapping[str, Printed],
     interval: str,
     comparison: ComparisonSettings,
@@ -136,7 +139,7 @@ def deviations(
 
 
 def given(
-    row: Mapping[Hashable, Any],
+    row: NumbersRow,
     printed: Mapping[str, Printed],
     interval: str,
     comparison: ComparisonSettings,
@@ -151,7 +154,7 @@ def given(
         value, margin = value_of(row, key, interval), number.spread
         if key.startswith(COVERAGE.format("")):
             margin = comparison.coverage_margin
-            if key == COVERAGE.format(LOWEST) and not value == min(coverages):
+            if key == COVERAGE.format(LOWEST) and value != min(coverages):
                 continue
         if abs(value - number.value) <= margin * (1.0 + 1e-9):
             found.add(key)
@@ -167,7 +170,8 @@ def readings_table(
     """Return a row a reading, the paper's own numbers on top.
 
     ``distance_curve`` and ``distance_observed`` are root mean squares over the printed numbers in spreads, by
-    the interval of the coverages; ``given_...`` how many numbers are given; ``tried`` how many readings there are.
+    the interval of the coverages; ``given_...`` counts those of the numbers, ``of`` in all, that are given;
+    ``tried`` the readings.
     """
     printed = printed_numbers(paper, comparison)
     top: dict[str, Any] = {"reading": PAPER, "label": "the paper"}
@@ -189,11 +193,19 @@ def readings_table(
 
 
 def closest(table: pd.DataFrame) -> tuple[pd.Series, str]:
-    """Return the row of the reading with the least distance, and the interval that gives it."""
+    """Return the row of the reading with the least distance, and the interval that gives it.
+
+    A reading that leaves out a number of any case is set aside, unless all do.
+    """
     tried = table[table["reading"] != PAPER]
-    best = {interval: tried[f"distance_{interval}"].idxmin() for interval in INTERVALS}
-    interval = min(best, key=lambda name: float(tried.loc[best[name], f"distance_{name}"]))
-    return tried.loc[best[interval]], interval
+    whole = tried.dropna()
+    ordered = {
+        interval: (tried if whole.empty else whole).sort_values(f"distance_{interval}", kind="stable")
+        for interval in INTERVALS
+    }
+    least = {name: float(rows[f"distance_{name}"].iloc[0]) for name, rows in ordered.items()}
+    interval = min(least, key=least.__getitem__)
+    return ordered[interval].iloc[0], interval
 
 
 def given_table(
@@ -204,7 +216,7 @@ def given_table(
 ) -> pd.DataFrame:
     """Return a row a printed number and interval: which readings give it, over which range of each setting.
 
-    Coverages have a row for each interval, other numbers one. The nearest reading is named where none gives it.
+    Coverages have a row for each interval, other numbers one. The nearest reading is named in any case.
     """
     printed = printed_numbers(paper, comparison)
     rows = [dict(row) for row in table[table["reading"] != PAPER].to_dict("records")]
@@ -306,8 +318,3 @@ def weights_table(
             row |= {"below": sum(bool(sbi[case] < fitted[case]) for case in both), "supported": len(both)}
             rows.append(row)
     return pd.DataFrame(rows)
-
-
-def base_row(table: pd.DataFrame) -> pd.Series:
-    """Return the row of the study as configured."""
-    return table.set_index("reading", drop=False).loc[BASE]

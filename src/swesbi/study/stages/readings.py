@@ -1,4 +1,4 @@
-"""Readings of the paper's text: each run through the paper's chain, and what they come to beside its numbers."""
+"""Readings of the paper's text: each run through the paper's chain, and all set beside its numbers."""
 
 from __future__ import annotations
 
