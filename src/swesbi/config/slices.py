@@ -169,6 +169,8 @@ def _ladder(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 SIMULATED: Final = "prior forward_model"
 """What the simulations of an experiment depend on, beside its subjects."""
+RECORDED: Final = "forward_model measurement passive recording passive_reference_prior=reference_prior"
+"""What recordings are read and calibrated with."""
 
 
 def _readings_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
@@ -188,10 +190,9 @@ def _readings_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     chain = _fields(
         changed,
         chosen,
-        f"{SIMULATED} experiment.simulations_per_subject measurement passive recording "
-        "passive_reference_prior=reference_prior experiment.summary experiment.observation_model "
-        "experiment.estimator experiment.epoch_study.checkpoint_epochs experiment.support "
-        "experiment.posterior experiment.predictive experiment.recovery",
+        f"{RECORDED} prior experiment.simulations_per_subject experiment.summary "
+        "experiment.observation_model experiment.estimator experiment.epoch_study.checkpoint_epochs "
+        "experiment.support experiment.posterior experiment.predictive experiment.recovery",
     )
     treatment = reading.treatment.to_plain()
     return {"chain": chain, "treatment": treatment, "changed": bool(reading.changes)}
@@ -205,9 +206,10 @@ def _readings_seeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 def _readings_cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    weights = study.config.readings.cmaes.to_plain()
-    searched = _fields(study, wildcards, "cmaes.search prior=prior_of_cmaes forward_model")
-    return {"run": _readings_run(study, wildcards), "weights": weights} | searched
+    section, name = study.config.readings, named(study, wildcards, "reading")
+    own = {"weights": section.cmaes.to_plain(), "treatment": section.readings[name].treatment.to_plain()}
+    searched = _fields(study, wildcards, "cmaes.search prior=prior_of_cmaes")
+    return own | searched | {"protocol": _fields(study, wildcards, RECORDED)}
 
 
 def _readings(study: Study, wildcards: Wildcards) -> dict[str, Any]:

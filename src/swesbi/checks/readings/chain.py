@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import Field
 
 from swesbi.arrays import BoolArray, FloatArray
-from swesbi.base import Settings
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.observed_curves import curve_noise, observed_curves
 from swesbi.checks.readings.recordings import Protocol, passive_scale_error
@@ -19,13 +18,10 @@ from swesbi.checks.readings.treatment import Features
 from swesbi.checks.scores import band, check_features, coverage, reduction_percent, score
 from swesbi.checks.settings import CheckpointEpochs, PredictiveSettings, RecoverySettings
 from swesbi.heart.periodic import Status
-from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import total_cycle
 from swesbi.measurement.settings import (
-    MeasurementSettings,
-    PassiveSettings,
     SummarySettings,
     summary_names,
     summary_units,
@@ -40,7 +36,6 @@ from swesbi.posterior.settings import PosteriorSettings
 from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.phases import sample_cycle, to_grid
-from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator, integer_seed
 from swesbi.simulations import PriorSimulations
 from swesbi.verdict.settings import SupportSettings
@@ -52,16 +47,11 @@ SUPPORTED: Final = "supported"
 RMSE: Final = "rmse_kpa"
 
 
-class ChainSettings(Settings):
+class ChainSettings(Protocol):
     """What the chain depends on: the settings of an experiment of the paper's kind, and of its recordings."""
 
     simulations_per_subject: int = Field(ge=1, description="the first so many draws of each subject")
     prior: PriorSettings
-    forward_model: ForwardModelSettings
-    measurement: MeasurementSettings
-    passive: PassiveSettings
-    passive_reference_prior: PriorSettings
-    recording: RecordingSettings
     summary: SummarySettings
     observation_model: ObservationModelSettings
     estimator: EstimatorSettings
@@ -70,13 +60,6 @@ class ChainSettings(Settings):
     posterior: PosteriorSettings
     predictive: PredictiveSettings
     recovery: RecoverySettings
-
-    @property
-    def protocol(self) -> Protocol:
-        """What recordings are read and calibrated with."""
-        return Protocol(
-            self.recording, self.measurement, self.passive, self.passive_reference_prior, self.forward_model
-        )
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.artefacts import ArtefactError
+from swesbi.base import Settings
 from swesbi.checks.observed_curves import at_phases
 from swesbi.checks.readings.settings import Treatment
 from swesbi.checks.readings.treatment import smooth_cycle
@@ -29,8 +30,7 @@ ERRORS = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction", "scale_f
 """Errors of the speeds; failures, outliers and the variation of RR are not among them."""
 
 
-@dataclass(frozen=True)
-class Protocol:
+class Protocol(Settings):
     """What recordings are read and calibrated with."""
 
     recording: RecordingSettings

@@ -12,13 +12,12 @@ import pandas as pd
 from swesbi.artefacts import ArtefactError
 from swesbi.base import Settings
 from swesbi.checks.readings.chain import Case, ChainSettings, Row, answer, chosen, reading_pool, train_reading
-from swesbi.checks.readings.recordings import treated_subject
+from swesbi.checks.readings.recordings import Protocol, treated_subject
 from swesbi.checks.readings.recovery import recovery_rows, synthetic_recordings
 from swesbi.checks.readings.settings import CASES, ComparisonSettings, Reading, Treatment, WeightsSettings
 from swesbi.checks.readings.treatment import Features
 from swesbi.checks.readings.weights import fits_by_weights
 from swesbi.checks.settings import CmaesSettings
-from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects
 from swesbi.networks.paper.estimator import Checkpoint, load_checkpoints
 from swesbi.networks.paper.pool import Pool, read_pool
@@ -106,7 +105,7 @@ def _cases(
 ) -> list[Case]:
     by_subject = group_by_subject(shards)
     cases = []
-    for subject in _subjects(observations, passives, settings):
+    for subject in _subjects(observations, passives, settings.treatment, settings.chain):
         if (name := subject.observation.subject) not in by_subject:
             raise ArtefactError(f"no simulations of subject {name} are given")
         cases.append(Case(subject, read_simulations(by_subject[name])))
@@ -114,11 +113,10 @@ def _cases(
 
 
 def _subjects(
-    observations: Sequence[Path], passives: Sequence[Path], settings: ReadingStageSettings
+    observations: Sequence[Path], passives: Sequence[Path], treatment: Treatment, protocol: Protocol
 ) -> list[MeasuredSubject]:
-    chain = settings.chain
-    measured = read_measured_subjects(observations, passives, chain.measurement)
-    return [treated_subject(subject, settings.treatment, chain.protocol) for subject in measured]
+    measured = read_measured_subjects(observations, passives, protocol.measurement)
+    return [treated_subject(subject, treatment, protocol) for subject in measured]
 
 
 def _networks(
@@ -174,11 +172,11 @@ def readings_seeds(
 class ReadingsCmaesStageSettings(Settings):
     """What the reference fits under other weights depend on; of the prior only the bounds count."""
 
-    run: ReadingStageSettings
+    protocol: Protocol
+    treatment: Treatment
     weights: WeightsSettings
     search: CmaesSettings
     prior: PriorSettings
-    forward_model: ForwardModelSettings
 
 
 def readings_cmaes(
@@ -196,10 +194,10 @@ def readings_cmaes(
     """
     rows = [
         asdict(row)
-        for subject in _subjects(observations, passives, settings.run)
+        for subject in _subjects(observations, passives, settings.treatment, settings.protocol)
         if subject.observation.subject in CASES
         for row in fits_by_weights(
-            subject, settings.weights, settings.search, settings.prior, settings.forward_model
+            subject, settings.weights, settings.search, settings.prior, settings.protocol.forward_model
         )
     ]
     write_csv(fits, pd.DataFrame(rows), float_format=None)
