@@ -19,7 +19,8 @@ def table(*experiments: str) -> pd.DataFrame:
     for experiment in experiments:
         for subject, supported in (("A", True), ("B_2", True), ("E", False)):
             scores = [1.0, 80.0, 0.02, 0.99, 1.1, 0.97, 0.95] if supported else [np.nan] * 7
-            rows.append([experiment, subject, supported, 5.0, *scores, 1.4])
+            readings = [0.97, 0.95, 0.99, 0.98] if supported else [np.nan] * 4
+            rows.append([experiment, subject, supported, 5.0, *scores, 1.4, *readings, 0.61, 0.74])
     return pd.DataFrame(rows, columns=list(PPC_COLUMNS))
 
 

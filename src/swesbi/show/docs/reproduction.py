@@ -132,7 +132,7 @@ def _row(results: ReproductionResults, epoch: int) -> dict[str, str]:
         "validation loss": fixed(_of(at, training_tables.VALIDATION_LOSS)["value"].iloc[0], 2),
         "loss of parameters never seen": fixed(_of(at, training_tables.FRESH_LOSS)["value"].iloc[0], 2),
         "recovery of k_0, k_ATP, k_SR": ", ".join(share(recovery[name]) for name in THETA_NAMES),
-        "phases in the predictive interval": _range(
+        "phases in the band of noiseless curves": _range(
             _supported(results, at, training_tables.COVERAGE_PHASES), 100.0, 0, " %"
         ),
         "RMSE (kPa)": _range(_supported(results, at, training_tables.RMSE), 1.0, 2),

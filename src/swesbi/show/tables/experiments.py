@@ -26,8 +26,22 @@ SCORES: Final = (
     ("RMSE reduction (%)", "rmse_reduction_percent", 1.0, 1),
     ("R²", "r2", 1.0, 3),
     ("Post-peak RMSE (kPa)", "post_peak_rmse_kpa", 1.0, 2),
-    ("Coverage of the predictive band, grid (%)", "coverage_grid", 100.0, 0),
-    ("Coverage of the predictive band, measured phases (%)", "coverage_phases", 100.0, 0),
+    ("Coverage by the band of noiseless curves, grid (%)", "coverage_noiseless_grid", 100.0, 0),
+    ("Coverage by the band of noiseless curves, phases (%)", "coverage_noiseless_phases", 100.0, 0),
+    ("Coverage by the interval of new observations, grid (%)", "coverage_observed_grid", 100.0, 0),
+    (
+        "Coverage by the interval of new observations, phases (%)",
+        "coverage_observed_phases",
+        100.0,
+        0,
+    ),
+    ("Ceiling: coverage by the prior's noiseless band, grid (%)", "coverage_prior_band_grid", 100.0, 0),
+    (
+        "Ceiling: coverage by the prior's envelope, grid (%)",
+        "coverage_prior_envelope_grid",
+        100.0,
+        0,
+    ),
 )
 COLUMNS: Final = ("quantity", "paper", "this_study", "note")
 
