@@ -62,12 +62,13 @@ CAPTION: Final = (
 )
 Row = Mapping[Hashable, Any]
 SYMBOLS = {"±": r"$\pm$", "→": r"$\rightarrow$", "−": r"$-$", "_": r"\_\allowbreak{}"}
-COMPARISON_HEAD = r"Quantity & Paper & This study & Reading \\"
+COMPARISON_HEAD = r"Quantity & Paper & This study & Reading & Origin \\"
 COLUMNS = (
-    r">{\raggedright\arraybackslash}p{0.27\linewidth}"
-    r">{\raggedright\arraybackslash}p{0.12\linewidth}"
-    r">{\raggedright\arraybackslash}p{0.22\linewidth}"
-    r">{\raggedright\arraybackslash}p{0.29\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.23\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.10\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.19\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.24\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.10\linewidth}"
 )
 
 
@@ -258,7 +259,8 @@ def _caption(cohort_title: str) -> str:
     return (
         rf"\textbf{{Every number of the paper}} beside this study's ({text(cohort_title)}). Cases A to D "
         r"of the paper and the subjects of these names here are different people. Means and standard "
-        r"deviations are over the supported subjects."
+        r"deviations are over the supported subjects. Designed: a choice of this study, named in "
+        r"\texttt{paper\_comparison.csv}, brought the value or its agreement about."
     )
 
 
@@ -273,5 +275,6 @@ def _comparison_body(paper: Sequence[PaperNumber], table: pd.DataFrame) -> Itera
             if group:
                 yield r"    \addlinespace"
             group = number.group
-            yield rf"    \multicolumn{{4}}{{@{{}}l}}{{\textit{{{text(group)}}}}} \\*"
-        yield f"    {' & '.join(text(str(cell)) for cell in row)} \\\\"
+            yield rf"    \multicolumn{{5}}{{@{{}}l}}{{\textit{{{text(group)}}}}} \\*"
+        *cells, origin = map(str, row)
+        yield f"    {' & '.join(map(text, (*cells, origin.split(' (')[0])))} \\\\"

@@ -43,7 +43,9 @@ SCORES: Final = (
         0,
     ),
 )
-COLUMNS: Final = ("quantity", "paper", "this_study", "note")
+COLUMNS: Final = ("quantity", "paper", "this_study", "note", "origin")
+DESIGNED: Final = "designed"
+MARK: Final = "†"
 
 
 def level(table: pd.DataFrame, experiment: Experiment) -> dict[str, float]:
@@ -295,12 +297,29 @@ def read_comparison(path: Path) -> pd.DataFrame:
 
 def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
     """Return the comparison; numbers keep the digits that the table of the study gives them."""
-    columns = words("Quantity", "Paper", "This study", "Reading")
+    columns = words("Quantity", "Paper", "This study", "Reading", "Designed or found")
     rows = tuple(
-        Row((str(row["quantity"]), _number(row["paper"]), _number(row["this_study"]), str(row["note"])))
+        Row(
+            (
+                str(row["quantity"]),
+                _number(row["paper"]),
+                _number(row["this_study"]),
+                str(row["note"]),
+                marked(str(row["origin"])),
+            )
+        )
         for row in records(comparison)
     )
-    return Table(f"Every number of the paper, and of this study ({cohort_title}).", columns, rows)
+    note = (
+        f"{MARK} Designed: a choice of this study, whose place stands in brackets, brought the value or its "
+        "agreement with the paper about; it is no finding, however it is read."
+    )
+    return Table(f"Every number of the paper, and of this study ({cohort_title}).", columns, rows, note)
+
+
+def marked(origin: str) -> str:
+    """Return where a number comes from, with a mark where it is designed."""
+    return f"{MARK} {origin}" if origin.startswith(DESIGNED) else origin
 
 
 def _number(text: object) -> str:

@@ -163,7 +163,7 @@ def score_table(experiment: Experiment, cohort_title: str) -> Table:
     mass = f"{experiment.predictive_percent:g} %"
     note = (
         "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage "
-        f"is the share of the observed curve inside the {mass} band of noiseless curves, or inside the {mass} "
+        f"is the share of the observed curve inside the {mass} band of noiseless curves, or the {mass} "
         f"interval of new observations ({SPEED_NOISE if experiment.exact else FEATURE_NOISE}). The "
         "last two columns are the ceiling of the first: the prior's own band, and the extremes of all its "
         "draws. Subjects outside the prior's support have no posterior scores."
