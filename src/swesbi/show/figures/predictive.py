@@ -107,7 +107,7 @@ def draw_predictions(axes: Axes, panel: PredictivePanel) -> None:
     check, exact = panel.check, is_exact(panel.support)
     grid = check.target.grid
     mass = as_percent(check.interval)
-    label = f"{mass} PI, with noise" if exact else f"{mass} band, noiseless"
+    label = f"noisy {mass} PI" if exact else f"{mass} band, noiseless"
     _draw_band(axes, grid, check.prior.curve, PRIOR, "--", ("prior median", f"prior {label}"))
     if check.supported:
         names = ("posterior median", f"posterior {label}")
@@ -172,7 +172,7 @@ def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> 
         figure.suptitle(titled(what, cohort_title), fontsize=7.5)
         label_outer(axes, "cycle fraction $s$")
         figure.supylabel("apparent Young's modulus $E$ (kPa)", fontsize=7.0)
-        shared_legend(figure, sorted(axes, key=_completeness), entries_a_row=3 if exact else 4)
+        shared_legend(figure, sorted(axes, key=_completeness), entries_a_row=3)
     return figure
 
 
@@ -268,6 +268,7 @@ def _write_scores(axes: Axes, panel: PredictivePanel) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 1.0)
     top = _write_table(axes, 1.0, _score_rows(panel), (0.0, 0.66, 0.83, 1.0))
+    top = _write_table(axes, top, _coverage_rows(panel), (0.0, 0.76, 1.0))
     features = _feature_rows(panel)
     top = _write_table(axes, top - LINE_HEIGHT, features, (0.0, 0.60, 0.66, 1.0))
     lines: list[Row] = [(line,) for line in _verdict_lines(panel)]
@@ -286,7 +287,6 @@ def _verdict_lines(panel: PredictivePanel) -> list[str]:
 def _score_rows(panel: PredictivePanel) -> list[Row]:
     prior, posterior = panel.check.prior, panel.check.posterior
     reduction = reduction_percent(prior.scores.rmse_kpa, posterior.scores.rmse_kpa)
-    mass = as_percent(panel.check.interval)
     return [
         ("", "prior", "post.", "CMA-ES"),
         ("RMSE (kPa)", *_numbers(2, prior.scores.rmse_kpa, posterior.scores.rmse_kpa, panel.fit.rmse_kpa)),
@@ -298,21 +298,24 @@ def _score_rows(panel: PredictivePanel) -> list[Row]:
             *_numbers(2, prior.scores.post_peak_rmse_kpa, posterior.scores.post_peak_rmse_kpa),
             "",
         ),
-        ("coverage, grid | measured phases", "", "", ""),
-        (f"  {mass} band, noiseless", *_coverages(prior, posterior, "noiseless"), ""),
-        (f"  {mass} PI, with noise", *_coverages(prior, posterior, "observed"), ""),
-        ("  envelope of all draws", *_coverages(prior, posterior, "envelope"), ""),
-        (
-            "  measurement noise alone" if is_exact(panel.support) else "  with recording noise",
-            *(f"– | {_numbers(2, part.coverage_recording_noise)[0]}" for part in (prior, posterior)),
-            "",
-        ),
     ]
 
 
-def _coverages(prior: Prediction, posterior: Prediction, name: str) -> Row:
-    """Return the coverage of the grid and of the measured phases, of the prior and of the posterior."""
-    both = ((part.coverages, part.phase_coverages) for part in (prior, posterior))
+def _coverage_rows(panel: PredictivePanel) -> list[Row]:
+    """Return what each interval holds of the grid and of the measured phases."""
+    mass, both = as_percent(panel.check.interval), (panel.check.prior, panel.check.posterior)
+    alone = "measurement noise alone" if is_exact(panel.support) else "with recording noise"
+    return [
+        ("coverage, grid | phases", "prior", "posterior"),
+        (f"  {mass} band, noiseless", *_coverages("noiseless", *both)),
+        (f"  {mass} PI, with noise", *_coverages("observed", *both)),
+        ("  envelope, noiseless", *_coverages("envelope", *both)),
+        (f"  {alone}", *(f"– | {_numbers(2, part.coverage_recording_noise)[0]}" for part in both)),
+    ]
+
+
+def _coverages(name: str, *predictions: Prediction) -> Row:
+    both = ((part.coverages, part.phase_coverages) for part in predictions)
     return tuple(" | ".join(_numbers(2, *(getattr(part, name) for part in parts))) for parts in both)
 
 
