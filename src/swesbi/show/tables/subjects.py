@@ -33,8 +33,7 @@ NOISELESS: Final = CoverageReading(
     "noiseless curves", ("coverage_noiseless_grid", "coverage_noiseless_phases")
 )
 FEATURE_NOISE: Final = (
-    "the noise of Eq. 5 put back on the whole curve, that of the maximum as a scale, that of the time to "
-    "peak as a shift"
+    "noise of Eq. 5 on the whole curve: that of the maximum as a scale, that of the time to peak as a shift"
 )
 SPEED_NOISE: Final = "noise of the measured speeds and discrepancy of the model"
 NOISY: Final = CoverageReading("new observations", ("coverage_observed_grid", "coverage_observed_phases"))
@@ -162,11 +161,11 @@ def score_table(experiment: Experiment, cohort_title: str) -> Table:
     rows = [_scores(row, second) for row in records(experiment.scores)]
     mass = f"{experiment.predictive_percent:g} %"
     note = (
-        "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage "
-        f"is the share of the observed curve inside the {mass} band of noiseless curves, or the {mass} "
-        f"interval of new observations ({SPEED_NOISE if experiment.exact else FEATURE_NOISE}). The "
-        "last two columns are the ceiling of the first: the prior's own band, and the extremes of all its "
-        "draws. Subjects outside the prior's support have no posterior scores."
+        "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage: "
+        f"share of the observed curve inside the {mass} band of noiseless curves, or the {mass} interval of "
+        f"new observations ({SPEED_NOISE if experiment.exact else FEATURE_NOISE}). The prior's band and "
+        "the extremes of all its draws are the ceiling of the first. Subjects outside the prior's support "
+        "have no posterior scores."
     )
     if len(experiment.supported) > 1:
         rows.append(_mean_scores(experiment.supported, second))
