@@ -24,6 +24,7 @@ PAPER: Final = "paper"
 INTERVALS: Final = {"curve": "band of noiseless curves", "observed": "interval of a new observation"}
 COVERAGE: Final = "coverage_{}"
 LOWEST: Final = "D"
+OF_CURVE: Final = "coverage of the 90 % predictive interval"
 MEANS: Final = {
     "rmse_prior_kpa": "RMSE of the prior predictive median, mean ± sd (kPa)",
     "rmse_kpa": "RMSE of the posterior predictive median, mean ± sd (kPa)",
@@ -43,7 +44,7 @@ RECOVERIES: Final = {
 PRINTED: Final[Mapping[str, tuple[str, str]]] = {
     "supported": ("subjects that pass both support criteria", ""),
     **{key: (quantity, "") for key, quantity in MEANS.items()},
-    **{COVERAGE.format(case): ("coverage of the 90 % predictive interval", case) for case in CASES},
+    **{COVERAGE.format(case): (f"{OF_CURVE}, as the band of noiseless curves", case) for case in CASES},
     "features_inside": ("noise-modelled features inside their 90 % intervals", ""),
     **{key: (quantity, "") for key, (quantity, _) in CORRELATIONS.items()},
     **{key: (quantity, "") for key, (quantity, _) in RECOVERIES.items()},
@@ -83,8 +84,9 @@ def printed_numbers(paper: Sequence[PaperNumber], comparison: ComparisonSettings
 
 def _printed(number: PaperNumber, comparison: ComparisonSettings) -> Printed:
     case = f", case {number.case}" if number.case else ""
+    quantity = OF_CURVE if number.row.quantity.startswith(OF_CURVE) else number.row.quantity
     spread = comparison.spread_fraction * abs(number.value) if np.isnan(number.sd) else number.sd
-    return Printed(f"{number.row.quantity}{case}", number.value, spread)
+    return Printed(f"{quantity}{case}", number.value, spread)
 
 
 def reading_values(numbers: pd.DataFrame) -> dict[str, float]:
