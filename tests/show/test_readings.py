@@ -21,6 +21,7 @@ from swesbi.show.paper.readings import (
     INTERVALS,
     PAPER,
     PRINTED,
+    TOGETHER,
     closest,
     deviations,
     given,
@@ -102,13 +103,15 @@ def results(table: pd.DataFrame) -> ReadingsResults:
     seeds = pd.DataFrame(
         [
             {
-                "subject": "A",
-                "supported": int(seed > 3),
+                "subject": subject,
+                "acquisition_seed": seed,
+                "supported": int(seed > 3 + (subject == "B")),
                 "within_z": int(seed > 3),
                 "max_abs_z": 2.0 + seed,
                 "worst_component": "post_peak_auc_kpa",
                 "rmse_kpa": 1.0,
             }
+            for subject in "AB"
             for seed in range(6)
         ]
     )
@@ -219,6 +222,10 @@ def test_verdicts_are_counted_and_what_is_outside_is_named(results: ReadingsResu
     row = results.verdicts.iloc[0]
     assert (row["recordings"], row["supported"], row["median_max_abs_z"]) == (6, 2, 4.5)
     assert row["most_often_outside"] == "post_peak_auc_kpa"
+    together = results.verdicts.iloc[2]
+    assert (together["subject"], together["recordings"], together["supported"]) == (TOGETHER, 6, 1)
+    text = PARTS["readings_verdicts"](results)
+    assert "as configured: 3 of 12 recordings supported; quiet: 3 of 12 recordings supported." in text
 
 
 def test_the_order_against_cmaes_is_counted(results: ReadingsResults) -> None:

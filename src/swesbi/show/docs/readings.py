@@ -13,7 +13,7 @@ from swesbi.checks.readings.settings import CASES
 from swesbi.parameters import THETA_NAMES
 from swesbi.show.docs.results import read_table
 from swesbi.show.numbers import fixed
-from swesbi.show.paper.readings import INTERVALS, PAPER, closest
+from swesbi.show.paper.readings import INTERVALS, PAPER, TOGETHER, closest
 from swesbi.show.results import records
 from swesbi.show.table import markdown, of_records
 
@@ -186,7 +186,8 @@ def verdicts_part(results: ReadingsResults | None) -> str:
             row[f"median of the largest z, {each['label']}"] = fixed(float(each["median_max_abs_z"]), 2)
             row[f"most often outside, {each['label']}"] = _text(each["most_often_outside"]) or "–"
         rows.append(row)
-    totals = results.verdicts.groupby("label", sort=False)[["supported", "recordings"]].sum()
+    alone = results.verdicts[results.verdicts["subject"] != TOGETHER]
+    totals = alone.groupby("label", sort=False)[["supported", "recordings"]].sum()
     said = "; ".join(
         f"{label}: {int(row['supported'])} of {int(row['recordings'])} recordings supported"
         for label, row in totals.iterrows()

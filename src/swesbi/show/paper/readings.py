@@ -24,6 +24,7 @@ PAPER: Final = "paper"
 INTERVALS: Final = {"curve": "band of noiseless curves", "observed": "interval of a new observation"}
 COVERAGE: Final = "coverage_{}"
 LOWEST: Final = "D"
+TOGETHER: Final = "all of them"
 OF_CURVE: Final = "coverage of the 90 % predictive interval"
 MEANS: Final = {
     "rmse_prior_kpa": "RMSE of the prior predictive median, mean ± sd (kPa)",
@@ -275,7 +276,10 @@ def recovery_table(numbers: Mapping[str, pd.DataFrame], readings: Mapping[str, R
 
 
 def seeds_by_reading(judged: Mapping[str, pd.DataFrame], readings: Mapping[str, Reading]) -> pd.DataFrame:
-    """Return a row a reading and subject: of how many recordings, how many are supported, and what fails."""
+    """Return a row a reading and subject: of how many recordings, how many are supported, and what fails.
+
+    A last row, ``TOGETHER``, counts the seeds under which every subject is supported.
+    """
     rows = []
     for name, frame in judged.items():
         for subject, part in frame.groupby("subject", sort=False):
@@ -293,6 +297,10 @@ def seeds_by_reading(judged: Mapping[str, pd.DataFrame], readings: Mapping[str, 
                     "rmse_kpa": float(part["rmse_kpa"].median()),
                 }
             )
+        by_seed = frame.groupby("acquisition_seed")[["supported", "within_z"]].min()
+        together = {"subject": TOGETHER, "recordings": len(by_seed), "most_often_outside": ""}
+        counts = {column: int(by_seed[column].sum()) for column in by_seed}
+        rows.append({"reading": name, "label": readings[name].label} | together | counts)
     return pd.DataFrame(rows)
 
 

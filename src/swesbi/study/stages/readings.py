@@ -156,7 +156,7 @@ def readings_seeds(
     settings: ReadingSeedsStageSettings,
     origin: Origin,
 ) -> None:
-    """Record every volunteer under every acquisition seed and judge each recording under one reading.
+    """Record the volunteers that the paper prints under every acquisition seed, and judge each recording.
 
     Raises:
         ArtefactError: An input does not fit the others, or a subject is no virtual volunteer.
@@ -164,7 +164,7 @@ def readings_seeds(
     run, seed = settings.run, origin.seed
     cases = _cases(observations, passives, shards, run)
     data, nets = _networks(cases, pool, checkpoints, run, seed, recordings.stem)
-    subjects = [case.subject for case in cases]
+    subjects = [case.subject for case in cases if case.name in CASES]
     net = chosen(nets, run.treatment)
     write_csv(recordings, judged_recordings(data, net, subjects, shards, settings.judged, seed))
 
