@@ -202,9 +202,7 @@ def weights_part(results: ReadingsResults | None) -> str:
     rows = [
         {
             "recordings": str(row["label"]),
-            "weights of MAE, correlation, peak": ", ".join(
-                f"{float(row[f'{term}_weight']):g}" for term in ("mae", "correlation", "peak")
-            ),
+            "weights of MAE, correlation, peak": _weights_of(row),
             "CMA-ES, A to D (kPa)": ", ".join(fixed(float(row[f"cmaes_{case}_kpa"]), 2) for case in CASES),
             "SBI, A to D (kPa)": ", ".join(fixed(float(row[f"sbi_{case}_kpa"]), 2) for case in CASES),
             "SBI below": f"{int(row['below'])} of {int(row['supported'])}",
@@ -223,10 +221,13 @@ def _order(weights: pd.DataFrame) -> str:
             f"{printed} SBI below CMA-ES in all four comes out under none of the {len(weights)} choices; "
             f"at most in {int(most['below'])} of {int(most['supported'])}."
         )
-    without = bool((found["mae_weight"] == 0.0).all())
-    only = ", only where the absolute error has no weight at all" if without else ""
-    count = f"{len(found)} of the {len(weights)}"
-    return f"{printed} SBI below CMA-ES in all four comes out under {count} choices{only}."
+    which = "; ".join(f"{_weights_of(row)} ({row['label']})" for row in records(found))
+    count = f"{len(found)} of the {len(weights)} choices"
+    return f"{printed} SBI below CMA-ES in all four comes out under {count}: {which}."
+
+
+def _weights_of(row: Mapping[Hashable, Any]) -> str:
+    return ", ".join(f"{float(row[f'{term}_weight']):g}" for term in ("mae", "correlation", "peak"))
 
 
 PARTS: Final[Mapping[str, Callable[[ReadingsResults | None], str]]] = {

@@ -280,7 +280,7 @@ def seeds_by_reading(judged: Mapping[str, pd.DataFrame], readings: Mapping[str, 
 
     A last row, ``TOGETHER``, counts the seeds under which every subject is supported.
     """
-    rows = []
+    rows: list[dict[str, Any]] = []
     for name, frame in judged.items():
         for subject, part in frame.groupby("subject", sort=False):
             outside = part[part["within_z"] == 0]["worst_component"].dropna()
@@ -299,7 +299,7 @@ def seeds_by_reading(judged: Mapping[str, pd.DataFrame], readings: Mapping[str, 
             )
         by_seed = frame.groupby("acquisition_seed")[["supported", "within_z"]].min()
         together = {"subject": TOGETHER, "recordings": len(by_seed), "most_often_outside": ""}
-        counts = {column: int(by_seed[column].sum()) for column in by_seed}
+        counts = {column: int(by_seed[column].sum()) for column in ("supported", "within_z")}
         rows.append({"reading": name, "label": readings[name].label} | together | counts)
     return pd.DataFrame(rows)
 
