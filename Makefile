@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity ladder exam docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -52,6 +52,12 @@ ladder: $(INSTALLED) ## what the posteriors owe to the equations: a table and a 
 	for name in ladder ladder_pairs ladder_moves; do \
 		cp results/tables/$$name.csv tests/reference/study/$$name.csv; done
 	cp results/figures/ladder.png docs/figures/ladder.png
+
+readings: $(INSTALLED) ## which readings of the paper's text give its numbers: tables and a figure, in an hour on a finished study (docs/readings.md)
+	$(BIN)/snakemake --cores $(CORES) results/tables/readings.csv
+	for name in readings readings_given readings_recovery readings_verdicts readings_weights; do \
+		cp results/tables/$$name.csv docs/tables/ || exit; done
+	cp results/figures/readings.png docs/figures/
 
 exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figures at two levels of noise and with cuff pressures, in five hours (docs/exam.md)
 	$(BIN)/python -m swesbi exam --cores $(CORES)

@@ -183,6 +183,8 @@ def test_ppc_table_has_the_agreed_columns_and_blanks(table_files: dict[str, Path
     assert tuple(table.columns) == PPC_COLUMNS == (
         "experiment", "subject", "supported", "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse",
         "r2", "post_peak_rmse_kpa", "coverage_grid", "coverage_phases", "rmse_cmaes_kpa",
+        "coverage_noiseless_grid", "coverage_noiseless_phases", "coverage_observed_grid",
+        "coverage_observed_phases", "coverage_prior_band_grid", "coverage_prior_envelope_grid",
     )  # fmt: skip
     assert table["subject"].tolist() == list(TRUE_THETA) and set(table["experiment"]) == {EXPERIMENT}
     assert table["supported"].tolist() == [True, False]
@@ -190,7 +192,11 @@ def test_ppc_table_has_the_agreed_columns_and_blanks(table_files: dict[str, Path
     reduction = 100.0 * (1.0 - supported["rmse_kpa"] / supported["rmse_prior_kpa"])
     assert supported["rmse_reduction_percent"] == pytest.approx(reduction, rel=1e-6)
     blanks = [name for name in PPC_COLUMNS if pd.isna(excluded[name])]
-    assert blanks == list(PPC_COLUMNS[4:11])
+    assert blanks == [*PPC_COLUMNS[4:11], *PPC_COLUMNS[12:16]]
+    assert supported["coverage_noiseless_grid"] == supported["coverage_grid"]
+    assert supported["coverage_observed_grid"] > supported["coverage_noiseless_grid"]
+    ceiling = table[["coverage_prior_band_grid", "coverage_prior_envelope_grid"]]
+    assert (ceiling.iloc[:, 0] <= ceiling.iloc[:, 1]).all() and (ceiling <= 1.0).all(axis=None)
 
 
 def test_features_table(table_files: dict[str, Path]) -> None:

@@ -39,7 +39,7 @@ HEAVY = {
     "xarray",
 }
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base", "structure": "base"}
-WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
+WILDCARDS |= {"reading": "base", "shard": "0", "part": "0", "batch": "0"}
 
 
 def settings_of(study: Study, stage: str) -> dict[str, Any]:
@@ -291,12 +291,14 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "population_answers",
     "pressures",
 }
+READINGS = {"readings_run", "readings_seeds"}  # they run the chain of the paper's experiment
 AFFECTED = {
-    "experiments__paper__predictive__draws": {"predictive", "epochs", "acquisition_seeds"},
-    "experiments__paper__estimator__learning_rate": {"train"},
-    "experiments__paper__observation_model__augmentations": {"pool", "predictive", "recovery", "epochs"},
-    "experiments__paper__support__candidate_draws": {"posterior", "epochs", "acquisition_seeds"},
-    "experiments__paper__recovery__recordings": {"recovery", "epochs", "recovery_acquisition"},
+    "experiments__paper__predictive__draws": {"predictive", "epochs", "acquisition_seeds"} | READINGS,
+    "experiments__paper__estimator__learning_rate": {"train"} | READINGS,
+    "experiments__paper__observation_model__augmentations": {"pool", "predictive", "recovery", "epochs"}
+    | READINGS,
+    "experiments__paper__support__candidate_draws": {"posterior", "epochs", "acquisition_seeds"} | READINGS,
+    "experiments__paper__recovery__recordings": {"recovery", "epochs", "recovery_acquisition"} | READINGS,
     "experiments__calibrated__estimator__learning_rate": {"train_flow", "sensitivity_run"},
     "experiments__calibrated__simulations_per_subject": {"speed_pool", "sensitivity_run"},
     "experiments__calibrated__observation_model__discrepancy__speed_fraction": OF_A_RECORDING,
@@ -339,8 +341,11 @@ AFFECTED = {
     "population_experiments__amortised__calibration__two_sample_draws": {"population_agreement"},
     "population_experiments__amortised__nulls__recordings": {"population_null"},
     "passive__exponent_b": OF_A_RECORDING
-    | {"passive", "recovery_acquisition", "acquisition_seeds", "discrepancy"},
-    "recording__min_samples_per_phase": {
+    | {"passive", "recovery_acquisition", "acquisition_seeds", "discrepancy", "readings_cmaes"}
+    | READINGS,
+    "recording__min_samples_per_phase": READINGS
+    | {
+        "readings_cmaes",
         "ingest",
         "ingest_batch",
         "noise",
@@ -360,9 +365,13 @@ AFFECTED = {
     "ladder__max_rounds": {"ladder_run"},
     "ladder__survives_widths": {"ladder"},
     "exam__score__least_supported": {"exam_table"},
-    "cmaes__search__generations": {"cmaes"},
+    "readings__comparison__spread_fraction": {"readings"},
+    "readings__cmaes__seeds": {"readings_cmaes"},
+    "cmaes__search__generations": {"cmaes", "readings_cmaes"},
     "forward_model__steps_per_beat": OF_A_RECORDING
+    | READINGS
     | {
+        "readings_cmaes",
         "simulate",
         "passive",
         "predictive",
@@ -374,8 +383,8 @@ AFFECTED = {
         "discrepancy",
     },
     "experiments__paper__epoch_study__candidate_draws": {"epochs"},
-    "acquisition_seeds__seeds": {"acquisition_seeds"},
-    "experiments__paper__epoch_study__checkpoint_epochs": {"train"},
+    "acquisition_seeds__seeds": {"acquisition_seeds", "readings_seeds"},
+    "experiments__paper__epoch_study__checkpoint_epochs": {"train"} | READINGS,
     "resources__device": set(),
 }
 

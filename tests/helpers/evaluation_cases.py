@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.checks.cmaes import CmaesFit, best_run, curve_loss, gather, search
-from swesbi.checks.predictive import Draws, PredictiveCheck, Target, predict
+from swesbi.checks.observed_curves import CurveNoise
+from swesbi.checks.predictive import Draws, ObservedDraws, PredictiveCheck, Target, observe, predict
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, bounds, quantile
@@ -70,10 +71,14 @@ def check(subject: str = "A", supported: bool = True, n: int = 200) -> Predictiv
     prior = draws(quantile(np.random.default_rng(1).random((n, 3)), PRIOR))
     posterior = draws(posterior_theta(subject, n if supported else 0))
     parts = [
-        predict(part, observation, INTERVAL, np.random.default_rng(k))
+        predict(part, _observed(part), observation, INTERVAL, np.random.default_rng(k))
         for k, part in enumerate((prior, posterior))
     ]
     return PredictiveCheck(observation, INTERVAL, supported, *parts)
+
+
+def _observed(shown: Draws) -> ObservedDraws:
+    return observe(shown, _phases(), CurveNoise(1.0, 0.03), np.random.default_rng(5))
 
 
 def posterior_theta(subject: str, n: int) -> FloatArray:

@@ -188,7 +188,10 @@ def verdict(path: Path) -> Numbers:
 
 RECOVERY: Final = table(["parameter", "nominal"], ["coverage", "n", "bias", "contraction"])
 RECOVERED: Final = {"": TRAINED, "coverage": SHARE, "n": COUNTED}
-SCORES: Final = ("rmse_kpa", "nrmse", "r2", "post_peak_rmse_kpa", "coverage", "phases_coverage", "failed")
+SCORES: Final = (
+    "rmse_kpa", "nrmse", "r2", "post_peak_rmse_kpa", "coverage", "phases_coverage", "failed",
+    "coverage_noiseless", "coverage_observed", "coverage_envelope",
+)  # fmt: skip
 CHECKED: Final = ("feature_median", "feature_low", "feature_high")
 CHECKS: Final = ["statistic", "coverage_90", "contraction", "flagged"]
 CHECKED_TO: Final = {"": SHARE, "contraction": TRAINED}

@@ -25,7 +25,18 @@ def make_experiment(name: str, supported: dict[str, bool], use_trajectory: bool 
     for subject, known in supported.items():
         one = 1.0 if known else math.nan
         scores.append(
-            [name, subject, known, 10.0, *[one * value for value in (2, 80, 0.1, 0.99, 3, 0.6, 0.5)], 4.0]
+            [
+                *(
+                    name,
+                    subject,
+                    known,
+                    10.0,
+                    *[one * value for value in (2, 80, 0.1, 0.99, 3, 0.6, 0.5)],
+                    4.0,
+                ),
+                *(one * value for value in (0.6, 0.5, 0.9, 0.8)),
+                *(0.7, 0.75),
+            ]
         )
         features.append(
             [name, subject, known, "maximum_kpa", 40.0, 1.0, 30.0, 10.0, 50.0, one, one, one, known]

@@ -19,6 +19,7 @@ from swesbi.show.paper.comparison import (
     READINGS,
     ReadingError,
     comparison_table,
+    origin,
     read_difference,
 )
 from swesbi.show.paper.measured import Asked, Measured, StudyResults, differ, shown, spread
@@ -145,7 +146,7 @@ def test_every_number_of_the_paper_has_a_row(number: str) -> None:
 def test_table_1_is_complete_and_its_means_are_those_of_its_cases() -> None:
     paper = read_paper()
     table_1 = [part for part in paper if part.case]
-    assert len(table_1) == 4 * (7 + 1)
+    assert len(table_1) == 4 * (8 + 1), "the coverage in both readings, and the CMA-ES fit"
     for mean, column in (
         ("RMSE of the prior predictive median, mean", "rmse_prior_kpa"),
         ("RMSE of the posterior predictive median, mean", "rmse_kpa"),
@@ -160,7 +161,7 @@ def test_table_1_is_complete_and_its_means_are_those_of_its_cases() -> None:
 
 def test_every_cell_is_filled_and_no_quantity_comes_twice(table: pd.DataFrame) -> None:
     frame = table.reset_index()
-    assert tuple(frame.columns) == COLUMNS == ("quantity", "paper", "this_study", "note")
+    assert tuple(frame.columns) == COLUMNS == ("quantity", "paper", "this_study", "note", "origin")
     assert (frame.map(lambda cell: isinstance(cell, str) and bool(cell.strip()))).all(axis=None)
     assert frame["quantity"].is_unique and len(frame) == len(read_paper()) > 100
     assert not frame["this_study"].str.contains(r"\bnan\b").any()
@@ -183,6 +184,41 @@ def test_remarks_assert_no_result() -> None:
     allowed = {"41", "46", "16", "90", "0"}
     for part in read_paper():
         assert set(re.findall(r"\d+(?:\.\d+)?", part.row.remark)) <= allowed, part.row.remark
+
+
+def test_designed_rows_name_the_place_of_the_choice(table: pd.DataFrame) -> None:
+    said = table["origin"]
+    assert (said.eq("found") | said.str.fullmatch(r"designed \(.{8,}\)")).all()
+    for part in read_paper():
+        assert (
+            part.row.reading not in {"configured", "identity", "protocol"} or said[part.quantity] != "found"
+        )
+    for start in ("subjects that pass", "RMSE of the prior predictive median, mean", "r(k_0, k_ATP)"):
+        assert row(table, start)["origin"].startswith("designed (")
+    for start in ("r(k_0, k_SR)", "coverage of k_SR", "noise-modelled features", "supported cases where"):
+        assert row(table, start)["origin"] == "found"
+
+
+def test_a_setting_is_its_own_place() -> None:
+    configured = printed(measure="configured", of={"path": "experiment.prior.k0_kpa.low"})
+    assert origin(configured, "mine") == "designed (config.yaml: experiment mine, prior.k0_kpa.low)"
+    assert (
+        origin(printed(of={"path": "cmaes.generations"}), "x") == "designed (config.yaml: cmaes.generations)"
+    )
+    assert origin(printed(designed="here", of={"path": "cmaes.generations"}), "x") == "designed (here)"
+    assert origin(printed(), "x") == "found"
+
+
+def test_coverage_stands_in_both_readings(results: StudyResults, table: pd.DataFrame) -> None:
+    scores = results.ppc[results.ppc["experiment"] == "paper"].set_index("subject")
+    for start, column in (("as the band of noiseless curves", "noiseless"), ("with the noise", "observed")):
+        told = row(
+            table,
+            f"coverage of the 90 % predictive interval, {start} of the observation model, case A"
+            if column == "observed"
+            else f"coverage of the 90 % predictive interval, {start}, case A",
+        )
+        assert told["this_study"] == f"{scores.loc['A', f'coverage_{column}_grid']:.2f}"
 
 
 def test_the_configuration_is_the_paper_s(table: pd.DataFrame) -> None:

@@ -18,6 +18,7 @@ from swesbi.show.docs.marks import PART, MarkError, fill
 from swesbi.show.docs.population import COSTS, PopulationResults, scaling_part
 from swesbi.show.docs.reproduction import PARTS, truth_part
 from swesbi.show.docs.results import ReproductionResults, read_results
+from swesbi.show.docs.statements import STATEMENTS, statements_part
 from swesbi.show.numbers import fixed, mean_sd, share
 from swesbi.show.page.figures import PagePart
 from swesbi.show.tables.population import OverPopulation
@@ -56,6 +57,7 @@ def written(finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         "calibration.md",
         "population.md",
         "ladder.md",
+        "readings.md",
         "exam.md",
         "../README.md",
     ):
@@ -100,9 +102,35 @@ def test_parts_hold_the_numbers_of_the_study(written: Path, finished: StudyCopy)
     recovery = pd.read_csv(finished.results / "paper" / "recovery.csv").query("nominal == 0.9")
     assert all(f"| {100 * value:.1f} (" in parts["recovery"] for value in recovery["coverage"])
     epochs = pd.read_csv(finished.results / "paper" / "epochs.csv")
-    assert len(parts["epochs"].strip().splitlines()) == 2 + epochs["epoch"].nunique()
-    comparison = pd.read_csv(finished.results / "tables" / "paper_comparison.csv")
-    assert f"All {len(comparison)} numbers" in parts["comparison"]
+    shown_epochs = {
+        epochs["epoch"].min(),
+        epochs["epoch"][epochs["best"] == 1].iloc[0],
+        epochs["epoch"].max(),
+    }
+    rows = [line for line in parts["epochs"].splitlines() if line.startswith("|")]
+    assert len(rows) == 2 + len(shown_epochs)
+
+
+def test_the_page_begins_with_the_paper_s_statements(written: Path, finished: StudyCopy) -> None:
+    page = (written / "reproduction.md").read_text(encoding="utf-8")
+    assert list(parts_of(page))[0] == "statements"
+    scores = pd.read_csv(finished.results / "tables" / "ppc.csv").set_index(["experiment", "subject"])
+    rows = [line.split(" | ") for line in parts_of(page)["statements"].strip().splitlines()[2:]]
+    assert len(rows) == len(STATEMENTS) and all(len(row) == 5 for row in rows)
+    assert {row[-1].removesuffix(" |") for row in rows} == {"found", "† designed"}
+    told = {row[3]: row[2] for row in rows}
+    for reading, column in (
+        ("band of noiseless curves", "noiseless"),
+        ("interval with the noise of Eq. 5", "observed"),
+    ):
+        value = scores.loc[("paper", "A"), f"coverage_{column}_grid"]
+        said = "none" if pd.isna(value) else f"{value:.2f}"
+        assert told[reading].startswith(f"A {said}, B ")
+
+
+def test_a_statement_without_its_number_is_refused(results: ReproductionResults) -> None:
+    with pytest.raises(ValueError, match="no number that begins 'subjects that pass'"):
+        statements_part(replace(results, comparison=results.comparison.iloc[-1:]))
 
 
 def test_figures_are_those_of_the_study(written: Path, finished: StudyCopy) -> None:

@@ -79,8 +79,8 @@ def score(experiment: str, subject: str, supported: bool) -> ExperimentScore:
         supported,
         predicted.posterior.scores.rmse_kpa,
         predicted.prior.scores.rmse_kpa,
-        predicted.posterior.scores.coverage,
-        predicted.posterior.phase_scores.coverage,
+        predicted.posterior.coverages.noiseless,
+        predicted.posterior.coverages.observed,
         (float(low), float(draws.median[K_ATP]), float(high)),
         support(subject, supported).unfiltered_median["k_atp_per_s"],
     )

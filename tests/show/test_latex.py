@@ -19,7 +19,8 @@ def table(*experiments: str) -> pd.DataFrame:
     for experiment in experiments:
         for subject, supported in (("A", True), ("B_2", True), ("E", False)):
             scores = [1.0, 80.0, 0.02, 0.99, 1.1, 0.97, 0.95] if supported else [np.nan] * 7
-            rows.append([experiment, subject, supported, 5.0, *scores, 1.4])
+            readings = [0.97, 0.95, 0.99, 0.98] if supported else [np.nan] * 4
+            rows.append([experiment, subject, supported, 5.0, *scores, 1.4, *readings, 0.61, 0.74])
     return pd.DataFrame(rows, columns=list(PPC_COLUMNS))
 
 
@@ -38,14 +39,14 @@ def test_braces_and_environments_balance() -> None:
     assert text.count("$") % 2 == 0
 
 
-def test_every_row_has_eight_cells() -> None:
+def test_every_row_has_ten_cells() -> None:
     body = render("paper", "wide_prior").split(r"\toprule")[1].split(r"\bottomrule")[0]
     rows = [line for line in body.splitlines() if line.rstrip().endswith(r"\\")]
     assert len(rows) == 1 + 2 * (1 + 5)
     for row in rows:
-        spans = [int(width) for width in re.findall(r"\\multicolumn\{(\d)\}", row)]
+        spans = [int(width) for width in re.findall(r"\\multicolumn\{(\d+)\}", row)]
         cells = len(re.findall(r"(?<!\\)&", row)) + 1
-        assert cells + sum(spans) - len(spans) == 8, row
+        assert cells + sum(spans) - len(spans) == 10, row
 
 
 def test_one_experiment_needs_no_heading_and_averages_the_supported() -> None:

@@ -64,7 +64,7 @@ def test_syntax_holds(name: str) -> None:
     assert TITLE in latex
 
 
-@pytest.mark.parametrize(("name", "width"), [("posterior", 9), ("comparison", 4)])
+@pytest.mark.parametrize(("name", "width"), [("posterior", 9), ("comparison", 5)])
 def test_every_row_has_its_cells(name: str, width: int) -> None:
     body = render(name).split(r"\endlastfoot")[1].split(r"\end{longtable}")[0]
     rows = [line for line in body.splitlines() if re.search(r"\\\\\*?$", line)]

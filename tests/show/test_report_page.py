@@ -142,13 +142,18 @@ def test_a_figure_knows_its_size_and_its_pdf(tmp_path: Path) -> None:
 
 def test_the_comparison_is_shown_as_written_and_escaped(tmp_path: Path) -> None:
     path = tmp_path / "paper_comparison.csv"
-    path.write_text('quantity,paper,this_study,note\n"r(k_0, k_ATP)",-0.84 +- 0.15,-0.80,<b>near</b>\n')
-    cells = paper_table(read_comparison(path), TITLE).rows[0].cells
+    path.write_text(
+        'quantity,paper,this_study,note,origin\n"r(k_0, k_ATP)",-0.84 +- 0.15,-0.80,<b>near</b>,found\n'
+        "D,6,6,the same,designed (there)\n"
+    )
+    first, second = paper_table(read_comparison(path), TITLE).rows
+    assert (first.cells[4], second.cells[4]) == ("found", "† designed (there)")
+    cells = first.cells
     assert cells[0] == "r(k_0, k_ATP)"
     assert cells[1:3] == ("−0.84 +- 0.15", "−0.80")
     assert cells[3] == "<b>near</b>" and with_symbols(cells[3]) == "&lt;b&gt;near&lt;/b&gt;"
     path.write_text("quantity,paper\n")
-    with pytest.raises(ArtefactError, match="lacks the columns this_study, note"):
+    with pytest.raises(ArtefactError, match="lacks the columns this_study, note, origin"):
         read_comparison(path)
 
 

@@ -16,6 +16,7 @@ from inference_case import (
 from study_copy import StudyCopy
 
 from swesbi.artefacts import ArtefactError
+from swesbi.checks.readings import recordings
 from swesbi.config.read import overlay, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
@@ -107,7 +108,7 @@ def test_a_subject_that_is_no_virtual_volunteer_is_refused(
     finished: StudyCopy, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(finished.folder)
-    monkeypatch.setattr(acquisition_seeds, "VOLUNTEERS", acquisition_seeds.VOLUNTEERS[1:])
+    monkeypatch.setattr(recordings, "VOLUNTEERS", recordings.VOLUNTEERS[1:])
     with pytest.raises(ArtefactError, match="subject A: its context is that of no virtual volunteer"):
         judge(finished, tmp_path, settings_of(finished))
 

@@ -22,6 +22,8 @@ from swesbi.artefacts import (
     schema_of,
     to_groups,
 )
+from swesbi.checks.coverages import Coverages, cover
+from swesbi.checks.observed_curves import CurveNoise, at_phases, observed_curves
 from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, Scores, band, check_features, coverage, score
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 
@@ -99,8 +101,10 @@ class Prediction:
     """A predictive distribution (prior or posterior) and how it meets the observation.
 
     ``curve`` and ``scores`` are on the grid, ``phases`` at the phases of the recording, ``phase_scores`` at
-    the measured ones. ``features`` and ``coverage_recording_noise`` include observation noise: stiffness
-    plus Gaussian noise of the recording's standard error in the latter.
+    the measured ones; their intervals are those of noiseless curves in an experiment on features, of new
+    recordings in one on speeds. ``observed`` is of curves as a new observation shows them, in either.
+    ``coverages`` name the interval that each is of. ``features`` and ``coverage_recording_noise``
+    include observation noise: stiffness plus Gaussian noise of the recording's standard error in the latter.
     """
 
     draws: Annotated[Draws, Part()]
@@ -123,6 +127,17 @@ class Prediction:
             "fraction of the measured phases inside the interval of a new recording, noise included",
         ),
     ]
+    observed: Annotated[
+        Band,
+        Part(
+            "observed_{}_kpa",
+            "grid",
+            "kPa",
+            words={"noise": " of curves as a new observation shows them, on the grid"},
+        ),
+    ]
+    coverages: Annotated[Coverages, Part("coverage_{}", words={"points": "grid"})]
+    phase_coverages: Annotated[Coverages, Part("phases_coverage_{}", words={"points": MEASURED})]
 
 
 @dataclass(frozen=True)
@@ -139,11 +154,42 @@ class PredictiveCheck:
     posterior: Annotated[Prediction, Part(group="posterior")]
 
 
-def predict(draws: Draws, target: Target, interval: float, rng: np.random.Generator) -> Prediction:
+@dataclass(frozen=True)
+class ObservedDraws:
+    """Predictive draws as one new observation of each would show them.
+
+    Attributes:
+        curve_kpa: On the grid; shape (n, grid).
+        phase_kpa: At the phases of the recording; shape (n, phases).
+    """
+
+    curve_kpa: FloatArray
+    phase_kpa: FloatArray
+
+
+def observe(draws: Draws, phase: FloatArray, noise: CurveNoise, rng: np.random.Generator) -> ObservedDraws:
+    """Put the observation model's noise back on the curves of n draws.
+
+    What it does at a phase of the recording is read off the grid, and added to the draw's own value there.
+
+    Args:
+        draws: Simulations.
+        phase: Phases of the recording; shape (phases,).
+        noise: By how much curves are scaled and shifted.
+        rng: Draws both.
+    """
+    curves = observed_curves(draws.curve_kpa, noise, rng)
+    return ObservedDraws(curves, draws.phase_kpa + at_phases(curves - draws.curve_kpa, phase))
+
+
+def predict(
+    draws: Draws, observed: ObservedDraws, target: Target, interval: float, rng: np.random.Generator
+) -> Prediction:
     """Compare predictive draws with the observation.
 
     Args:
         draws: n simulations; with n = 0 every score and band is NaN.
+        observed: The same as new observations show them.
         target: The observation.
         interval: Probability mass of the central intervals.
         rng: Draws the observation noise of features and phases.
@@ -151,15 +197,20 @@ def predict(draws: Draws, target: Target, interval: float, rng: np.random.Genera
     curve, phases = band(draws.curve_kpa, interval), band(draws.phase_kpa, interval)
     features = check_features(target.features, draws.features, target.feature_noise_sd, interval, rng)
     measured = target.measured
-    at_phases = Band(phases.median[measured], phases.low[measured], phases.high[measured])
+    at_measured = Band(phases.median[measured], phases.low[measured], phases.high[measured])
+    stiffness = target.stiffness_kpa[measured]
+    shown = draws.phase_kpa[:, measured], observed.phase_kpa[:, measured]
     return Prediction(
         draws=draws,
         curve=curve,
         phases=phases,
         features=features,
         scores=score(target.grid, target.curve_kpa, curve),
-        phase_scores=score(target.phase[measured], target.stiffness_kpa[measured], at_phases),
+        phase_scores=score(target.phase[measured], stiffness, at_measured),
         coverage_recording_noise=_noisy_coverage(draws, target, interval, rng),
+        observed=band(observed.curve_kpa, interval),
+        coverages=cover(target.curve_kpa, draws.curve_kpa, observed.curve_kpa, interval),
+        phase_coverages=cover(stiffness, *shown, interval),
     )
 
 

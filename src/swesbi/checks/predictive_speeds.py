@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.checks.coverages import NO_COVERAGES, cover
 from swesbi.checks.draws import CheckedFeatures, Curves, make_draws, make_target
 from swesbi.checks.predictive import Draws, Prediction, Target
 from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, band, coverage, score
@@ -123,8 +124,8 @@ def predict_recordings(made: Replicates, target: Target, interval: float) -> Pre
     """Compare predictive draws of an experiment on speeds with the observation.
 
     Medians are those of the noiseless curves, intervals those of new recordings: a measured phase should
-    lie inside with the interval's probability. ``coverage_recording_noise`` is the coverage with measurement
-    noise alone, the discrepancy left out.
+    lie inside with the interval's probability; ``coverages`` count the band of noiseless curves too.
+    ``coverage_recording_noise`` is the coverage with measurement noise alone, the discrepancy left out.
 
     Args:
         made: n draws, n > 0.
@@ -135,6 +136,7 @@ def predict_recordings(made: Replicates, target: Target, interval: float) -> Pre
     curve = noisy_band(made.draws.curve_kpa, made.noisy.curve_kpa, interval)
     phases = noisy_band(made.draws.phase_kpa, made.noisy.phase_kpa, interval)
     observed = target.stiffness_kpa[measured]
+    shown = made.draws.phase_kpa[:, measured], made.noisy.phase_kpa[:, measured]
     alone = band(made.measured.phase_kpa[:, measured], interval)
     return Prediction(
         draws=made.draws,
@@ -144,6 +146,9 @@ def predict_recordings(made: Replicates, target: Target, interval: float) -> Pre
         scores=score(target.grid, target.curve_kpa, curve),
         phase_scores=score(target.phase[measured], observed, _at(phases, measured)),
         coverage_recording_noise=coverage(observed, alone),
+        observed=band(made.noisy.curve_kpa, interval),
+        coverages=cover(target.curve_kpa, made.draws.curve_kpa, made.noisy.curve_kpa, interval),
+        phase_coverages=cover(observed, *shown, interval),
     )
 
 
@@ -156,7 +161,12 @@ def noisy_band(noiseless: FloatArray, noisy: FloatArray, interval: float) -> Ban
 def withheld(prediction: Prediction) -> Prediction:
     """Return the prediction of a subject whose posterior is not reported: curves, but no scores."""
     return replace(
-        prediction, scores=NO_SCORES, phase_scores=NO_SCORES, coverage_recording_noise=NO_SCORES.coverage
+        prediction,
+        scores=NO_SCORES,
+        phase_scores=NO_SCORES,
+        coverage_recording_noise=NO_SCORES.coverage,
+        coverages=NO_COVERAGES,
+        phase_coverages=NO_COVERAGES,
     )
 
 

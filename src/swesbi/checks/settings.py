@@ -30,7 +30,7 @@ class PredictiveSettings(Settings):
     draws: int = Field(
         ge=20, description="posterior draws propagated through the model, and prior simulations beside them"
     )
-    interval: float = Field(gt=0.0, lt=1.0, description="probability mass of the central predictive interval")
+    interval: float = Field(gt=0.0, lt=1.0, description="probability mass of both predictive intervals")
     features: tuple[str, ...] = Field(
         description="features checked against their predictive intervals, observation noise included"
     )

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from swesbi.base import Settings
 from swesbi.checks.ladder.settings import LadderSettings
+from swesbi.checks.readings.settings import ReadingsSettings
 from swesbi.checks.settings import CmaesSettings, DiscrepancyStudySettings, Variant
 from swesbi.config.experiments import Name
 from swesbi.exam.settings import ExamSettings
@@ -38,6 +39,12 @@ class LadderChoiceSettings(LadderSettings):
     """The ladder of structures, on the network of one experiment."""
 
     experiment: Name = Field(description="an experiment of kind speeds, or one over a population")
+
+
+class ReadingsChoiceSettings(ReadingsSettings):
+    """Readings of the paper's text, on the simulations of one experiment."""
+
+    experiment: Name = Field(description="an experiment of kind features")
 
 
 class ExamChoiceSettings(ExamSettings):

@@ -19,6 +19,7 @@ from swesbi.config.beside import (
     ExamChoiceSettings,
     LadderChoiceSettings,
     NewSubjectsSettings,
+    ReadingsChoiceSettings,
     ResourceSettings,
     SensitivitySettings,
 )
@@ -195,13 +196,22 @@ def check_population_experiments(config: Config) -> None:
             )
 
 
-def check_discrepancy_study(config: Config) -> None:
-    """The discrepancy is chosen for an experiment that has one."""
-    if (name := config.discrepancy_study.experiment) not in config.speed_experiments:
-        known = ", ".join(config.speed_experiments) or "none"
-        raise ValueError(
-            f"discrepancy_study.experiment = {name!r} is no experiment of kind speeds; known: {known}"
-        )
+def check_kinds(config: Config) -> None:
+    """Sections beside the experiments name an experiment of the kind that they are for."""
+    asked: tuple[tuple[str, str, Iterable[str], str], ...] = (
+        (
+            "discrepancy_study",
+            config.discrepancy_study.experiment,
+            config.speed_experiments,
+            "of kind speeds",
+        ),
+        ("readings", config.readings.experiment, config.feature_experiments, "of kind features"),
+        ("exam", config.exam.experiment, config.population_experiments, "over a population"),
+    )
+    for section, name, known, kind in asked:
+        if name not in known:
+            listed = ", ".join(known) or "none"
+            raise ValueError(f"{section}.experiment = {name!r} is no experiment {kind}; known: {listed}")
 
 
 def check_sensitivity(config: Config) -> None:
@@ -225,13 +235,6 @@ def check_ladder(config: Config) -> None:
         )
 
 
-def check_exam(config: Config) -> None:
-    """The exam is answered by the network of a population."""
-    if (name := config.exam.experiment) not in config.population_experiments:
-        known = ", ".join(config.population_experiments) or "none"
-        raise ValueError(f"exam.experiment = {name!r} is no experiment over a population; known: {known}")
-
-
 CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_prior_names,
     check_experiment_names,
@@ -245,10 +248,9 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_predictive_draws,
     check_calibration_draws,
     check_population_experiments,
-    check_discrepancy_study,
+    check_kinds,
     check_sensitivity,
     check_ladder,
-    check_exam,
 )
 
 
@@ -280,6 +282,7 @@ class Config(Settings):
     discrepancy_study: DiscrepancyChoiceSettings
     sensitivity: SensitivitySettings
     ladder: LadderChoiceSettings
+    readings: ReadingsChoiceSettings
     exam: ExamChoiceSettings
     new_subjects: NewSubjectsSettings
     resources: ResourceSettings

@@ -63,6 +63,7 @@ def named(study: Study, wildcards: Wildcards, kind: str) -> str:
         "prior": study.config.priors,
         "variant": study.config.sensitivity.variants,
         "structure": study.config.ladder.structures,
+        "reading": study.config.readings.readings,
     }
     if name not in known[kind]:
         raise ConfigError(f"{kind} = {name!r}: unknown; the study has {', '.join(known[kind])}")

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from swesbi.config.parts import Wildcards, named, value_of
+from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
 
@@ -166,6 +167,57 @@ def _ladder(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return shown | {"labels": labels}
 
 
+SIMULATED: Final = "prior forward_model"
+"""What the simulations of an experiment depend on, beside its subjects."""
+RECORDED: Final = "forward_model measurement passive recording passive_reference_prior=reference_prior"
+"""What recordings are read and calibrated with."""
+
+
+def _readings_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what one reading depends on.
+
+    Raises:
+        ConfigError: It changes what the simulations of the study are made with.
+    """
+    section, name = study.config.readings, named(study, wildcards, "reading")
+    reading, chosen = section.readings[name], {"experiment": section.experiment}
+    changed = study.with_changes(reading.changes, f"readings.readings.{name}.changes")
+    if _fields(changed, chosen, SIMULATED) != _fields(study, chosen, SIMULATED):
+        raise ConfigError(
+            f"readings.readings.{name}.changes: changes the prior or the forward model; readings are run on "
+            "the study's simulations, so make it an experiment of its own"
+        )
+    chain = _fields(
+        changed,
+        chosen,
+        f"{RECORDED} prior experiment.simulations_per_subject experiment.summary "
+        "experiment.observation_model experiment.estimator experiment.epoch_study.checkpoint_epochs "
+        "experiment.support experiment.posterior experiment.predictive experiment.recovery",
+    )
+    treatment = reading.treatment.to_plain()
+    return {"chain": chain, "treatment": treatment, "changed": bool(reading.changes)}
+
+
+def _readings_seeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    section, name = study.config.readings, named(study, wildcards, "reading")
+    changed = study.with_changes(section.readings[name].changes, f"readings.readings.{name}.changes")
+    judged = _slice(changed, {"experiment": section.experiment}, "acquisition_seeds")
+    return {"run": _readings_run(study, wildcards), "judged": judged}
+
+
+def _readings_cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    section, name = study.config.readings, named(study, wildcards, "reading")
+    own = {"weights": section.cmaes.to_plain(), "treatment": section.readings[name].treatment.to_plain()}
+    searched = _fields(study, wildcards, "cmaes.search prior=prior_of_cmaes")
+    return own | searched | {"protocol": _fields(study, wildcards, RECORDED)}
+
+
+def _readings(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    shown = _fields(study, wildcards, "cohort_title readings.comparison")
+    readings = study.config.readings.readings
+    return shown | {"readings": {name: reading.to_plain() for name, reading in readings.items()}}
+
+
 def _new_subject(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the answer for a subject outside the pool depends on."""
     return _answer(study, wildcards) | _fields(
@@ -264,6 +316,10 @@ COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "sensitivity": _sensitivity,
     "ladder_run": _ladder_run,
     "ladder": _ladder,
+    "readings_run": _readings_run,
+    "readings_seeds": _readings_seeds,
+    "readings_cmaes": _readings_cmaes,
+    "readings": _readings,
     "exam_answers": _exam_answers,
     "exam_pressures": _exam_answers,
     "exam_table": _exam_table,

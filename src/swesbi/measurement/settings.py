@@ -54,10 +54,19 @@ class PassiveSettings(Settings):
     late_diastolic_window: CycleWindow
 
 
+Landmarks = Literal["paper", "robust"]
+"""How S(.) finds peak and crossings: from single values, or so that one noisy phase cannot move them far."""
+
+
 class SummarySettings(Settings):
     """The summary S(.) of a curve: scalar descriptors and, if wanted, the resampled trajectory."""
 
     baseline_window: CycleWindow
+    landmarks: Landmarks = Field(
+        default="paper",
+        description="paper: largest value, crossings next to it; robust: parabola through the largest "
+        "values, outermost crossings",
+    )
     trajectory_points: int = Field(ge=2, le=500, description="Uniformly resampled values of the curve.")
     use_trajectory: bool = Field(description="Whether S(.) holds the trajectory beside the scalars.")
 

@@ -2,83 +2,22 @@
 
 Curves live on the uniform grid s in [0, 1] from the R peak. Levels of rise and relaxation are fractions
 of the amplitude above the baseline; the amplitude is maximum minus baseline. Times are fractions of the
-cycle, areas kPa times cycle, that is kPa, slopes kPa per cycle, falling ones negative.
+cycle, areas kPa times cycle, that is kPa, slopes kPa per cycle, falling ones negative. Peak and crossings are
+found by ``swesbi.measurement.landmarks``, in one of two variants.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.arrays import BoolArray, FloatArray
+from swesbi.measurement.landmarks import LANDMARKS, Peak
 from swesbi.measurement.settings import SCALARS, SummarySettings, summary_names
 from swesbi.recording.phases import analysis_grid
 
 CHUNK: Final = 2048  # rows; keeps the work arrays within the processor's cache
-
-
-@dataclass(frozen=True)
-class Peak:
-    """The peak of n curves: largest grid value, its index, and the refined phase; each of shape (n,)."""
-
-    index: IntArray
-    phase: FloatArray
-    height: FloatArray
-
-
-def find_peak(grid: FloatArray, curves: FloatArray) -> Peak:
-    """Find the largest grid value, and its phase by the parabola through it and its two neighbours.
-
-    The vertex moves continuously where the largest value passes from one grid point to the next; the
-    parabola's height would jump there, the largest value itself does not. At an end of the grid the
-    phase is that of the grid point.
-
-    Args:
-        grid: Uniform phases; shape (G,).
-        curves: Values; shape (n, G).
-    """
-    rows = np.arange(len(curves))
-    index = np.argmax(curves, axis=1)
-    inner = np.clip(index, 1, len(grid) - 2)
-    left, middle, right = (curves[rows, inner + shift] for shift in (-1, 0, 1))
-    curvature = left - 2.0 * middle + right
-    refined = (index == inner) & (curvature < 0.0)
-    offset = np.where(refined, 0.5 * (left - right) / np.where(refined, curvature, 1.0), 0.0)
-    return Peak(index, grid[index] + offset * (grid[1] - grid[0]), curves[rows, index])
-
-
-def last_crossing_before(grid: FloatArray, curves: FloatArray, peak: Peak, level: FloatArray) -> FloatArray:
-    """Return the phase at which each curve last rises through its level before the peak; shape (n,).
-
-    Crossings are interpolated linearly. A level that the curve already exceeds at the start of the cycle
-    is crossed at the start, 0, towards which the crossing moves as the level sinks.
-    """
-    below = (curves < level[:, None]) & (np.arange(len(grid)) <= peak.index[:, None])
-    last = len(grid) - 1 - np.argmax(below[:, ::-1], axis=1)
-    crossed = _interpolate(grid, curves, level, np.minimum(last, len(grid) - 2))
-    return np.where(below.any(axis=1), np.minimum(crossed, peak.phase), grid[0])
-
-
-def first_crossing_after(grid: FloatArray, curves: FloatArray, peak: Peak, level: FloatArray) -> FloatArray:
-    """Return the phase at which each curve first falls through its level after the peak; shape (n,).
-
-    Crossings are interpolated linearly. A level that is never crossed gives the end of the cycle, 1,
-    towards which the crossing moves as the level sinks.
-    """
-    below = (curves < level[:, None]) & (np.arange(len(grid)) > peak.index[:, None])
-    first = np.argmax(below, axis=1)
-    crossed = _interpolate(grid, curves, level, np.maximum(first - 1, 0))
-    return np.where(below.any(axis=1), np.maximum(crossed, peak.phase), grid[-1])
-
-
-def _interpolate(grid: FloatArray, curves: FloatArray, level: FloatArray, start: IntArray) -> FloatArray:
-    rows = np.arange(len(curves))
-    before, after = curves[rows, start], curves[rows, start + 1]
-    change = np.where(after == before, 1.0, after - before)
-    fraction = np.clip((level - before) / change, 0.0, 1.0)
-    return np.asarray(grid[start] + fraction * (grid[1] - grid[0]))
 
 
 def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
@@ -89,7 +28,7 @@ def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
 
     Args:
         curves: Stiffness in kPa on the analysis grid; shape (n, G).
-        settings: Baseline window and trajectory.
+        settings: Baseline window, landmarks and trajectory.
 
     Returns:
         Features in the order of ``summary_names(settings)``; shape (n, F), F = 46 in the study.
@@ -112,11 +51,12 @@ def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
 def _scalars(curves: FloatArray, settings: SummarySettings) -> tuple[FloatArray, ...]:
     grid = analysis_grid(curves.shape[1])
     step = grid[1] - grid[0]
-    peak = find_peak(grid, curves)
+    find = LANDMARKS[settings.landmarks]
     baseline = curves[:, _within(grid, settings.baseline_window)].mean(axis=1)
+    peak = find.peak(grid, curves, baseline)
     amplitude = np.maximum(peak.height - baseline, 0.0)
-    rise = {f: last_crossing_before(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
-    fall = {f: first_crossing_after(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
+    rise = {f: find.before(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
+    fall = {f: find.after(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
     slope = np.diff(curves, axis=1) / step
     return (
         baseline,

@@ -9,7 +9,7 @@ import pandas as pd
 
 from swesbi.parameters import THETA_LABELS, THETA_NAMES
 from swesbi.show.paper.values import PaperNumber
-from swesbi.show.study_tables import CORRELATIONS
+from swesbi.show.study_tables import CEILING, CORRELATIONS
 
 ESCAPES = {
     "\\": r"\textbackslash{}",
@@ -30,14 +30,18 @@ ESCAPES = {
 }
 PPC_HEAD = (
     r"Case", r"\shortstack{RMSE\\prior $\rightarrow$ SBI}", r"\shortstack{RMSE\\reduction (\%)}", r"NRMSE",
-    r"$R^2$", r"\shortstack{Post-peak\\RMSE}", r"\shortstack{Coverage\\grid / phases}",
-    r"\shortstack{RMSE\\CMA-ES}",
+    r"$R^2$", r"\shortstack{Post-peak\\RMSE}", r"\shortstack{Coverage,\\noiseless\\grid / phases}",
+    r"\shortstack{RMSE\\CMA-ES}", r"\shortstack{Coverage,\\with noise\\grid / phases}",
+    r"\shortstack{Coverage\\by the prior's\\band / envelope}",
 )  # fmt: skip
 AVERAGED = (("rmse_reduction_percent", 1), ("nrmse", 3), ("r2", 3), ("post_peak_rmse_kpa", 2))
 _CAPTION = (
     r"RMSEs are in kPa, of the predictive median against the observed curve on the analysis grid; reduction "
-    r"is relative to the prior predictive median. Coverage refers to the posterior predictive interval, on "
-    r"the grid and on the measured phases. Mean and standard deviation are over the supported cases."
+    r"is relative to the prior predictive median. Coverage, noiseless: of the observed curve by the "
+    r"posterior's band of noiseless curves, on the grid and on the measured phases; with noise: by the "
+    r"predictive interval under the observation model; by the prior's: what its band of noiseless curves and "
+    r"their envelope hold of the grid, the ceiling of the first. Mean and standard deviation are over the "
+    r"supported cases."
 )
 POSTERIOR_HEAD: Final = (
     r"Case & Quantity & Median & CI & Measured & CMA-ES & $r_{k_0}$ & $r_{k_\mathrm{ATP}}$ "
@@ -58,12 +62,13 @@ CAPTION: Final = (
 )
 Row = Mapping[Hashable, Any]
 SYMBOLS = {"±": r"$\pm$", "→": r"$\rightarrow$", "−": r"$-$", "_": r"\_\allowbreak{}"}
-COMPARISON_HEAD = r"Quantity & Paper & This study & Reading \\"
+COMPARISON_HEAD = r"Quantity & Paper & This study & Reading & Origin \\"
 COLUMNS = (
-    r">{\raggedright\arraybackslash}p{0.27\linewidth}"
-    r">{\raggedright\arraybackslash}p{0.12\linewidth}"
-    r">{\raggedright\arraybackslash}p{0.22\linewidth}"
-    r">{\raggedright\arraybackslash}p{0.29\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.23\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.10\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.19\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.24\linewidth}"
+    r">{\raggedright\arraybackslash}p{0.10\linewidth}"
 )
 
 
@@ -85,9 +90,9 @@ def ppc_latex(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str], cohor
         r"    \centering",
         rf"    \caption{{\textbf{{Posterior predictive performance}} ({escape(cohort_title)}). {_CAPTION}}}",
         r"    \label{tab:ppc}",
-        r"    \footnotesize",
+        r"    \scriptsize",
         r"    \setlength{\tabcolsep}{2.5pt}",
-        r"    \begin{tabular}{@{}lccccccc@{}}",
+        r"    \begin{tabular}{@{}lccccccccc@{}}",
         r"        \toprule",
         f"        {' & '.join(PPC_HEAD)} \\\\",
         *_ppc_body(table, reasons),
@@ -103,7 +108,7 @@ def _ppc_body(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str]) -> It
     for experiment, part in table.groupby("experiment", sort=False):
         yield r"        \midrule"
         if several:
-            yield rf"        \multicolumn{{8}}{{@{{}}l}}{{\textit{{{escape(str(experiment))}}}}} \\"
+            yield rf"        \multicolumn{{10}}{{@{{}}l}}{{\textit{{{escape(str(experiment))}}}}} \\"
         for row in part.to_dict("records"):
             yield _scores(row) if row["supported"] else _excluded(row, reasons)
         if part["supported"].sum() > 1:
@@ -119,10 +124,16 @@ def _line(label: str, row: Mapping[Hashable, Any]) -> str:
         label,
         rf"${row['rmse_prior_kpa']:.2f} \rightarrow {row['rmse_kpa']:.2f}$",
         *(f"${row[name]:.{digits}f}$" for name, digits in AVERAGED),
-        f"{row['coverage_grid']:.2f} / {row['coverage_phases']:.2f}",
+        _pair(row, "coverage_noiseless_grid", "coverage_noiseless_phases"),
         f"{row['rmse_cmaes_kpa']:.2f}",
+        _pair(row, "coverage_observed_grid", "coverage_observed_phases"),
+        _pair(row, *CEILING),
     ]
     return f"        {' & '.join(cells)} \\\\"
+
+
+def _pair(row: Mapping[Hashable, Any], one: str, other: str) -> str:
+    return f"{row[one]:.2f} / {row[other]:.2f}"
 
 
 def _excluded(row: Mapping[Hashable, Any], reasons: Mapping[tuple[str, str], str]) -> str:
@@ -133,6 +144,8 @@ def _excluded(row: Mapping[Hashable, Any], reasons: Mapping[tuple[str, str], str
         rf"${row['rmse_prior_kpa']:.2f} \rightarrow$ --",
         text,
         f"{row['rmse_cmaes_kpa']:.2f}",
+        "",
+        _pair(row, *CEILING),
     ]
     return f"        {' & '.join(cells)} \\\\"
 
@@ -246,7 +259,8 @@ def _caption(cohort_title: str) -> str:
     return (
         rf"\textbf{{Every number of the paper}} beside this study's ({text(cohort_title)}). Cases A to D "
         r"of the paper and the subjects of these names here are different people. Means and standard "
-        r"deviations are over the supported subjects."
+        r"deviations are over the supported subjects. Designed: a choice of this study, named in "
+        r"\texttt{paper\_comparison.csv}, brought the value or its agreement about."
     )
 
 
@@ -261,5 +275,6 @@ def _comparison_body(paper: Sequence[PaperNumber], table: pd.DataFrame) -> Itera
             if group:
                 yield r"    \addlinespace"
             group = number.group
-            yield rf"    \multicolumn{{4}}{{@{{}}l}}{{\textit{{{text(group)}}}}} \\*"
-        yield f"    {' & '.join(text(str(cell)) for cell in row)} \\\\"
+            yield rf"    \multicolumn{{5}}{{@{{}}l}}{{\textit{{{text(group)}}}}} \\*"
+        *cells, origin = map(str, row)
+        yield f"    {' & '.join(map(text, (*cells, origin.split(' (')[0])))} \\\\"

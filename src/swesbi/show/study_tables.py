@@ -21,7 +21,11 @@ from swesbi.verdict.support import Support
 PPC_COLUMNS: Final = (
     "experiment", "subject", "supported", "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse",
     "r2", "post_peak_rmse_kpa", "coverage_grid", "coverage_phases", "rmse_cmaes_kpa",
+    "coverage_noiseless_grid", "coverage_noiseless_phases", "coverage_observed_grid",
+    "coverage_observed_phases", "coverage_prior_band_grid", "coverage_prior_envelope_grid",
 )  # fmt: skip
+CEILING: Final = PPC_COLUMNS[-2:]
+"""What the prior's own band, and the envelope of all its draws, hold of the observed curve."""
 FEATURE_COLUMNS: Final = (
     "experiment", "subject", "supported", "feature", "observed", "noise_sd", "prior_median", "prior_pi_low",
     "prior_pi_high", "median", "pi_low", "pi_high", "inside",
@@ -52,7 +56,11 @@ class Case:
 def ppc_table(cases: Sequence[Case]) -> pd.DataFrame:
     """Return one row a subject and experiment.
 
-    The scores of the posterior are NaN where the subject is outside the prior's support.
+    The scores of the posterior are NaN where the subject is outside the prior's support. Of the observed
+    curve, ``coverage_noiseless_*`` is what the band of noiseless curves holds, ``coverage_observed_*`` what
+    the interval under the experiment's observation model holds. ``coverage_grid`` and ``coverage_phases``
+    are the first in an experiment on features, the second in one on speeds. The last two columns are the
+    ceiling: what the band and the envelope of the prior's noiseless curves hold.
     """
     return pd.DataFrame([_row(case) for case in cases], columns=list(PPC_COLUMNS))
 
@@ -72,6 +80,19 @@ def _row(case: Case) -> dict[str, Any]:
         "coverage_grid": posterior.coverage,
         "coverage_phases": case.check.posterior.phase_scores.coverage,
         "rmse_cmaes_kpa": case.fit.rmse_kpa,
+        **_coverages(case.check),
+    }
+
+
+def _coverages(check: PredictiveCheck) -> dict[str, float]:
+    grid, phases = check.posterior.coverages, check.posterior.phase_coverages
+    return {
+        "coverage_noiseless_grid": grid.noiseless,
+        "coverage_noiseless_phases": phases.noiseless,
+        "coverage_observed_grid": grid.observed,
+        "coverage_observed_phases": phases.observed,
+        "coverage_prior_band_grid": check.prior.coverages.noiseless,
+        "coverage_prior_envelope_grid": check.prior.coverages.envelope,
     }
 
 

@@ -88,7 +88,7 @@ class SeedRow:
         rmse_kpa: Error of the posterior predictive median, on the grid.
         rmse_reduction_percent: By how much the second is less than the first.
         r2: Coefficient of determination of the posterior predictive median.
-        coverage_grid: Share of the observed curve's grid points inside the predictive interval.
+        coverage_grid: Share of the observed curve's grid points inside the band of noiseless curves.
         coverage_phases: Share of the measured phases inside it.
         reason: Why the recording was refused or is not supported.
     """

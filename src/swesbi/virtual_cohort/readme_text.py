@@ -150,6 +150,6 @@ puts one row for each recording into `results/tables/acquisition_seeds.csv`.
   median, likewise.
 - `rmse_kpa`, `rmse_reduction_percent`, `r2`: error of the posterior predictive median, its reduction against
   the prior's, coefficient of determination; `coverage_grid`, `coverage_phases`: share of the analysis grid
-  and of the measured phases inside the 90 % predictive interval; medians over the supported recordings,
+  and of the measured phases inside the 90 % band of noiseless curves; medians over the supported recordings,
   empty where there is none.
 """

@@ -21,6 +21,8 @@ from swesbi.show.docs.ladder import LadderResults
 from swesbi.show.docs.marks import MarkError, fill
 from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
+from swesbi.show.docs.readings import PARTS as READINGS_PARTS
+from swesbi.show.docs.readings import ReadingsResults
 from swesbi.show.docs.reproduction import PARTS
 from swesbi.show.docs.results import read_results
 from swesbi.show.page.figures import PagePart, figures_of
@@ -29,6 +31,7 @@ PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
 POPULATION_PAGE: Final = "population.md"
 LADDER_PAGE: Final = "ladder.md"
+READINGS_PAGE: Final = "readings.md"
 EXAM_PAGE: Final = "exam.md"
 README: Final = "../README.md"
 EXIT_USAGE: Final = 2
@@ -69,6 +72,8 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
     pages = {PAGE: {name: part(results) for name, part in PARTS.items()}}
     ladder = LadderResults.read(REFERENCE)
     pages[LADDER_PAGE] = {mark: part(ladder) for mark, part in LADDER_PARTS.items()}
+    readings = ReadingsResults.read(docs / "tables")
+    pages[READINGS_PAGE] = {mark: part(readings) for mark, part in READINGS_PARTS.items()}
     exam = ExamResults.read(docs / "tables", study.config.exam_interval)
     pages |= {EXAM_PAGE: {MARK: page_part(exam)}, README: {MARK: readme_part(exam)}}
     figures = documented(PagePart.STUDY)

@@ -10,19 +10,11 @@ import pandas as pd
 from swesbi.parameters import THETA_NAMES
 from swesbi.show import training_tables
 from swesbi.show.docs.results import ReproductionResults
-from swesbi.show.numbers import fixed, mean_sd, share
+from swesbi.show.docs.statements import statements_part
+from swesbi.show.numbers import fixed, share
 from swesbi.show.table import markdown, of_records
 from swesbi.show.tables import experiments
 from swesbi.show.tables.subjects import score_table, verdict_table
-
-PAPER_RECOVERY: Final = (
-    "The paper, own noise: 92.5 % for k_0, 90.5 % for k_ATP, 26.5 % for k_SR, of 400 each."
-)
-
-
-def run_part(results: ReproductionResults) -> str:
-    """Say what was run."""
-    return markdown(experiments.training_table(results.experiments))
 
 
 def support_part(results: ReproductionResults) -> str:
@@ -39,16 +31,7 @@ def scores_part(results: ReproductionResults) -> str:
 
 def recovery_part(results: ReproductionResults) -> str:
     """Show what credible intervals cover, under the own observation model and on recordings."""
-    return f"{markdown(experiments.recovery_table(results.experiments))}\n\n{PAPER_RECOVERY}"
-
-
-def experiments_part(results: ReproductionResults) -> str:
-    """Show support, fit, coverage and medians of each experiment beside the others."""
-    tables = (
-        make(results.experiments, results.cohort_title)
-        for make in (experiments.comparison_table, experiments.median_table)
-    )
-    return "\n\n".join([*map(markdown, tables), _shared(results)])
+    return markdown(experiments.recovery_table([results.main]))
 
 
 def truth_part(results: ReproductionResults) -> str:
@@ -74,52 +57,11 @@ def truth_part(results: ReproductionResults) -> str:
     return f"True parameters inside their 90 % credible intervals: {inside} of {total}.\n\n{shown}"
 
 
-def correlation_part(results: ReproductionResults) -> str:
-    """Show the posterior correlations of the supported subjects."""
-    table = results.main.posterior
-    chosen = table[table["parameter"].isin(THETA_NAMES) & table["subject"].isin(results.supported)]
-    pairs = ((0, 1), (0, 2), (1, 2))
-    titles = {pair: f"`{THETA_NAMES[pair[0]]}`, `{THETA_NAMES[pair[1]]}`" for pair in pairs}
-    values: dict[tuple[int, int], pd.Series] = {
-        (i, j): chosen[chosen["parameter"] == THETA_NAMES[i]].set_index("subject")[
-            f"correlation_{THETA_NAMES[j]}"
-        ]
-        for i, j in pairs
-    }
-    rows = [
-        {"subject": name} | {titles[pair]: fixed(values[pair][name], 2) for pair in pairs}
-        for name in results.supported
-    ]
-    mean = {titles[pair]: mean_sd(values[pair], 2) for pair in pairs}
-    return markdown(of_records([*rows, {"subject": "mean ± sd"} | mean]))
-
-
-def comparison_part(results: ReproductionResults) -> str:
-    """Show every number of the paper beside this study's, folded."""
-    shown = markdown(experiments.paper_table(results.comparison, results.cohort_title))
-    summary = f"<summary>All {len(results.comparison)} numbers</summary>"
-    return f"<details>\n{summary}\n\n{shown}\n\n</details>"
-
-
-def _shared(results: ReproductionResults) -> str:
-    """Show errors on the subjects that every experiment supports, where recordings are the same."""
-    sets = [set(experiment.supported["subject"]) for experiment in results.experiments]
-    common = [name for name in results.subjects if all(name in supported for supported in sets)]
-    if not common:
-        return "No subject is supported under every experiment."
-    errors = []
-    for experiment in results.experiments:
-        scores = experiment.scores.set_index("subject")
-        errors.append(f"`{experiment.name}` {mean_sd(scores.loc[common, 'rmse_kpa'], 2)} kPa")
-    return (
-        f"RMSE over the subjects that every experiment supports ({', '.join(common)}): {'; '.join(errors)}."
-    )
-
-
 def epochs_part(results: ReproductionResults) -> str:
-    """Show loss, recovery, observed coverage, error and width at each checkpoint."""
-    epochs = sorted(set(results.epochs["epoch"]))
-    return markdown(of_records([_row(results, epoch) for epoch in epochs]))
+    """Show loss, recovery, observed coverage, error and width at the first, best and last checkpoint."""
+    epochs = results.epochs["epoch"]
+    shown = sorted({int(epochs.min()), _best_epoch(results), int(epochs.max())})
+    return f"{markdown(of_records([_row(results, epoch) for epoch in shown]))}\n\n{_narrowed(results)}"
 
 
 def _row(results: ReproductionResults, epoch: int) -> dict[str, str]:
@@ -132,7 +74,7 @@ def _row(results: ReproductionResults, epoch: int) -> dict[str, str]:
         "validation loss": fixed(_of(at, training_tables.VALIDATION_LOSS)["value"].iloc[0], 2),
         "loss of parameters never seen": fixed(_of(at, training_tables.FRESH_LOSS)["value"].iloc[0], 2),
         "recovery of k_0, k_ATP, k_SR": ", ".join(share(recovery[name]) for name in THETA_NAMES),
-        "phases in the predictive interval": _range(
+        "phases in the band of noiseless curves": _range(
             _supported(results, at, training_tables.COVERAGE_PHASES), 100.0, 0, " %"
         ),
         "RMSE (kPa)": _range(_supported(results, at, training_tables.RMSE), 1.0, 2),
@@ -142,7 +84,7 @@ def _row(results: ReproductionResults, epoch: int) -> dict[str, str]:
     }
 
 
-def width_part(results: ReproductionResults) -> str:
+def _narrowed(results: ReproductionResults) -> str:
     """Say in a sentence how far the posteriors shrink between the first and the best epoch."""
     earliest, reached = int(results.epochs["epoch"].min()), _best_epoch(results)
     first, best = (_median_width(results, epoch) for epoch in (earliest, reached))
@@ -180,14 +122,10 @@ def _range(rows: pd.DataFrame, scale: float, decimals: int, unit: str = "") -> s
 
 
 PARTS: Final[Mapping[str, Callable[[ReproductionResults], str]]] = {
-    "run": run_part,
+    "statements": statements_part,
     "support": support_part,
     "scores": scores_part,
-    "truth": truth_part,
-    "correlations": correlation_part,
-    "recovery": recovery_part,
     "epochs": epochs_part,
-    "width": width_part,
-    "experiments": experiments_part,
-    "comparison": comparison_part,
+    "recovery": recovery_part,
+    "truth": truth_part,
 }

@@ -41,8 +41,8 @@ class ExperimentScore:
         supported: Whether the experiment's prior supports the subject.
         rmse_kpa: RMSE of the posterior predictive median on the grid.
         prior_rmse_kpa: RMSE of the prior predictive median.
-        coverage: Fraction of the grid inside the posterior predictive interval.
-        coverage_phases: Fraction of the measured phases inside it.
+        coverage_noiseless: Fraction of the grid inside the posterior's band of noiseless curves.
+        coverage_observed: Fraction of the grid inside the interval of new observations.
         k_atp_per_s: Lower end of the credible interval of k_ATP, median, upper end.
         unfiltered_k_atp_per_s: Median of all candidates, where the subject is not supported.
     """
@@ -52,8 +52,8 @@ class ExperimentScore:
     supported: bool
     rmse_kpa: float
     prior_rmse_kpa: float
-    coverage: float
-    coverage_phases: float
+    coverage_noiseless: float
+    coverage_observed: float
     k_atp_per_s: tuple[float, float, float]
     unfiltered_k_atp_per_s: float
 
@@ -119,8 +119,8 @@ def _draw_score(panels: Sequence[Axes], x: float, which: int, score: ExperimentS
         return
     mark: dict[str, Any] = {"color": color, "marker": marker, "ms": 3.2, "ls": "none"}
     panels[0].plot(x, score.rmse_kpa, mew=0.0, **mark)
-    panels[1].plot(x, score.coverage, mew=0.0, **mark)
-    panels[1].plot(x, score.coverage_phases, mew=0.7, mfc="none", **mark)
+    panels[1].plot(x, score.coverage_noiseless, mew=0.0, **mark)
+    panels[1].plot(x, score.coverage_observed, mew=0.7, mfc="none", **mark)
     _draw_interval(panels[2], x, which, score.k_atp_per_s)
 
 
@@ -169,10 +169,11 @@ def _finish(panels: Sequence[Axes], subjects: Sequence[str], masses: tuple[float
     panels[0].set_ylabel("RMSE (kPa)")
     panels[1].set_ylim(-0.06, 1.06)
     panels[1].axhline(masses[0], color=PRIOR, lw=0.7, ls=":")
-    panels[1].set_ylabel("coverage of\nthe PI")
+    panels[1].set_ylabel("coverage of\nthe grid")
     panels[1].set_title(
-        f"{predictive} PI; filled: grid, open: measured phases; dotted: nominal", fontsize=6.0, pad=2.0
-    )
+        f"filled: {predictive} band of noiseless curves, open: of new observations; dotted: nominal",
+        fontsize=6.0, pad=2.0,
+    )  # fmt: skip
     for axes in (panels[0], panels[2]):
         axes.set_yscale("log")
         plain_decades(axes.yaxis)

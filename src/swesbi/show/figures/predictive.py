@@ -8,11 +8,12 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from swesbi.checks.cmaes import CmaesFit
-from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.predictive import Prediction, PredictiveCheck
 from swesbi.checks.scores import Band, reduction_percent
 from swesbi.posterior.result import ExactResult
 from swesbi.show.figures.style import (
@@ -98,19 +99,22 @@ class ExactPanel:
 
 
 def draw_predictions(axes: Axes, panel: PredictivePanel) -> None:
-    """Draw prior and posterior predictive medians and intervals.
+    """Draw prior and posterior predictive medians, bands of noiseless curves, and the interval with noise.
 
     A subject outside the prior's support has no posterior prediction in an experiment on features, and a
-    grey one in an experiment on speeds, whose intervals are those of new recordings.
+    grey one in an experiment on speeds, whose intervals are those of new recordings, and the only ones shown.
     """
-    check = panel.check
+    check, exact = panel.check, is_exact(panel.support)
     grid = check.target.grid
-    label = f"{as_percent(check.interval)} PI"
+    mass = as_percent(check.interval)
+    label = f"noisy {mass} PI" if exact else f"{mass} band, noiseless"
     _draw_band(axes, grid, check.prior.curve, PRIOR, "--", ("prior median", f"prior {label}"))
     if check.supported:
         names = ("posterior median", f"posterior {label}")
+        if not exact:
+            _draw_observed(axes, grid, check.posterior.observed, f"posterior {mass} PI, with noise")
         _draw_band(axes, grid, check.posterior.curve, POSTERIOR, "-", names)
-    elif is_exact(panel.support):
+    elif exact:
         names = ("unsupported: median", f"unsupported: {label}")
         _draw_band(axes, grid, check.posterior.curve, EXCLUDED_POSTERIOR, "-", names)
 
@@ -134,6 +138,12 @@ def _draw_band(
 ) -> None:
     axes.plot(grid, values.median, color=color, ls=linestyle, label=labels[0])
     axes.fill_between(grid, values.low, values.high, color=color, alpha=0.25, lw=0, label=labels[1])
+
+
+def _draw_observed(axes: Axes, grid: FloatArray, values: Band, label: str) -> None:
+    """Draw the interval of new observations: lighter than the band of noiseless curves, with an edge."""
+    look: dict[str, Any] = {"facecolor": to_rgba(POSTERIOR, 0.13), "edgecolor": to_rgba(POSTERIOR, 0.55)}
+    axes.fill_between(grid, values.low, values.high, lw=0.5, label=label, **look)
 
 
 def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> Figure:
@@ -162,7 +172,7 @@ def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> 
         figure.suptitle(titled(what, cohort_title), fontsize=7.5)
         label_outer(axes, "cycle fraction $s$")
         figure.supylabel("apparent Young's modulus $E$ (kPa)", fontsize=7.0)
-        shared_legend(figure, sorted(axes, key=_completeness), entries_a_row=3 if exact else 4)
+        shared_legend(figure, sorted(axes, key=_completeness), entries_a_row=3)
     return figure
 
 
@@ -191,7 +201,7 @@ def _note(panel: PredictivePanel) -> str:
     lines = [status(panel.support), *reasons]
     if panel.check.supported:
         inside = panel.check.posterior.phase_scores.coverage
-        lines += [errors, f"{as_percent(round(inside, 2))} of phases inside"]
+        lines += [errors, f"{as_percent(round(inside, 2))} of phases in PI"]
     return "\n".join(lines)
 
 
@@ -237,6 +247,9 @@ def _draw_residuals(axes: Axes, panel: PredictivePanel) -> None:
     axes.axhline(0.0, color=OBSERVED, lw=0.6)
     if panel.check.supported or is_exact(panel.support):
         color = POSTERIOR if panel.check.supported else EXCLUDED_POSTERIOR
+        wider = Band(*(values - observed for values in vars(posterior.observed).values()))
+        if not is_exact(panel.support):
+            _draw_observed(axes, grid, wider, "")
         low, high = posterior.curve.low - observed, posterior.curve.high - observed
         axes.fill_between(grid, low, high, color=color, alpha=0.25, lw=0)
         axes.plot(grid, posterior.curve.median - observed, color=color)
@@ -255,6 +268,7 @@ def _write_scores(axes: Axes, panel: PredictivePanel) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 1.0)
     top = _write_table(axes, 1.0, _score_rows(panel), (0.0, 0.66, 0.83, 1.0))
+    top = _write_table(axes, top, _coverage_rows(panel), (0.0, 0.76, 1.0))
     features = _feature_rows(panel)
     top = _write_table(axes, top - LINE_HEIGHT, features, (0.0, 0.60, 0.66, 1.0))
     lines: list[Row] = [(line,) for line in _verdict_lines(panel)]
@@ -273,7 +287,6 @@ def _verdict_lines(panel: PredictivePanel) -> list[str]:
 def _score_rows(panel: PredictivePanel) -> list[Row]:
     prior, posterior = panel.check.prior, panel.check.posterior
     reduction = reduction_percent(prior.scores.rmse_kpa, posterior.scores.rmse_kpa)
-    inside = f"{as_percent(panel.check.interval)} PI coverage"
     return [
         ("", "prior", "post.", "CMA-ES"),
         ("RMSE (kPa)", *_numbers(2, prior.scores.rmse_kpa, posterior.scores.rmse_kpa, panel.fit.rmse_kpa)),
@@ -285,14 +298,25 @@ def _score_rows(panel: PredictivePanel) -> list[Row]:
             *_numbers(2, prior.scores.post_peak_rmse_kpa, posterior.scores.post_peak_rmse_kpa),
             "",
         ),
-        (f"{inside}, grid", *_numbers(2, prior.scores.coverage, posterior.scores.coverage), ""),
-        ("  measured phases", *_numbers(2, prior.phase_scores.coverage, posterior.phase_scores.coverage), ""),
-        (
-            "  measurement noise alone" if is_exact(panel.support) else "  with recording noise",
-            *_numbers(2, prior.coverage_recording_noise, posterior.coverage_recording_noise),
-            "",
-        ),
     ]
+
+
+def _coverage_rows(panel: PredictivePanel) -> list[Row]:
+    """Return what each interval holds of the grid and of the measured phases."""
+    mass, both = as_percent(panel.check.interval), (panel.check.prior, panel.check.posterior)
+    alone = "measurement noise alone" if is_exact(panel.support) else "with recording noise"
+    return [
+        ("coverage, grid | phases", "prior", "posterior"),
+        (f"  {mass} band, noiseless", *_coverages("noiseless", *both)),
+        (f"  {mass} PI, with noise", *_coverages("observed", *both)),
+        ("  envelope, noiseless", *_coverages("envelope", *both)),
+        (f"  {alone}", *(f"– | {_numbers(2, part.coverage_recording_noise)[0]}" for part in both)),
+    ]
+
+
+def _coverages(name: str, *predictions: Prediction) -> Row:
+    both = ((part.coverages, part.phase_coverages) for part in predictions)
+    return tuple(" | ".join(_numbers(2, *(getattr(part, name) for part in parts))) for parts in both)
 
 
 def _feature_rows(panel: PredictivePanel) -> list[Row]:

@@ -51,8 +51,8 @@ FIGURES: Final = (
     FigureSpec(
         "cohort_figures", "ppc", "cohort", "figure 2: predictive checks",
         "Figure 2. Predictive checks of each subject ({cohort}): observed stiffness with its standard "
-        "error, medians and bands of the prior and the posterior prediction, CMA-ES fit. Subjects "
-        "outside the prior's support are grey.",
+        "error, medians and bands of noiseless curves of the prior and the posterior, the posterior's wider "
+        "interval of new observations (light), CMA-ES fit. Subjects outside the prior's support are grey.",
     ),
     FigureSpec(
         "cohort_figures", "posterior", "cohort", "figure 3: posteriors",
@@ -63,12 +63,12 @@ FIGURES: Final = (
     FigureSpec(
         "experiments_figure", "experiments", "cohort", "experiments beside each other",
         "Predictive error, coverage and contraction rate of every experiment beside each other "
-        "({cohort}). Bands of experiments on measured speeds are of new recordings, noise included.",
+        "({cohort}). Coverage is by the band of noiseless curves, and by the interval of new observations.",
     ),
     FigureSpec(
         "epochs_figure", "epochs", "cohort", "recovery and coverage by epoch",
-        "How recovery, the predictive band's coverage of the recordings and the posterior's width evolve "
-        "with the epochs of one training ({cohort}).",
+        "How recovery, the coverage of the recordings by the band of noiseless curves, and the posterior's "
+        "width evolve with the epochs of one training ({cohort}).",
     ),
     FigureSpec(
         "training_figure", "training", "experiment", "training",

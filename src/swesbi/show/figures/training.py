@@ -159,7 +159,7 @@ def _observed(axes: Axes, table: pd.DataFrame, interval: float) -> None:
         )  # fmt: skip
     _coverage_axis(axes, interval)
     axes.set_ylim(-0.03, 1.03)
-    axes.set_ylabel("phases in the predictive interval")
+    axes.set_ylabel("phases in the noiseless band")
     axes.set_title("(c) recordings, supported subjects")
     if not subjects:
         axes.text(0.5, 0.5, "no supported subject", transform=axes.transAxes, ha="center", color="#5A5A5A")

@@ -79,10 +79,11 @@ PAGE_FIGURES: Final = (
     PageFigure(
         "ppc", PagePart.STUDY,
         "Figure 2. Predictive checks of each subject ({title}): observed stiffness with its standard error, "
-        "medians and {predictive:g} % bands of the prior and the posterior prediction, CMA-ES fit. "
-        "{excluded}",
+        "medians and {predictive:g} % bands of noiseless curves of the prior and the posterior, the "
+        "posterior's wider {predictive:g} % interval of new observations (light), CMA-ES fit. {excluded}",
         "Stiffness over the cardiac cycle, one panel a subject of the {title}: observed with standard "
-        "errors, prior and posterior predictive medians and bands, and the CMA-ES fit",
+        "errors, prior and posterior predictive medians and bands of noiseless curves, the posterior's wider "
+        "interval of new observations, and the CMA-ES fit",
     ),
     PageFigure(
         "posterior", PagePart.STUDY,
@@ -93,16 +94,17 @@ PAGE_FIGURES: Final = (
     ),
     PageFigure(
         "experiments", PagePart.STUDY,
-        "Predictive error, coverage and contraction rate of every experiment, beside each other ({title}).",
+        "Predictive error, coverage (by the band of noiseless curves, and by the interval of new "
+        "observations) and contraction rate of every experiment, beside each other ({title}).",
         "RMSE, coverage and contraction rate of every experiment, subject by subject, {title}",
     ),
     PageFigure(
         "epochs", PagePart.STUDY,
         "Inference by epoch of training, experiment {experiment} ({title}): losses, what credible intervals "
-        "cover on synthetic recordings, what predictive bands cover of the recordings, and how wide the "
-        "posteriors are.",
+        "cover on synthetic recordings, what bands of noiseless curves cover of the recordings, and how wide "
+        "the posteriors are.",
         "Four panels against the epoch of training: loss, recovery coverage, coverage of the recordings by "
-        "the predictive band, and relative posterior standard deviation; {title}",
+        "the band of noiseless curves, and relative posterior standard deviation; {title}",
     ),
     PageFigure(
         "training", PagePart.EXPERIMENT,

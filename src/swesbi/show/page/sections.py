@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from swesbi.show.numbers import PARAMETERS, count, fixed, mean_sd, percent, shar
 from swesbi.show.page.figures import PagePart, figures_of
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.results import Experiment, records
+from swesbi.show.study_tables import CEILING
 from swesbi.show.table import Table
 from swesbi.show.tables.calibration import alarms_table, calibration_checks, calibration_summary
 from swesbi.show.tables.exact import (
@@ -27,8 +28,10 @@ from swesbi.show.tables.exact import (
 from swesbi.show.tables.experiments import PAIRS, correlations, level, nearest_level
 from swesbi.show.tables.population import OverPopulation, cohort_table, range_in_words, strata_table
 from swesbi.show.tables.pressures import in_words, pressures_table, subjects_table
-from swesbi.show.tables.subjects import derived_table, feature_table, score_table
+from swesbi.show.tables.subjects import NOISELESS, NOISY, derived_table, feature_table, score_table
 from swesbi.verdict.answers import OUTCOMES, STATUSES, status
+
+COVERAGES: Final = (*NOISELESS.columns, *NOISY.columns, *CEILING)
 
 
 @dataclass(frozen=True)
@@ -72,11 +75,7 @@ def _facts(experiment: Experiment) -> Iterator[Fact]:
             "RMSE of the predictive median, prior → posterior",
             f"{before} → {after} kPa, reduced by {reduction} %",
         )
-        band = f"{experiment.predictive_percent:g} % predictive band covers"
-        grid, phases = (
-            mean_sd(100.0 * scores[name].to_numpy(), 0) for name in ("coverage_grid", "coverage_phases")
-        )
-        yield Fact(f"The {band}", f"{grid} % of the observed curve, {phases} % of the measured phases")
+        yield from _coverage_facts(experiment)
         pairs = [_correlation(experiment, *pair) for pair in PAIRS]
         yield Fact("Posterior correlations", "; ".join(pairs))
     for name, table in (("own", experiment.recovery.own), ("acquisition", experiment.recovery.acquisition)):
@@ -84,6 +83,21 @@ def _facts(experiment: Experiment) -> Iterator[Fact]:
         covered = level(table, experiment)
         values = [f"{PARAMETERS[key]} {share(value)}" for key, value in covered.items()]
         yield Fact(f"Recovery with {name} noise: {nominal} % intervals cover the truth in", "; ".join(values))
+
+
+def _coverage_facts(experiment: Experiment) -> Iterator[Fact]:
+    """Yield both readings of the predictive interval, and the ceiling of the first."""
+    scores, mass = experiment.supported, f"{experiment.predictive_percent:g} %"
+    percents = {name: mean_sd(100.0 * scores[name].to_numpy(), 0) for name in COVERAGES}
+    for what, reading in (("band of noiseless curves", NOISELESS), ("interval of new observations", NOISY)):
+        grid, phases = (percents[name] for name in reading.columns)
+        covered = f"{grid} % of the observed curve, {phases} % of the measured phases"
+        yield Fact(f"The {mass} {what} covers", covered)
+    band, envelope = (percents[name] for name in CEILING)
+    yield Fact(
+        "Ceiling of the noiseless band",
+        f"the prior's own covers {band} % of the observed curve, the envelope of all its draws {envelope} %",
+    )
 
 
 def _correlation(experiment: Experiment, one: str, other: str) -> str:
@@ -150,7 +164,7 @@ def _exact_facts(exact: Exact) -> Iterator[Fact]:
     yield Fact("Exact posteriors", f"{efficient}; by MCMC: {', '.join(by_mcmc) or 'none'}")
     if len(experiment.supported):
         after = mean_sd(experiment.supported["rmse_kpa"].to_numpy(), 2)
-        inside = mean_sd(100.0 * experiment.supported["coverage_phases"].to_numpy(), 0)
+        inside = mean_sd(100.0 * experiment.supported["coverage_observed_phases"].to_numpy(), 0)
         yield Fact(
             "Predictive check",
             f"RMSE {after} kPa; {inside} % of the measured phases inside the "

@@ -16,7 +16,11 @@ PAPER_RECORDINGS: Final = 400
 """The recordings behind the coverages that the paper prints (Sec. 3)."""
 
 Reading = Callable[[PaperNumber, Measured, str], str]
-COLUMNS: Final = ("quantity", "paper", "this_study", "note")
+COLUMNS: Final = ("quantity", "paper", "this_study", "note", "origin")
+FOUND: Final = "found"
+DESIGNED: Final = "designed"
+MAIN: Final = "experiment."
+"""Beginning of the paths of settings that are the main experiment's."""
 MEASURES: Final[Mapping[str, Measure]] = {**DESIGN_MEASURES, **RESULT_MEASURES, **STATEMENT_MEASURES}
 
 
@@ -43,6 +47,23 @@ def read_difference(paper: PaperNumber, measured: Measured, cohort_title: str) -
         return f"no value to compare: {measured.missing}"
     reading = rule(paper, measured, cohort_title)
     return f"{reading}. {paper.row.remark}" if paper.row.remark else reading
+
+
+def origin(paper: PaperNumber, main: str) -> str:
+    """Return "found", or "designed" with the place of the choice behind this study's value or its agreement.
+
+    A number read from the configuration is designed by its setting; of others the data file says where.
+
+    Args:
+        paper: What the paper prints.
+        main: The experiment that stands for the paper's.
+    """
+    path = str(paper.row.of.get("path", ""))
+    if paper.row.designed or not path:
+        return f"{DESIGNED} ({paper.row.designed})" if paper.row.designed else FOUND
+    within = path.removeprefix(MAIN)
+    owner = f"experiment {main}, " if within != path else ""
+    return f"{DESIGNED} (config.yaml: {owner}{within})"
 
 
 def _configured(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
@@ -147,11 +168,11 @@ def comparison_table(paper: Sequence[PaperNumber], study: StudyResults) -> pd.Da
     return pd.DataFrame(list(_rows(paper, study)), columns=list(COLUMNS))
 
 
-def _rows(paper: Sequence[PaperNumber], study: StudyResults) -> Iterator[tuple[str, str, str, str]]:
+def _rows(paper: Sequence[PaperNumber], study: StudyResults) -> Iterator[tuple[str, ...]]:
     for printed in paper:
         row = printed.row
         if row.measure not in MEASURES:
             raise ReadingError(f"{printed.quantity}: there is no measure {row.measure!r}")
         measured = MEASURES[row.measure](study, Asked(row.of, row.digits, printed.case))
         note = read_difference(printed, measured, study.cohort_title)
-        yield printed.quantity, printed.printed, measured.text, note
+        yield printed.quantity, printed.printed, measured.text, note, origin(printed, study.main)

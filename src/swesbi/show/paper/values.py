@@ -34,6 +34,7 @@ class PaperRow(Settings):
     digits: int = Field(ge=0, le=8)
     reading: str
     remark: str = ""
+    designed: str = ""
 
     @model_validator(mode="after")
     def _check_printed(self) -> Self:

@@ -26,10 +26,26 @@ SCORES: Final = (
     ("RMSE reduction (%)", "rmse_reduction_percent", 1.0, 1),
     ("R²", "r2", 1.0, 3),
     ("Post-peak RMSE (kPa)", "post_peak_rmse_kpa", 1.0, 2),
-    ("Coverage of the predictive band, grid (%)", "coverage_grid", 100.0, 0),
-    ("Coverage of the predictive band, measured phases (%)", "coverage_phases", 100.0, 0),
+    ("Coverage by the band of noiseless curves, grid (%)", "coverage_noiseless_grid", 100.0, 0),
+    ("Coverage by the band of noiseless curves, phases (%)", "coverage_noiseless_phases", 100.0, 0),
+    ("Coverage by the interval of new observations, grid (%)", "coverage_observed_grid", 100.0, 0),
+    (
+        "Coverage by the interval of new observations, phases (%)",
+        "coverage_observed_phases",
+        100.0,
+        0,
+    ),
+    ("Ceiling: coverage by the prior's noiseless band, grid (%)", "coverage_prior_band_grid", 100.0, 0),
+    (
+        "Ceiling: coverage by the prior's envelope, grid (%)",
+        "coverage_prior_envelope_grid",
+        100.0,
+        0,
+    ),
 )
-COLUMNS: Final = ("quantity", "paper", "this_study", "note")
+COLUMNS: Final = ("quantity", "paper", "this_study", "note", "origin")
+DESIGNED: Final = "designed"
+MARK: Final = "†"
 
 
 def level(table: pd.DataFrame, experiment: Experiment) -> dict[str, float]:
@@ -281,12 +297,29 @@ def read_comparison(path: Path) -> pd.DataFrame:
 
 def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
     """Return the comparison; numbers keep the digits that the table of the study gives them."""
-    columns = words("Quantity", "Paper", "This study", "Reading")
+    columns = words("Quantity", "Paper", "This study", "Reading", "Designed or found")
     rows = tuple(
-        Row((str(row["quantity"]), _number(row["paper"]), _number(row["this_study"]), str(row["note"])))
+        Row(
+            (
+                str(row["quantity"]),
+                _number(row["paper"]),
+                _number(row["this_study"]),
+                str(row["note"]),
+                marked(str(row["origin"])),
+            )
+        )
         for row in records(comparison)
     )
-    return Table(f"Every number of the paper, and of this study ({cohort_title}).", columns, rows)
+    note = (
+        f"{MARK} Designed: a choice of this study, whose place stands in brackets, brought the value or its "
+        "agreement with the paper about; it is no finding, however it is read."
+    )
+    return Table(f"Every number of the paper, and of this study ({cohort_title}).", columns, rows, note)
+
+
+def marked(origin: str) -> str:
+    """Return where a number comes from, with a mark where it is designed."""
+    return f"{MARK} {origin}" if origin.startswith(DESIGNED) else origin
 
 
 def _number(text: object) -> str:

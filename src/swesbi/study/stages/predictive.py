@@ -9,7 +9,17 @@ from pathlib import Path
 from swesbi.artefacts import ArtefactError, save
 from swesbi.base import Settings
 from swesbi.checks.draws import CheckedFeatures, FeatureModel, make_target
-from swesbi.checks.predictive import KIND, PredictiveCheck, predict, to_datasets
+from swesbi.checks.observed_curves import curve_noise
+from swesbi.checks.predictive import (
+    KIND,
+    Draws,
+    Prediction,
+    PredictiveCheck,
+    Target,
+    observe,
+    predict,
+    to_datasets,
+)
 from swesbi.checks.predictive_speeds import (
     Recorder,
     feature_noise_sd,
@@ -57,11 +67,14 @@ def predictive(
     settings: PredictiveStageSettings,
     origin: Origin,
 ) -> None:
-    """Write the predictive checks of one subject; a subject outside the prior's support has no posterior."""
+    """Write the predictive checks of one subject; a subject outside the prior's support has no posterior.
+
+    The noise that the observation model puts back on curves has a stream of its own.
+    """
     subject = MeasuredSubject(read_observation(observation), read_passive(passive), settings.measurement)
     features = CheckedFeatures(settings.predictive.features, settings.summary)
     model = FeatureModel(subject, settings.forward_model, features)
-    number, interval = settings.predictive.draws, settings.predictive.interval
+    number = settings.predictive.draws
     supported = read_support(support).supported
     theta = read_posterior(posterior).theta[: number if supported else 0]
     sd = noise_sd(summary_names(settings.summary), settings.observation_model.feature_noise_sd)
@@ -69,10 +82,22 @@ def predictive(
     target = make_target(subject.observation, features, se, sd[features.columns])
     draws = (model.from_prior(read_simulations(shards), number), model.from_theta(theta))
     prior, after = (
-        predict(each, target, interval, generator(origin.seed, "predictive", origin.subject, name))
+        _predict(name, each, target, settings, origin)
         for name, each in zip(("prior", "posterior"), draws, strict=True)
     )
-    _write(predictive, PredictiveCheck(target, interval, supported, prior, after), settings, origin)
+    check = PredictiveCheck(target, settings.predictive.interval, supported, prior, after)
+    _write(predictive, check, settings, origin)
+
+
+def _predict(
+    name: str, draws: Draws, target: Target, settings: PredictiveStageSettings, origin: Origin
+) -> Prediction:
+    noise = curve_noise(settings.observation_model.feature_noise_sd)
+    of_curves, of_values = (
+        generator(origin.seed, stream, origin.subject, name) for stream in ("observed curves", "predictive")
+    )
+    observed = observe(draws, target.phase, noise, of_curves)
+    return predict(draws, observed, target, settings.predictive.interval, of_values)
 
 
 def _write(path: Path, check: PredictiveCheck, settings: Settings, origin: Origin) -> None:
@@ -82,14 +107,16 @@ def _write(path: Path, check: PredictiveCheck, settings: Settings, origin: Origi
         LOGGER.info("subject %s: unsupported, no scores; prior RMSE %.2f kPa", origin.subject, prior.rmse_kpa)
         return
     LOGGER.info(
-        "subject %s: RMSE %.2f -> %.2f kPa, R2 %.3f, coverage %.2f of the grid, %.2f of the phases, "
-        "%d/%d features inside, %d draws failed",
+        "subject %s: RMSE %.2f -> %.2f kPa, R2 %.3f, coverage of the grid by noiseless curves %.2f, "
+        "with noise %.2f (prior without %.2f, its envelope %.2f), %d/%d features inside, %d draws failed",
         origin.subject,
         prior.rmse_kpa,
         posterior.rmse_kpa,
         posterior.r2,
-        posterior.coverage,
-        check.posterior.phase_scores.coverage,
+        check.posterior.coverages.noiseless,
+        check.posterior.coverages.observed,
+        check.prior.coverages.noiseless,
+        check.prior.coverages.envelope,
         check.posterior.features.inside.sum(),
         len(check.target.feature_names),
         check.posterior.draws.failed,

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.artefacts import ArtefactError
 from swesbi.base import Settings
 from swesbi.checks.discrepancy.cohort import generate_cohort
 from swesbi.checks.discrepancy.evidence import best_pair, discrepancy_table, score_subject
 from swesbi.checks.draws import CurveScores, score_cycles, score_theta
+from swesbi.checks.readings.recordings import truth_of
 from swesbi.checks.scores import reduction_percent
 from swesbi.checks.sensitivity import read_posteriors, sensitivity_table
 from swesbi.checks.settings import DiscrepancyStudySettings, PredictiveSettings, Seeds
@@ -23,8 +24,8 @@ from swesbi.heart.simulate import Beats
 from swesbi.measurement import likelihood
 from swesbi.measurement.operator import PassiveCalibrationError, calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
-from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator
-from swesbi.networks.paper.maf import draw_until
+from swesbi.networks.paper.estimator import load_estimator
+from swesbi.networks.paper.maf import Sampler, draw_until
 from swesbi.networks.paper.pool import Pool, read_pool, with_context
 from swesbi.population.synthetic import features_under
 from swesbi.prior import PriorSettings, in_bounds
@@ -44,7 +45,7 @@ from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import Support, diagnose
 from swesbi.virtual_cohort.acquisition import record
 from swesbi.virtual_cohort.settings import ACQUISITION_SEED, AcquisitionSettings
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, simulate_truth
+from swesbi.virtual_cohort.volunteers import Truth
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -148,7 +149,7 @@ class _Judge:
     reference: Beats
     simulations: PriorSimulations
     pool: Pool
-    estimator: TrainedEstimator
+    estimator: Sampler
     settings: AcquisitionSeedsStageSettings
     seed: int
 
@@ -176,6 +177,24 @@ def acquisition_seeds(
     data, (trained, _) = read_pool(pool), load_estimator(estimator)
     check_components(data, trained, estimator)
     subjects = likelihood.read_measured_subjects(observations, passives, settings.measurement)
+    table = judged_recordings(data, trained, subjects, shards, settings, origin.seed)
+    write_csv(recordings, table)
+    write_csv(medians, medians_table(table), float_format="%.4g")
+
+
+def judged_recordings(
+    pool: Pool,
+    estimator: Sampler,
+    subjects: Sequence[likelihood.MeasuredSubject],
+    shards: Sequence[Path],
+    settings: AcquisitionSeedsStageSettings,
+    seed: int,
+) -> pd.DataFrame:
+    """Return a row for every subject and acquisition seed, judged by a trained network.
+
+    Raises:
+        ArtefactError: A subject is no virtual volunteer.
+    """
     by_subject = group_by_subject(shards)
     progress = Progress("acquisition seeds", len(subjects) * len(settings.seeds), unit="recording")
     rows = []
@@ -183,33 +202,20 @@ def acquisition_seeds(
         name = subject.observation.subject
         judge = _Judge(
             subject=subject,
-            truth=_truth_of(subject),
+            truth=truth_of(subject.observation.context),
             reference=likelihood.reference_beat(
                 subject.observation.context, settings.passive_reference_prior, settings.forward_model
             ),
             simulations=read_simulations(by_subject[name]),
-            pool=data,
-            estimator=trained,
+            pool=pool,
+            estimator=estimator,
             settings=settings,
-            seed=integer_seed(origin.seed, "posterior", name),
+            seed=integer_seed(seed, "posterior", name),
         )
-        for seed in settings.seeds:
-            rows.append(_judge(judge, seed))
-            progress.step(note=f"{name}, seed {seed}")
-    table = seeds_table(rows)
-    write_csv(recordings, table)
-    write_csv(medians, medians_table(table), float_format="%.4g")
-
-
-def _truth_of(subject: likelihood.MeasuredSubject) -> Truth:
-    context = subject.observation.context
-    for volunteer in VOLUNTEERS:
-        if volunteer.context == context:
-            return simulate_truth(volunteer)
-    raise ArtefactError(
-        f"subject {context.subject}: its context is that of no virtual volunteer; only virtual volunteers "
-        "can be recorded anew"
-    )
+        for acquisition_seed in settings.seeds:
+            rows.append(_judge(judge, acquisition_seed))
+            progress.step(note=f"{name}, seed {acquisition_seed}")
+    return seeds_table(rows)
 
 
 def _judge(judge: _Judge, seed: int) -> SeedRow:

@@ -139,8 +139,8 @@ def _score(key: ResultKey, predictive: Path, posterior: Path, support: Path) -> 
         supported=verdict.supported,
         rmse_kpa=check.posterior.scores.rmse_kpa,
         prior_rmse_kpa=check.prior.scores.rmse_kpa,
-        coverage=check.posterior.scores.coverage,
-        coverage_phases=check.posterior.phase_scores.coverage,
+        coverage_noiseless=check.posterior.coverages.noiseless,
+        coverage_observed=check.posterior.coverages.observed,
         k_atp_per_s=(low, float(draws.median[K_ATP]), high),
         unfiltered_k_atp_per_s=verdict.unfiltered_median["k_atp_per_s"],
     )

@@ -1,0 +1,122 @@
+"""Settings of the readings: what each makes otherwise, and what its numbers are compared by."""
+
+from __future__ import annotations
+
+from typing import Final, Literal, Self
+
+from pydantic import Field, JsonValue, model_validator
+
+from swesbi.base import Settings
+from swesbi.checks.settings import BASE, CurveLossSettings, Cycle
+
+CASES: Final = ("A", "B", "C", "D")
+"""Subjects that stand where the paper prints numbers of single cases."""
+
+
+class Treatment(Settings):
+    """What a reading makes otherwise of recordings and curves; as it stands, nothing."""
+
+    noise_factor: float = Field(
+        default=1.0, ge=0.0, le=10.0, description="times the errors that the volunteers were recorded with"
+    )
+    smoothing_cycle: Cycle = Field(
+        default=0.0, description="sd of the Gaussian kernel, fraction of the cycle; 0: curves as they are"
+    )
+    smoothed: Literal["features", "recordings"] = Field(
+        default="features",
+        description="every curve before S(.), or the recordings alone, before anything else",
+    )
+    aligned: bool = Field(
+        default=False, description="trajectory values of curves whose peaks are shifted to one phase"
+    )
+    curve_noise: bool = Field(
+        default=False, description="noise of maximum and time to peak on the whole curve, before S(.)"
+    )
+    epoch: Literal["best", "last"] = Field(default="best", description="whose weights the network has")
+    passive_scale_errors: float = Field(
+        default=0.0,
+        ge=0.0,
+        description="sd of the passive scale in the predictive check, in standard errors of its calibration",
+    )
+    recovery_passive: Literal["reference", "own"] = Field(
+        default="reference", description="along which beat the passive stiffness of synthetic recordings runs"
+    )
+    recovery_stretch: float = Field(
+        default=0.0, ge=0.0, le=0.5, description="by which fraction their cycles are longer after the peak"
+    )
+
+    @property
+    def same_recordings(self) -> bool:
+        """Whether the recordings are those of the study."""
+        return self.noise_factor == 1.0 and not (self.smoothing_cycle and self.smoothed == "recordings")
+
+    @property
+    def same_features(self) -> bool:
+        """Whether S(.) and its noise are those of the study."""
+        smoothed = self.smoothing_cycle > 0.0 and self.smoothed == "features"
+        return not (smoothed or self.aligned or self.curve_noise)
+
+    @property
+    def other_recovery(self) -> bool:
+        """Whether synthetic recordings are made otherwise."""
+        return self.recovery_passive == "own" or self.recovery_stretch > 0.0
+
+
+class Reading(Settings):
+    """One way in which the paper's text can be meant."""
+
+    label: str = Field(min_length=1, description="what figures and tables call it")
+    changes: dict[str, JsonValue] = Field(
+        default={}, description="keys of the configuration with their other values"
+    )
+    treatment: Treatment = Field(default=Treatment(), description="what no key of the configuration says")
+
+
+class ComparisonSettings(Settings):
+    """How a reading's numbers are set against the printed ones."""
+
+    spread_fraction: float = Field(
+        gt=0.0, description="spread of a number that is printed without one, as a fraction of it"
+    )
+    missing_spreads: float = Field(
+        gt=0.0, description="spreads by which a number counts as off that a reading does not give"
+    )
+    coverage_margin: float = Field(
+        gt=0.0, lt=1.0, description="by how much a coverage may differ and be given still"
+    )
+
+
+class WeightsSettings(Settings):
+    """CMA-ES under other weights of its loss."""
+
+    seeds: tuple[int, ...] = Field(min_length=1, description="runs of each search; the best is taken")
+    weights: tuple[CurveLossSettings, ...] = Field(min_length=1, description="of the three terms")
+    readings: tuple[str, ...] = Field(min_length=1, description="on whose recordings")
+
+
+class ReadingsSettings(Settings):
+    """The readings, and what is made of them."""
+
+    comparison: ComparisonSettings
+    cmaes: WeightsSettings
+    acquisition_seeds: tuple[str, ...] = Field(
+        description="readings whose verdicts are asked for under the seeds of `acquisition_seeds`"
+    )
+    readings: dict[str, Reading] = Field(min_length=2, description="`base`, as configured, among them")
+
+    @model_validator(mode="after")
+    def _check_names(self) -> Self:
+        base = self.readings.get(BASE)
+        if base is None or base.changes or base.treatment != Treatment():
+            raise ValueError(f"readings needs the reading {BASE!r}, with no changes and no treatment")
+        named = {"cmaes.readings": self.cmaes.readings, "acquisition_seeds": self.acquisition_seeds}
+        for key, names in named.items():
+            if unknown := [name for name in names if name not in self.readings]:
+                raise ValueError(f"{key} names the reading {unknown[0]!r}; known: {', '.join(self.readings)}")
+        treated = [n for n in self.acquisition_seeds if self.readings[n].treatment != Treatment()]
+        if treated:
+            raise ValueError(
+                f"acquisition_seeds names {treated[0]!r}, which treats recordings or curves; only readings "
+                "that change the configuration alone are recorded anew under every seed"
+            )
+        return self
