@@ -41,7 +41,8 @@ scale `a` is set so that the late-diastolic mean is the designed one.
 
 {designs}
 
-Whether a volunteer passes the prior-support test is an outcome, not part of the design.
+Theta of A to D were chosen with the prior errors of the paper's cases in view, those of E and F so that the
+prior should not support them. Whether a volunteer passes the prior-support test is an outcome of that.
 
 What the true beats do, beside the volumes in `subjects.csv`:
 
