@@ -336,7 +336,12 @@ def test_an_edit_reruns_the_stages_that_reach_it(folder: Path, copied: Path) -> 
 
 def test_stages_reach_their_science_and_no_other() -> None:
     reaching = {
-        Place("swesbi.checks.cmaes", "search"): {"cmaes", "new_subject", "new_subject_of_population"},
+        Place("swesbi.checks.cmaes", "search"): {
+            "cmaes",
+            "new_subject",
+            "new_subject_of_population",
+            "readings_cmaes",
+        },
         Place("swesbi.recording.noise", "fit_noise"): {"noise", "discrepancy"},
     }
     for place, stages in reaching.items():

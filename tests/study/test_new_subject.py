@@ -352,7 +352,7 @@ def test_the_workflow_gives_the_same_answer_and_reruns_nothing_else(
         assert typed("--cohort", "data/virtual_volunteers", *chosen).returncode == 0
     study = own_study
     cohort = write_cohort(study.folder / "data" / "other", finished)
-    study.edit("smoke.yaml", "cmaes:\n", "new_subjects:\n  cohort: data/other\ncmaes:\n")
+    study.edit("smoke.yaml", "\ncmaes:\n", "\nnew_subjects:\n  cohort: data/other\ncmaes:\n")
     jobs = study.planned("new_subjects")
     assert {job.rule for job in jobs} == {
         "new_subject_with_pressures",

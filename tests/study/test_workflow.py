@@ -80,8 +80,8 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
         ),
         pytest.param(
             "src/swesbi/study/stages/predictive.py",
-            'generator(origin.seed, "predictive", origin.subject, name)',
-            'generator(origin.seed, "another", origin.subject, name)',
+            'for stream in ("observed curves", "predictive")',
+            'for stream in ("observed curves", "another")',
             PREDICTIVE,
             id="stage code",
         ),
