@@ -9,7 +9,7 @@ as in stretch, and 24 of z, which have another structure (thin wall, second Piol
 capacitance). Each is inferred with the nuisance parameters free, as configured; with one exponent of the
 passive stiffness; with widths of 1 and 2 of the prior of its factor in compression; and with all nuisances
 fixed at the settings of the forward model. Prints for each pair (delta, tau) the total log evidence and how
-often the true parameters lie in their credible intervals. Takes a quarter of an hour on one core.
+often the true parameters lie in their credible intervals. Takes half an hour on one core.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from pydantic import Field
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.observed_curves import curve_noise, observed_curves
-from swesbi.checks.readings.recordings import Protocol, passive_scale_error
+from swesbi.checks.readings.recordings import CalibratedSubjectSettings, passive_scale_error
 from swesbi.checks.readings.settings import Treatment
 from swesbi.checks.readings.treatment import Features
 from swesbi.checks.scores import band, check_features, coverage, reduction_percent, score
@@ -47,7 +47,7 @@ SUPPORTED: Final = "supported"
 RMSE: Final = "rmse_kpa"
 
 
-class ChainSettings(Protocol):
+class ChainSettings(CalibratedSubjectSettings):
     """What the chain depends on: the settings of an experiment of the paper's kind, and of its recordings."""
 
     simulations_per_subject: int = Field(ge=1, description="the first so many draws of each subject")

@@ -30,8 +30,8 @@ ERRORS = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction", "scale_f
 """Errors of the speeds; failures, outliers and the variation of RR are not among them."""
 
 
-class Protocol(Settings):
-    """What recordings are read and calibrated with."""
+class CalibratedSubjectSettings(Settings):
+    """How a recording is ingested, and the passive baseline calibrated on it."""
 
     recording: RecordingSettings
     measurement: MeasurementSettings
@@ -60,7 +60,9 @@ def with_errors(acquisition: AcquisitionSettings, factor: float) -> AcquisitionS
     return acquisition.model_copy(update={name: factor * getattr(acquisition, name) for name in ERRORS})
 
 
-def treated_subject(subject: MeasuredSubject, treatment: Treatment, protocol: Protocol) -> MeasuredSubject:
+def treated_subject(
+    subject: MeasuredSubject, treatment: Treatment, protocol: CalibratedSubjectSettings
+) -> MeasuredSubject:
     """Return a subject with the recording that a reading asks for, its passive baseline calibrated on it.
 
     Raises:

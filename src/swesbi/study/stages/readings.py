@@ -12,7 +12,7 @@ import pandas as pd
 from swesbi.artefacts import ArtefactError
 from swesbi.base import Settings
 from swesbi.checks.readings.chain import Case, ChainSettings, Row, answer, chosen, reading_pool, train_reading
-from swesbi.checks.readings.recordings import Protocol, treated_subject
+from swesbi.checks.readings.recordings import CalibratedSubjectSettings, treated_subject
 from swesbi.checks.readings.recovery import recovery_rows, synthetic_recordings
 from swesbi.checks.readings.settings import CASES, ComparisonSettings, Reading, Treatment, WeightsSettings
 from swesbi.checks.readings.treatment import Features
@@ -113,7 +113,10 @@ def _cases(
 
 
 def _subjects(
-    observations: Sequence[Path], passives: Sequence[Path], treatment: Treatment, protocol: Protocol
+    observations: Sequence[Path],
+    passives: Sequence[Path],
+    treatment: Treatment,
+    protocol: CalibratedSubjectSettings,
 ) -> list[MeasuredSubject]:
     measured = read_measured_subjects(observations, passives, protocol.measurement)
     return [treated_subject(subject, treatment, protocol) for subject in measured]
@@ -172,7 +175,7 @@ def readings_seeds(
 class ReadingsCmaesStageSettings(Settings):
     """What the reference fits under other weights depend on; of the prior only the bounds count."""
 
-    protocol: Protocol
+    protocol: CalibratedSubjectSettings
     treatment: Treatment
     weights: WeightsSettings
     search: CmaesSettings
