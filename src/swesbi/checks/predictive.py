@@ -26,6 +26,7 @@ from swesbi.checks.coverages import Coverages, cover
 from swesbi.checks.observed_curves import CurveNoise, at_phases, observed_curves
 from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, Scores, band, check_features, coverage, score
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]
 FEATURE_UNITS: Final = "as named in feature"
@@ -165,6 +166,11 @@ class ObservedDraws:
 
     curve_kpa: FloatArray
     phase_kpa: FloatArray
+
+
+def noise_streams(seed: int, subject: str, draws: str) -> tuple[np.random.Generator, np.random.Generator]:
+    """Return what puts noise on whole curves, and on features and phases, of a subject's draws."""
+    return generator(seed, "observed curves", subject, draws), generator(seed, "predictive", subject, draws)
 
 
 def observe(draws: Draws, phase: FloatArray, noise: CurveNoise, rng: np.random.Generator) -> ObservedDraws:

@@ -12,6 +12,7 @@ from pydantic import Field
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.observed_curves import curve_noise, observed_curves
+from swesbi.checks.predictive import noise_streams
 from swesbi.checks.readings.recordings import CalibratedSubjectSettings, passive_scale_error
 from swesbi.checks.readings.settings import Treatment
 from swesbi.checks.readings.treatment import Features
@@ -181,7 +182,7 @@ def answer(
     curves = predictive_curves(case.subject, posterior.theta[:draws], features.treatment, chain, seed)
     scores = score(grid, observed, band(curves, interval))
     noise = curve_noise(chain.observation_model.feature_noise_sd)
-    again = observed_curves(curves, noise, generator(seed, "readings", "interval", case.name))
+    again = observed_curves(curves, noise, noise_streams(seed, case.name, "posterior")[0])
     yield row(RMSE, scores.rmse_kpa)
     yield row("rmse_reduction_percent", reduction_percent(prior.rmse_kpa, scores.rmse_kpa))
     yield row("nrmse", scores.nrmse)
@@ -238,6 +239,6 @@ def _features_inside(
     sd = noise_sd(summary_names(chain.summary), features.on_features)[columns]
     noisy = features.observed(curves, generator(seed, "readings", "feature check", case.name))
     observed = features.of(case.subject.observation.curve_kpa[None])[0]
-    rng = generator(seed, "predictive", case.name, "posterior")
+    _, rng = noise_streams(seed, case.name, "posterior")
     check = check_features(observed[columns], noisy[:, columns], sd, chain.predictive.interval, rng)
     return check.inside

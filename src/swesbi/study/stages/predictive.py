@@ -16,6 +16,7 @@ from swesbi.checks.predictive import (
     Prediction,
     PredictiveCheck,
     Target,
+    noise_streams,
     observe,
     predict,
     to_datasets,
@@ -93,9 +94,7 @@ def _predict(
     name: str, draws: Draws, target: Target, settings: PredictiveStageSettings, origin: Origin
 ) -> Prediction:
     noise = curve_noise(settings.observation_model.feature_noise_sd)
-    of_curves, of_values = (
-        generator(origin.seed, stream, origin.subject, name) for stream in ("observed curves", "predictive")
-    )
+    of_curves, of_values = noise_streams(origin.seed, origin.subject, name)
     observed = observe(draws, target.phase, noise, of_curves)
     return predict(draws, observed, target, settings.predictive.interval, of_values)
 
