@@ -166,7 +166,7 @@ def test_any_columns_are_read_or_refused(table: Path) -> None:
     read: list[int] = []
 
     @settings(
-        max_examples=150,
+        max_examples=60,
         derandomize=True,
         database=None,
         deadline=None,
