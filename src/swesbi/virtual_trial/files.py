@@ -58,7 +58,11 @@ def draw_trial_recordings(persons: Sequence[TrialPerson]) -> Figure:
         axis.tick_params(labelsize=8)
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
-    figure.supxlabel("phase of the cardiac cycle, from the R peak", fontsize=9)
-    figure.supylabel("shear-wave speed, median of a phase (m/s)", fontsize=9)
-    figure.suptitle("Recordings of the virtual trial", fontsize=12)
+    for axis in axes[-1]:
+        axis.set_xlabel("phase of the cycle", fontsize=9)
+    for axis in axes[:, 0]:
+        axis.set_ylabel("speed (m/s)", fontsize=9)
+    figure.suptitle(
+        "Recordings of the virtual trial: median shear-wave speed of each phase, from the R peak", fontsize=12
+    )
     return figure
