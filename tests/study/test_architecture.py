@@ -36,6 +36,7 @@ LAYERS = (
     "checks",
     "exam",
     "config",
+    "virtual_trial",
     "show",
     "study",
     "__main__",

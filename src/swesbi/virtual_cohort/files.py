@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -34,9 +34,10 @@ FAILED_COLOUR = "#d55e00"
 PUBLISHED_COLOUR = "#009e73"
 TOP_M_S = 7.2
 WHOLE: Final = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}  # rounded to the millisecond when acquired
+ORIGIN: Final = "virtual volunteers, simulated by swesbi.virtual_cohort"
 RECORDING: Final = """\
 # How the recordings of this cohort were made
-origin: virtual volunteers, simulated by swesbi.virtual_cohort; not measured on people
+origin: {origin}; not measured on people
 acquisition_seed: {seed}
 protocol:               # as in the paper, Sec. 2.1, which the simulation stands for
   system: Verasonics Vantage
@@ -101,16 +102,23 @@ def write_cohort(folder: Path, seed: int) -> None:
     truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
     recordings = [record(truth, seed) for truth in truths]
     measures = [measure(truth, seed) for truth in truths]
-    (folder / "swe").mkdir(parents=True, exist_ok=True)
-    for truth, samples in zip(truths, recordings, strict=True):
-        _write_csv(folder / "swe" / f"{truth.volunteer.context.subject}.csv", samples.frame().astype(WHOLE))
-    _write_csv(folder / "subjects.csv", subject_table(truths, measures))
-    _write_csv(folder / "truth.csv", truth_table(truths))
-    _write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
-    _write_text(folder / "recording.yaml", RECORDING.format(seed=seed))
+    write_recordings(
+        folder, {t.volunteer.context.subject: own for t, own in zip(truths, recordings, strict=True)}
+    )
+    write_csv(folder / "subjects.csv", subject_table(truths, measures))
+    write_csv(folder / "truth.csv", truth_table(truths))
+    write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
+    write_text(folder / "recording.yaml", RECORDING.format(origin=ORIGIN, seed=seed))
     seeds, levels = (_shown(folder / name) for name in ("acquisition_seeds.csv", NOISE_LEVELS))
-    _write_text(folder / "README.md", readme(truths, recordings, measures, seed, seeds, levels))
+    write_text(folder / "README.md", readme(truths, recordings, measures, seed, seeds, levels))
     _write_picture(folder / "recordings.png", recordings)
+
+
+def write_recordings(folder: Path, recordings: Mapping[str, Samples]) -> None:
+    """Write the raw samples of each subject into the cohort's folder, as CSV."""
+    (folder / "swe").mkdir(parents=True, exist_ok=True)
+    for subject, samples in recordings.items():
+        write_csv(folder / "swe" / f"{subject}.csv", samples.frame().astype(WHOLE))
 
 
 def write_noise_levels(folder: Path, recording: RecordingSettings, grid_points: int) -> None:
@@ -123,18 +131,20 @@ def write_noise_levels(folder: Path, recording: RecordingSettings, grid_points: 
     """
     folder.mkdir(parents=True, exist_ok=True)
     truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
-    _write_csv(folder / NOISE_LEVELS, noise_levels(truths, recording, grid_points), "%.4g")
+    write_csv(folder / NOISE_LEVELS, noise_levels(truths, recording, grid_points), "%.4g")
 
 
 def _shown(path: Path) -> pd.DataFrame | None:
     return pd.read_csv(path, dtype=str, keep_default_na=False) if path.is_file() else None
 
 
-def _write_csv(path: Path, table: pd.DataFrame, float_format: str | None = None) -> None:
+def write_csv(path: Path, table: pd.DataFrame, float_format: str | None = None) -> None:
+    """Write a table with one kind of line ends on every machine."""
     table.to_csv(path, index=False, lineterminator="\n", float_format=float_format)
 
 
-def _write_text(path: Path, text: str) -> None:
+def write_text(path: Path, text: str) -> None:
+    """Write a text in UTF-8, with one kind of line ends on every machine."""
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
