@@ -31,6 +31,7 @@ from swesbi.config.experiments import (
     SpeedExperimentSettings,
 )
 from swesbi.heart.settings import ForwardModelSettings
+from swesbi.hierarchy.settings import HierarchySettings
 from swesbi.measurement.settings import (
     ClinicalSettings,
     MeasurementSettings,
@@ -279,6 +280,7 @@ class Config(Settings):
     main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
     cmaes: CmaesStudySettings
     acquisition_seeds: AcquisitionSeedsSettings
+    cohort_posterior: HierarchySettings
     discrepancy_study: DiscrepancyChoiceSettings
     sensitivity: SensitivitySettings
     ladder: LadderChoiceSettings
