@@ -22,6 +22,7 @@ from swesbi.recording.cohort import (
 )
 from swesbi.recording.problems import Problem, RecordingError, listed
 from swesbi.recording.settings import ContextRow
+from swesbi.recording.visits import Person, Visit, persons_of
 
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
@@ -39,6 +40,8 @@ class Study:
         new_rows: Subjects outside it, which trained networks answer.
         clinical_rows: What was measured of all these beside the speeds.
         new_clinical_rows: The same of those outside.
+        visit_rows: Whose recordings these are.
+        new_visit_rows: The same of those outside.
     """
 
     config: Config
@@ -46,6 +49,8 @@ class Study:
     new_rows: Mapping[str, ContextRow] = field(default_factory=dict)
     clinical_rows: Mapping[str, ClinicalRow] = field(default_factory=dict)
     new_clinical_rows: Mapping[str, ClinicalRow] = field(default_factory=dict)
+    visit_rows: Mapping[str, Visit] = field(default_factory=dict)
+    new_visit_rows: Mapping[str, Visit] = field(default_factory=dict)
 
     @property
     def subjects(self) -> tuple[str, ...]:
@@ -57,9 +62,25 @@ class Study:
         return self.clinical_rows.get(subject, ClinicalRow())
 
     @property
+    def visits(self) -> Mapping[str, Visit]:
+        """Whose recording each subject of the study is, in the order of the table: that of the visits."""
+        told = {subject: visit for subject, visit in self.visit_rows.items() if subject in self.context_rows}
+        return told | {subject: Visit() for subject in self.subjects if subject not in told}
+
+    @property
+    def persons(self) -> tuple[Person, ...]:
+        """The persons of the study, each with those of their visits that the study runs on."""
+        return persons_of(self.visits)
+
+    @property
     def outside(self) -> Study:
         """The same study with the subjects outside it in place of its own."""
-        return replace(self, context_rows=self.new_rows, clinical_rows=self.new_clinical_rows)
+        return replace(
+            self,
+            context_rows=self.new_rows,
+            clinical_rows=self.new_clinical_rows,
+            visit_rows=self.new_visit_rows,
+        )
 
     @property
     def new_with_pressures(self) -> tuple[str, ...]:
@@ -156,7 +177,8 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
     """
     config = parse_config(raw, source)
     table = _read_table(config.cohort, f"{source}: cohort")
-    study = Study(config, _select(config, table.rows, source), clinical_rows=table.clinical)
+    rows = _select(config, table.rows, source)
+    study = Study(config, rows, clinical_rows=table.clinical, visit_rows=table.visits)
     _check_lists(study, table.rows, source)
     _check_files(study.cohort, study.subjects, f"{source}: cohort")
     if config.new_subjects.cohort is None:
@@ -164,7 +186,7 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
     key = f"{source}: new_subjects.cohort"
     new = _read_table(config.new_subjects.cohort, key)
     _check_files(Path(config.new_subjects.cohort), tuple(new.rows), key)
-    return replace(study, new_rows=new.rows, new_clinical_rows=new.clinical)
+    return replace(study, new_rows=new.rows, new_clinical_rows=new.clinical, new_visit_rows=new.visits)
 
 
 def _read_table(cohort: str, key: str) -> SubjectTable:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Final, TypeVar
@@ -28,6 +28,7 @@ from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import RecordingSettings, is_subject
 from swesbi.recording.sweeps import NOT_CROSSED, ONE_NUMBER, SweepLevels, is_crossed, levels_by
+from swesbi.recording.visits import Visit, persons_in_words
 
 Value = TypeVar("Value")
 HEADER: Final = (
@@ -73,12 +74,14 @@ class CohortReport:
         origin: Where the recordings come from; empty if the cohort does not say.
         problems: Everything that must be corrected.
         notes: What is odd, and harmless.
+        visits: Whose recordings those of the table without a problem are, by subject.
     """
 
     subjects: tuple[Checked, ...]
     origin: str
     problems: tuple[Problem, ...]
     notes: tuple[str, ...]
+    visits: Mapping[str, Visit] = field(default_factory=dict)
 
 
 def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) -> CohortReport:
@@ -93,13 +96,14 @@ def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) 
         absent = Problem(str(cohort), "is no folder", "correct the path; `template` starts a new cohort")
         return CohortReport((), "", (absent,), ())
     problems: list[Problem] = []
-    table = _collect(problems, partial(_subjects, cohort)) or SubjectTable(_recorded(cohort), {}, {}, ())
+    table = _collect(problems, partial(_subjects, cohort)) or SubjectTable(_recorded(cohort), {}, {}, {}, ())
     problems.extend(table.problems)
     protocol = _collect(problems, partial(read_protocol, cohort, settings)) or Protocol("")
     check = partial(_check, cohort, protocol, table=table, settings=settings, grid_points=grid_points)
     checked = [_collect(problems, partial(check, name)) for name in table.names]
     subjects = tuple(subject for subject in checked if subject)
-    return CohortReport(subjects, protocol.origin, tuple(problems), _notes(cohort, table.names))
+    notes = _notes(cohort, table.names)
+    return CohortReport(subjects, protocol.origin, tuple(problems), notes, table.visits)
 
 
 def _collect(problems: list[Problem], read: Callable[[], Value]) -> Value | None:
@@ -159,10 +163,10 @@ def _files(cohort: Path) -> list[Path]:
 
 
 def summary(report: CohortReport) -> str:
-    """Return a table with one line a subject, what its columns mean, and who has further measures."""
+    """Return a table with one line a subject, what its columns mean, who has further measures or visits."""
     observed = [subject.observation for subject in report.subjects]
     rows = [HEADER, *map(_row, observed)]
-    return "\n".join([*_aligned(rows), "", LEGEND, *_measured(observed)])
+    return "\n".join([*_aligned(rows), "", LEGEND, *_measured(observed), *persons_in_words(report.visits)])
 
 
 def _measured(observed: Sequence[Observation]) -> list[str]:

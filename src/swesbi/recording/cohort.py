@@ -17,6 +17,8 @@ from swesbi.recording.clinical_columns import clinical_rows
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
 from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
+from swesbi.recording.visit_columns import visit_rows
+from swesbi.recording.visits import VISIT_NAMES, Visit
 
 CONTEXT_COLUMNS: Final = tuple(ContextRow.model_fields)
 REMEDIES: Final = {
@@ -38,12 +40,14 @@ class SubjectTable:
         names: The subjects that have a usable name, in the file's order, those with other problems included.
         rows: The rows without a problem, by subject.
         clinical: What was measured beside the speeds, of the same subjects.
+        visits: Whose recordings they are, of the same subjects.
         problems: Every problem of the cells.
     """
 
     names: tuple[str, ...]
     rows: Mapping[str, ContextRow]
     clinical: Mapping[str, ClinicalRow]
+    visits: Mapping[str, Visit]
     problems: tuple[Problem, ...]
 
 
@@ -53,7 +57,7 @@ def examine_subjects(path: Path) -> SubjectTable:
     Raises:
         RecordingError: The file cannot be read as a table with these columns.
     """
-    table = read_table(path, CONTEXT_COLUMNS, CLINICAL_NAMES)
+    table = read_table(path, CONTEXT_COLUMNS, (*CLINICAL_NAMES, *VISIT_NAMES), texts=VISIT_NAMES)
     _check_names(table)
     numbers = {
         name: table.number(name, -np.inf, np.inf, REMEDIES[name])
@@ -62,11 +66,15 @@ def examine_subjects(path: Path) -> SubjectTable:
     }
     rows = [_context_row(table, index, numbers) for index in range(len(table.cells))]
     clinical = clinical_rows(table, numbers["hr_bpm"])
-    good = {row.subject: (row, own) for row, own in zip(rows, clinical, strict=True) if row and own}
-    names = tuple(dict.fromkeys(name for name in table.cells["subject"] if is_subject(name)))
-    contexts = {name: row for name, (row, _) in good.items()}
-    measured = {name: own for name, (_, own) in good.items()}
-    return SubjectTable(names, contexts, measured, tuple(table.problems))
+    visits = visit_rows(table, numbers["age_years"])
+    good = [(row, own, visit) for row, own, visit in zip(rows, clinical, visits, strict=True) if row and own]
+    return SubjectTable(
+        names=tuple(dict.fromkeys(name for name in table.cells["subject"] if is_subject(name))),
+        rows={row.subject: row for row, _, _ in good},
+        clinical={row.subject: own for row, own, _ in good},
+        visits={row.subject: visit for row, _, visit in good},
+        problems=tuple(table.problems),
+    )
 
 
 def read_subject_table(path: Path) -> SubjectTable:
@@ -93,9 +101,7 @@ def read_subjects(path: Path) -> tuple[Context, ...]:
 def _check_names(table: TextTable) -> None:
     """Subjects are named once, and not alike: folders of results may ignore upper and lower case."""
     table.unique(["subject"])
-    name = table.cells["subject"]
-    alike = name.str.lower().duplicated().to_numpy() & ~name.duplicated().to_numpy()
-    table.flag("subject", alike, "differs from an earlier subject in upper and lower case only", "rename one")
+    table.spelled_once("subject")
 
 
 def _context_row(table: TextTable, index: int, numbers: Mapping[str, Any]) -> ContextRow | None:

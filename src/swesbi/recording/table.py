@@ -89,6 +89,13 @@ class TextTable:
         repeated = self.cells.duplicated(list(columns)).to_numpy()
         self.flag(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row", "keep one")
 
+    def spelled_once(self, column: str) -> None:
+        """Refuse a text that differs from an earlier one in upper and lower case only."""
+        text = self.cells[column]
+        alike = text.str.lower().duplicated().to_numpy() & ~text.duplicated().to_numpy()
+        reason = f"differs from an earlier {column} in upper and lower case only"
+        self.flag(column, alike, reason, "rename one")
+
     def flag(self, column: str, wrong: BoolArray, reason: str, remedy: str) -> None:
         """Note a problem for each wrong row: the first few one by one, the rest as a number."""
         rows = np.flatnonzero(wrong)
@@ -132,11 +139,19 @@ def _close(missing: Sequence[str], names: Sequence[str]) -> str:
     return f" ({', '.join(pairs)}?)" if pairs else ""
 
 
-def read_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> TextTable:
+def read_table(
+    path: Path, required: Sequence[str], optional: Sequence[str] = (), texts: Sequence[str] = ()
+) -> TextTable:
     """Read the columns of a CSV file that are used; others are ignored, and so are lines from ``#`` on.
 
     The delimiter is the one (comma, semicolon, tab) under which the header names most of the columns. Behind
     semicolon and tab, a comma within a number is a decimal comma, unless some number has a decimal point.
+
+    Args:
+        path: The file.
+        required: Columns that it must have.
+        optional: Columns that it may have.
+        texts: Those among them whose cells are no numbers, whatever they look like.
 
     Raises:
         RecordingError: The file is missing, empty, a workbook, not UTF-8, ragged, or lacks columns.
@@ -151,7 +166,7 @@ def read_table(path: Path, required: Sequence[str], optional: Sequence[str] = ()
     raise_any(check_names(f"{path}, row {row}", names, required, HEADER))
     wanted = [name for name in (*required, *optional) if name in names]
     table = _table(path, records, names, wanted)
-    return table if delimiter == "," else _with_decimal_points(table)
+    return table if delimiter == "," else _with_decimal_points(table, texts)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -254,16 +269,17 @@ def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list
     return problems
 
 
-def _with_decimal_points(table: TextTable) -> TextTable:
+def _with_decimal_points(table: TextTable, texts: Sequence[str]) -> TextTable:
     """Turn decimal commas into points; a file that uses both is left to the check of its numbers."""
-    comma = table.cells.apply(lambda column: column.str.fullmatch(DECIMAL_COMMA))
+    cells = table.cells.drop(columns=list(texts), errors="ignore")
+    comma = cells.apply(lambda column: column.str.fullmatch(DECIMAL_COMMA))
     if not comma.to_numpy().any():
         return table
-    point = table.cells.apply(lambda column: column.str.fullmatch(DECIMAL_POINT))
+    point = cells.apply(lambda column: column.str.fullmatch(DECIMAL_POINT))
     if point.to_numpy().any():
-        for name in table.cells:
+        for name in cells:
             reason = "has a comma, while other numbers of the file have a decimal point"
             table.flag(str(name), comma[name].to_numpy(bool), reason, "use one decimal sign throughout")
         table.finish()
-    changed = table.cells.where(~comma, table.cells.apply(lambda column: column.str.replace(",", ".")))
-    return replace(table, cells=changed)
+    changed = cells.where(~comma, cells.apply(lambda column: column.str.replace(",", ".")))
+    return replace(table, cells=table.cells.assign(**changed))

@@ -12,6 +12,7 @@ from typing import Final
 from swesbi.context import CONTEXT
 from swesbi.recording.clinical import CLINICAL
 from swesbi.recording.cohort import PROTOCOL, RECORDINGS, SUBJECTS
+from swesbi.recording.visits import VISITS
 
 NAME: Final = "letters, digits, - and _; the recording is swe/<subject>.csv or swe/<subject>.mat"
 EXIT_REFUSED: Final = 2
@@ -69,10 +70,12 @@ def empty_subjects() -> str:
 
 def _optional() -> tuple[str, ...]:
     """Return the lines on columns that may be added."""
-    width = max(len(variable.name) for variable in CLINICAL) + 2
+    columns = (*CLINICAL, *VISITS)
+    width = max(len(column.name) for column in columns) + 2
     return (
-        "# Optional columns; name them in the row of names too. An empty cell was not measured.",
-        *(f"# {variable.name:<{width}}{variable.asked}, {variable.example} say" for variable in CLINICAL),
+        "# Optional columns; name them in the row of names too. An empty cell was not measured, or says "
+        "nothing.",
+        *(f"# {column.name:<{width}}{column.asked}, {column.example} say" for column in columns),
     )
 
 

@@ -1,0 +1,130 @@
+"""The columns of ``subjects.csv`` that say which recordings are visits of one person, and what cannot be.
+
+Names are any text; they are compared without regard to upper and lower case, since folders of results may
+ignore it.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from swesbi.arrays import BoolArray, FloatArray
+from swesbi.recording.problems import Problem
+from swesbi.recording.table import MISSING, TextTable
+from swesbi.recording.visits import VISIT_NAMES, Visit
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SIMILAR: Final = 0.85
+"""Likeness of a column's name from which it is taken for a slip of the pen."""
+SEXES: Final = ("F", "M")
+ENDINGS: Final = "s|id|name|label|no|nr|number"
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """The texts of n rows, empty where nothing is said; ``who`` is the person, or the subject without one."""
+
+    person: pd.Series[str]
+    visit: pd.Series[str]
+    group: pd.Series[str]
+    who: pd.Series[str]
+
+
+def visit_rows(table: TextTable, age_years: FloatArray) -> list[Visit]:
+    """Return whose recording each row is.
+
+    Problems are noted in the table, which may have any of the columns, or none.
+
+    Args:
+        table: ``subjects.csv`` with n rows.
+        age_years: Ages, NaN where wrong; shape (n,).
+    """
+    _check_names(table)
+    if not any(name in table.cells for name in VISIT_NAMES):
+        return [Visit()] * len(table.rows)
+    person, visit, group = (_texts(table, name) for name in VISIT_NAMES)
+    columns = _Columns(person, visit, group, person.where(person != "", table.cells["subject"]))
+    _check_persons(table, columns)
+    _check_visits(table, columns)
+    _check_what_stays(table, columns, age_years)
+    return [Visit(*row) for row in zip(person, visit, group, strict=True)]
+
+
+def _texts(table: TextTable, name: str) -> pd.Series[str]:
+    cells = table.cells[name] if name in table.cells else table.cells["subject"].map(lambda _: "")
+    return cells.mask(cells.isin(MISSING), "")
+
+
+def _check_persons(table: TextTable, columns: _Columns) -> None:
+    """Persons and groups have one spelling each, and a person's name is no other row's subject."""
+    for name in ("person", "group"):
+        if name in table.cells:
+            table.spelled_once(name)
+    named = set(columns.person.str.lower()) - {""}
+    borrowed = (columns.person == "") & table.cells["subject"].str.lower().isin(named)
+    reason = "is the name of a person in other rows, and this row names no person"
+    table.flag("subject", _array(borrowed), reason, "name the person in this row too, or rename one of them")
+
+
+def _check_visits(table: TextTable, columns: _Columns) -> None:
+    """A visit is somebody's, and several of one person have a name each."""
+    alone = (columns.visit != "") & (columns.person == "")
+    remedy = "name the person, the same in all rows of the person, or leave the visit empty"
+    table.flag("visit", _array(alone), "is given without person", remedy)
+    known = columns.person != ""
+    unnamed = known & columns.person.duplicated(keep=False) & (columns.visit == "")
+    remedy = "name the visit in the column visit, 'before' or 'week 4' say"
+    table.flag("person", _array(unnamed), "has several rows, of which this one names no visit", remedy)
+    labels = columns.person.to_frame("person").assign(visit=columns.visit.str.lower())
+    twice = labels.duplicated() & known & (columns.visit != "")
+    reason = "is the name of an earlier visit of the same person"
+    table.flag("visit", _array(twice), reason, "give each visit a name of its own; a visit is one recording")
+
+
+def _check_what_stays(table: TextTable, columns: _Columns, age_years: FloatArray) -> None:
+    """From visit to visit a person keeps sex and group, and does not grow younger."""
+    sex = table.cells["sex"]
+    first = sex.groupby(columns.who).transform("first")
+    other = sex.isin(SEXES) & first.isin(SEXES) & (sex != first)
+    remedy = "correct the cell that is wrong, or the name of the person"
+    table.flag("sex", _array(other), "is not the sex in the first row of the same person", remedy)
+    changed = columns.group != columns.group.groupby(columns.who).transform("first")
+    if "group" in table.cells:
+        remedy = "write one group in all rows of the person; what differs by visit belongs into visit"
+        table.flag("group", _array(changed), "is not the group in the first row of the same person", remedy)
+    age = columns.who.to_frame("who").assign(age=age_years)
+    younger = age["age"] < age.groupby("who")["age"].shift()
+    remedy = "correct the cell, or put the rows of the person in the order of their visits"
+    reason = "is below the age in the row before of the same person"
+    table.flag("age_years", _array(younger), reason, remedy)
+
+
+def _array(rows: pd.Series[bool]) -> BoolArray:
+    return np.asarray(rows, dtype=np.bool_)
+
+
+def _check_names(table: TextTable) -> None:
+    """Refuse a column that nobody reads and that looks like one of these, which is not there."""
+    absent = [name for name in VISIT_NAMES if name not in table.cells]
+    for ignored in table.ignored:
+        for name in absent:
+            if _resembles(ignored, name):
+                reason = f"is not read, and looks like {name}"
+                remedy = f"call it {name}, or by a name that is less like it"
+                table.problems.append(Problem(table.source, reason, remedy, column=ignored))
+                break
+
+
+def _resembles(column: str, name: str) -> bool:
+    """Tell whether a name is this one in capitals, in the plural, with a word such as id, or misspelt."""
+    lowered = column.strip().lower()
+    if re.fullmatch(rf"{name}[\W_]*({ENDINGS})?[\W_]*", lowered):
+        return True
+    return lowered not in VISIT_NAMES and bool(difflib.get_close_matches(lowered, [name], cutoff=SIMILAR))
