@@ -1,7 +1,7 @@
-"""Cohorts without hearts: log theta of each subject is measured with normal errors, so all is known in closed form.
+"""Cohorts without hearts: log theta of each subject is measured with normal errors, so all is known.
 
-The posterior of log theta under a truncated normal prior and a normal likelihood is a truncated normal again, and
-its evidence a product of normal probabilities.
+The posterior of log theta under a truncated normal prior and a normal likelihood is a truncated normal again,
+and its evidence a product of normal probabilities.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Measured:
         return mean / precision, 1.0 / np.sqrt(precision)
 
     def log_evidence(self, mean: FloatArray, spread: FloatArray, prior: PriorSettings) -> FloatArray:
-        """Return log p(measured | truncated normal) of each subject, (m, d); mean (m, d, 3), spread (m, 3)."""
+        """Return log p(measured | truncated normal), (m, d), of mean (m, d, 3) and spread (m, 3)."""
         low, high = (np.log(limit) for limit in bounds(prior))
         width = np.broadcast_to(spread[:, None], mean.shape)
         precision = 1.0 / width**2 + 1.0 / self.error_sd**2

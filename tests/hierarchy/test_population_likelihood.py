@@ -100,9 +100,7 @@ def test_an_outlier_tells_nothing_of_the_population(cohort: tuple[CohortModel, c
 
 def test_blocks_and_subjects_do_not_matter(cohort: tuple[CohortModel, case.Measured]) -> None:
     model, measured = cohort
-    small = replace(
-        model, recycled=equal_draws([draws.theta[:100] for draws in model.recycled])
-    )
+    small = replace(model, recycled=equal_draws([draws.theta[:100] for draws in model.recycled]))
     eta = near(model, measured, 600)
     assert small.by_subject(eta)[300:301] == pytest.approx(small.by_subject(eta[300:301]), rel=1e-12)
     assert small.log_likelihood(eta) == pytest.approx(small.by_subject(eta).sum(axis=1))
@@ -114,4 +112,6 @@ def test_the_mass_between_limits_holds_in_both_tails(low: float, high: float) ->
 
     mp.dps = 800
     expected = float(log(ncdf(mpf(high)) - ncdf(mpf(low))))
-    assert float(log_normal_mass(np.array(low), np.array(high))) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    assert float(log_normal_mass(np.array(low), np.array(high))) == pytest.approx(
+        expected, rel=1e-9, abs=1e-12
+    )

@@ -68,7 +68,9 @@ def hyperprior_of(design: Design, theta: PriorSettings, settings: HyperpriorSett
         (SPREAD, (settings.spread,) * len(THETA_NAMES)),
     ]
     rows += [(f"{name} {FACTOR}", (factors[name],) * len(THETA_NAMES)) for name in design.covariates]
-    rows += [(f"{group} {FACTOR}", (settings.group_factor,) * len(THETA_NAMES)) for group in design.groups[1:]]
+    rows += [
+        (f"{group} {FACTOR}", (settings.group_factor,) * len(THETA_NAMES)) for group in design.groups[1:]
+    ]
     return Hyperprior(
         rows=tuple(name for name, _ in rows),
         parameters=tuple(parameter for _, priors in rows for parameter in priors),

@@ -1,4 +1,4 @@
-"""The posterior of a cohort: recycled draws, the population's exact posterior, draws anew where too few are left."""
+"""The posterior of a cohort: recycled draws, its exact posterior, draws anew where too few are left."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from swesbi.prior import PriorSettings
 from swesbi.seeds import generator, integer_seed
 
 Redraw = Callable[[str, PriorSettings, int], FloatArray]
-"""Draws theta (n, 3) anew of a subject's posterior under another prior of theta, equally weighted, by a seed."""
+"""Draws theta (n, 3) anew of a subject's posterior under another prior of theta, by a seed."""
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 The subject's posterior is drawn anew under a narrower prior of theta, near what the population says of it.
 Old and new draws together are then weighted to the posterior under the first prior: each counts as if it came
-from the mixture of all sets (balance heuristic, Veach and Guibas 1995). The sets differ in their priors alone,
-so all that is unknown of the mixture is the evidence under each, which the draws themselves give (Geyer's
-reverse logistic regression; equation 11 of Shirts and Chodera 2008, J Chem Phys 129:124105).
+from the mixture of all sets (balance heuristic, Veach and Guibas 1995). The sets differ in their priors
+alone, so all that is unknown of the mixture is the evidence under each, which the draws themselves give
+(Geyer's reverse logistic regression; Shirts and Chodera 2008, J Chem Phys 129:124105, Eq. 11).
 """
 
 from __future__ import annotations

@@ -11,7 +11,17 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi.arrays import FloatArray
-from swesbi.artefacts import Labels, Part, Variable, from_groups, labels_of, load, register, schema_of, to_groups
+from swesbi.artefacts import (
+    Labels,
+    Part,
+    Variable,
+    from_groups,
+    labels_of,
+    load,
+    register,
+    schema_of,
+    to_groups,
+)
 from swesbi.draws import interval_levels
 from swesbi.hierarchy.cohort import weighted_quantiles
 from swesbi.hierarchy.hyperprior import in_rows
@@ -39,7 +49,8 @@ class Population:
         FloatArray, Variable("chain draw parameter", "1", "standard deviation of log theta between subjects")
     ]
     covariate_factor: Annotated[
-        FloatArray, Variable("chain draw covariate parameter", "1", "factor of a parameter per covariate step")
+        FloatArray,
+        Variable("chain draw covariate parameter", "1", "factor of a parameter per covariate step"),
     ]
     group_factor: Annotated[
         FloatArray, Variable("chain draw compared_group parameter", "1", "factor against the first group")
@@ -63,7 +74,8 @@ class Subjects:
         Variable("subject limit parameter", THETA_COLUMNS, "the same within the population"),
     ]
     effective_draws: Annotated[
-        FloatArray, Variable("subject", "1", "effective number of recycled draws, averaged over the population")
+        FloatArray,
+        Variable("subject", "1", "effective number of recycled draws, averaged over the population"),
     ]
     refreshed: Annotated[NDArray[np.int_], Variable("subject", "1", "how often drawn anew")]
     outlier_prior: Annotated[

@@ -35,8 +35,8 @@ class Shrunken:
 def shrink(model: CohortModel, eta: FloatArray, rng: np.random.Generator) -> Shrunken:
     """Reweight the recycled draws of every subject by draws eta (m, k) of the population's posterior.
 
-    Given eta, a draw weighs w_n ((1 - p) p(theta_n | eta) / pi(theta_n) + p), over the sum of all, which is the
-    subject's likelihood; what is averaged over eta are these normalised weights.
+    Given eta, a draw weighs w_n ((1 - p) p(theta_n | eta) / pi(theta_n) + p), over the sum of all, which is
+    the subject's likelihood; what is averaged over eta are these normalised weights.
     """
     levels = rng.random((len(eta), len(model.recycled)))
     blocks = []

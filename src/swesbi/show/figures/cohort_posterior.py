@@ -1,4 +1,4 @@
-"""The posterior of a cohort: each subject before and after the others are taken into account, and the groups."""
+"""The posterior of a cohort: each subject alone and within the population, and the groups."""
 
 from __future__ import annotations
 
@@ -119,7 +119,9 @@ def _groups(medians: Sequence[Axes], ratios: Sequence[Axes], posterior: CohortPo
             color = GROUP_COLORS[number % len(GROUP_COLORS)]
             draws = np.log(group_median(posterior, number, j))
             label = f"group {name}"
-            above.hist(np.exp(draws), bins=_bins(draws), histtype="step", density=True, color=color, label=label)
+            above.hist(
+                np.exp(draws), bins=_bins(draws), histtype="step", density=True, color=color, label=label
+            )
         for number in range(len(posterior.compared_group)):
             color = GROUP_COLORS[(number + 1) % len(GROUP_COLORS)]
             draws = np.log(posterior.population.group_factor[0, :, number, j])
