@@ -159,10 +159,15 @@ def truncated(
 
 
 def members_of(
-    measured: Measured, cohort: Sequence[Context], statuses: Sequence[str], groups: Sequence[str], draws: int
+    measured: Measured,
+    cohort: Sequence[Context],
+    statuses: Sequence[str],
+    groups: Sequence[str],
+    draws: int,
+    recycled: int = SETTINGS.draws,
 ) -> list[Member]:
     """Return the subjects with draws of their posteriors."""
-    weight, sizes = np.full(draws, 1.0 / draws), (SETTINGS.draws, EXACT.interval)
+    weight, sizes = np.full(draws, 1.0 / draws), (recycled, EXACT.interval)
     return [
         make_member(
             context, status, group, (measured.posterior(number, THETA_PRIOR, draws, number), weight), sizes, 1
