@@ -80,11 +80,11 @@ def test_the_effective_number_of_draws_falls_with_the_spread() -> None:
 
 
 def test_draws_made_anew_are_weighted_to_the_first_posterior() -> None:
-    first = recycled(1000)
+    first = recycled(4000)
     eta = np.r_[ETA[:3], [0.08] * 3]
     model = model_of(first)
     narrow = shrunken_prior(model, eta[None], 0)
-    anew = MEASURED.posterior(0, narrow, 1000, 5)
+    anew = MEASURED.posterior(0, narrow, 4000, 5)
     both = combined([DrawSet(first.theta, case.THETA_PRIOR), DrawSet(anew, narrow)])
     weight = np.exp(both.log_weight)
     assert weight.sum() == pytest.approx(1.0)
@@ -94,13 +94,11 @@ def test_draws_made_anew_are_weighted_to_the_first_posterior() -> None:
     population = of_population(np.full(3, 0.08))
     ratio = log_density(exact, population) - log_density(exact, case.THETA_PRIOR)
     right = np.log(np.exp(ratio).mean())
-    before, after = (float(model_of(draws).by_subject(eta[None])[0, 0]) for draws in (first, both))
-    assert after == pytest.approx(right, abs=0.12)
+    assert float(model_of(both).by_subject(eta[None])[0, 0]) == pytest.approx(right, abs=0.12)
     unweighted = equal_draws([both.theta])[0]
     assert abs(float(model_of(unweighted).by_subject(eta[None])[0, 0]) - right) > 0.3
     effective = shrink(model_of(both), eta[None], np.random.default_rng(1)).effective[0]
     assert effective > 5.0 * shrink(model, eta[None], np.random.default_rng(1)).effective[0]
-    assert np.isfinite(before)
 
 
 def test_sets_of_one_prior_count_alike() -> None:

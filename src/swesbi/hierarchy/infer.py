@@ -81,11 +81,11 @@ def infer_cohort(
         exact, _ = refined_posterior(model, proposal, settings.exact, seed, "cohort posterior", number)
         eta = exact.phi[: settings.shown_draws]
         shrunken = shrink(model, eta, generator(seed, "cohort posterior", "shrinkage", number))
-        lacking = np.flatnonzero(shrunken.effective < settings.least_effective)
-        if redraw is None or number == settings.refreshes or not len(lacking):
+        lacking = [int(d) for d in np.flatnonzero(shrunken.effective < settings.least_effective)]
+        if redraw is None or number == settings.refreshes or not lacking:
             break
         for subject in lacking:
-            narrower = shrunken_prior(model, eta, int(subject))
+            narrower = shrunken_prior(model, eta, subject)
             name = members[subject].subject
             stream = integer_seed(seed, "cohort posterior", "anew", name, number)
             anew = redraw(name, narrower, stream)[: settings.draws]

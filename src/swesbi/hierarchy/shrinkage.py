@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.arrays import FloatArray
-from swesbi.hierarchy.model import CohortModel
+from swesbi.hierarchy.model import BLOCK, CohortModel
 
 IntArray = NDArray[np.int_]
 
@@ -39,12 +39,13 @@ def shrink(model: CohortModel, eta: FloatArray, rng: np.random.Generator) -> Shr
     the subject's likelihood; what is averaged over eta are these normalised weights.
     """
     levels = rng.random((len(eta), len(model.recycled)))
-    blocks = []
-    for ratios in model.log_ratios(eta):
-        start = sum(len(block[0].rows) for block in blocks)
-        blocks.append(
-            [_of_subject(model, number, ratio, levels[start:, number]) for number, ratio in enumerate(ratios)]
-        )
+    blocks = [
+        [
+            _of_subject(model, number, ratio, levels[block * BLOCK :, number])
+            for number, ratio in enumerate(ratios)
+        ]
+        for block, ratios in enumerate(model.log_ratios(eta))
+    ]
     subjects = [_joined(parts) for parts in zip(*blocks, strict=True)]
     return Shrunken(
         weights=tuple(one.weight / len(eta) for one in subjects),
