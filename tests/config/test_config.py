@@ -290,6 +290,7 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "population_null",
     "population_answers",
     "pressures",
+    "cohort_posterior",
 }
 READINGS = {"readings_run", "readings_seeds"}  # they run the chain of the paper's experiment
 AFFECTED = {
@@ -311,7 +312,10 @@ AFFECTED = {
         "population_calibration",
         "population_answers",
         "pressures",
+        "cohort_posterior",
     },
+    "cohort_posterior__draws": {"cohort_posterior"},
+    "cohort_posterior__hyperprior__spread__log_sd": {"cohort_posterior"},
     "experiments__calibrated__calibration__recordings__own": {
         "calibration_recordings",
         "population_calibration",
