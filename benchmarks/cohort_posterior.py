@@ -12,7 +12,8 @@ behind it is tested: recycled draws, outliers, truncation, weights, draws anew. 
 
 calibration: simulation-based calibration (Talts et al. 2018, arXiv:1804.06788). A row a hyperparameter: how
 many of the credible intervals hold the truth, with the p-value of the ranks' uniformity; below, the squared
-error of log theta by medians alone and within the population. One cohort takes seconds.
+error of log theta by medians alone and within the population. One cohort takes seconds; `--first` goes
+on with a file that was begun.
 joint: hyperparameters and parameters of six persons by recycling, and by MCMC over all of them together; a
 classifier tells the two apart (0.5: it cannot).
 scaling: seconds and memory by number of persons, a process each.
@@ -51,6 +52,8 @@ FloatArray = NDArray[np.float64]
 PERSONS: Final = 20
 DRAWS: Final = 5000
 RANK_BINS: Final = 10
+LEVEL: Final = "level"
+"""A row of the file says where a true hyperparameter lies in its draws; else the errors of a person."""
 STATUSES: Final = ("supported",) * 17 + ("strained",) * 2 + ("unsupported",)
 
 
@@ -100,26 +103,26 @@ def infer(simulated: Simulated, members: list[Member], settings: HierarchySettin
     return infer_cohort(members, case.THETA_PRIOR, settings, redraw, seed)
 
 
-def calibration(cohorts: int, first: int) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the levels of the truth, by cohort and hyperparameter, and errors by cohort and person."""
-    settings, levels, errors = shipped(), [], []
+def calibration(cohorts: int, first: int, csv: Path) -> None:
+    """Write levels and errors of so many cohorts behind those that are in the file already."""
+    settings = shipped()
     for seed in range(first, first + cohorts):
         start = time.process_time()
         simulated, members, statuses = simulate(PERSONS, seed, settings)
         inferred = infer(simulated, members, settings, seed)
         level = (inferred.exact.phi < simulated.eta).mean(axis=0)
-        levels += [
-            {"cohort": seed, "hyperparameter": name, "level": each}
+        rows = [
+            {"cohort": seed, "what": LEVEL, "name": name, "alone": np.nan, "within": each}
             for name, each in zip(simulated.prior.names, level, strict=True)
         ]
-        errors += errors_of(seed, simulated, members, inferred, statuses)
+        rows += errors_of(seed, simulated, members, inferred, statuses)
+        pd.DataFrame(rows).to_csv(csv, mode="a", header=not csv.exists(), index=False)
         print(
             f"cohort {seed}: {inferred.exact.sampler}, k-hat {inferred.exact.k_hat:.2f}, efficiency "
             f"{inferred.exact.efficiency:.2f}, drawn anew {sum(map(bool, inferred.refreshed))}, "
             f"{time.process_time() - start:.1f} s",
             flush=True,
         )
-    return pd.DataFrame(levels), pd.DataFrame(errors)
 
 
 def errors_of(
@@ -136,8 +139,8 @@ def errors_of(
             rows.append(
                 {
                     "cohort": seed,
-                    "parameter": name,
-                    "status": statuses[d],
+                    "what": statuses[d],
+                    "name": name,
                     "alone": np.log(member.alone[1, j]) - truth,
                     "within": np.log(within[j]) - truth,
                 }
@@ -145,11 +148,11 @@ def errors_of(
     return rows
 
 
-def summary(levels: pd.DataFrame) -> pd.DataFrame:
+def summary(table: pd.DataFrame) -> pd.DataFrame:
     """Return coverage of the 90 % intervals and p-value of the ranks of each hyperparameter."""
     rows = []
-    for name, part in levels.groupby("hyperparameter", sort=False):
-        level = part["level"].to_numpy()
+    for name, part in table[table["what"] == LEVEL].groupby("name", sort=False):
+        level = part["within"].to_numpy()
         counts = np.histogram(level, bins=np.linspace(0.0, 1.0, RANK_BINS + 1))[0]
         covered = ((level > 0.05) & (level < 0.95)).mean()
         p_value = float(chisquare(counts).pvalue)
@@ -157,10 +160,11 @@ def summary(levels: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def gained(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return mean squared errors alone and within the population, by parameter."""
+def gained(table: pd.DataFrame) -> pd.DataFrame:
+    """Return mean squared errors of log theta alone and within the population, by parameter."""
+    errors = table[table["what"] != LEVEL]
     squared = errors.assign(alone=errors["alone"] ** 2, within=errors["within"] ** 2)
-    means = squared.groupby("parameter", sort=False)[["alone", "within"]].mean()
+    means = squared.groupby("name", sort=False)[["alone", "within"]].mean()
     return means.assign(lower_by=1.0 - means["within"] / means["alone"])
 
 
@@ -204,13 +208,12 @@ def main() -> None:
     parser.add_argument("--cohorts", type=int, default=200)
     parser.add_argument("--first", type=int, default=1, help="seed of the first cohort")
     parser.add_argument("--subjects", type=int, nargs="+", default=[75, 150, 300, 600])
-    parser.add_argument("--csv", type=Path)
+    parser.add_argument("--csv", type=Path, default=Path("calibration.csv"), help="rows are added to it")
     asked = parser.parse_args()
     if asked.what == "calibration":
-        levels, errors = calibration(asked.cohorts, asked.first)
-        print(summary(levels).to_string(index=False), gained(errors).to_string(), sep="\n")
-        if asked.csv:
-            levels.to_csv(asked.csv, index=False)
+        calibration(asked.cohorts, asked.first, asked.csv)
+        table = pd.read_csv(asked.csv)
+        print(summary(table).to_string(index=False), gained(table).to_string(), sep="\n")
     elif asked.what == "scaling":
         scaling(asked.subjects)
     elif asked.what == "one":

@@ -70,6 +70,7 @@ EXACT = ExactSettings(
 )
 SETTINGS = HierarchySettings(
     draws=1000,
+    rough_draws=150,
     least_effective=50.0,
     refreshes=2,
     shown_draws=500,

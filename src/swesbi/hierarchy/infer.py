@@ -16,7 +16,7 @@ from swesbi.hierarchy.settings import HierarchySettings
 from swesbi.hierarchy.shrinkage import Shrunken, shrink
 from swesbi.posterior.exact import ExactPosterior
 from swesbi.posterior.importance import Proposal
-from swesbi.posterior.refine import LogitSpace, fit_in_nearest, refined_posterior
+from swesbi.posterior.refine import LogitSpace, fit_in_nearest, refine, refined_posterior
 from swesbi.prior import PriorSettings
 from swesbi.seeds import generator, integer_seed
 
@@ -78,6 +78,10 @@ def infer_cohort(
     proposal = first_proposal(prior)
     for number in range(settings.refreshes + 1):
         model = _model(members, prior, design, [combined(one) for one in sets], theta_prior, settings)
+        if number == 0:  # from the hyperprior the way is far, and a rough likelihood shows it
+            rough = model.thinned(settings.rough_draws)
+            stream = integer_seed(seed, "cohort posterior", "rough")
+            proposal = refine(rough, proposal, settings.exact.refinement, stream).proposal
         exact, _ = refined_posterior(model, proposal, settings.exact, seed, "cohort posterior", number)
         eta = exact.phi[: settings.shown_draws]
         shrunken = shrink(model, eta, generator(seed, "cohort posterior", "shrinkage", number))

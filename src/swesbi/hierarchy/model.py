@@ -14,13 +14,13 @@ a subject is none of the population: then its prior is pi, and the ratio is one.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from typing import Final
 
 import numpy as np
-from scipy.special import log_ndtr
-from threadpoolctl import threadpool_limits
+from scipy.special import log_ndtr, logsumexp
+from threadpoolctl import ThreadpoolController
 
 from swesbi.arrays import FloatArray
 from swesbi.hierarchy.hyperprior import Hyperprior, in_rows
@@ -94,7 +94,7 @@ class CohortModel:
         mean, spread = population_law(rows, self.design)
         constant = self._log_constant(mean, spread)
         quadratic = np.broadcast_to((-0.5 / spread**2), mean[:, 0].shape)
-        with threadpool_limits(limits=1):  # sums split over threads differ in the last bit
+        with thread_pools().limit(limits=1):  # sums split over threads differ in the last bit
             for subject, (features, centre) in enumerate(self._features):
                 offset = mean[:, subject] - centre
                 linear, square = offset / spread**2, -0.5 * (offset / spread) ** 2
@@ -109,6 +109,10 @@ class CohortModel:
         log_mass = log_normal_mass((low - mean) / width, (high - mean) / width)
         return np.asarray(-(np.log(width) + LOG_ROOT_TWO_PI + log_mass).sum(axis=-1))
 
+    def thinned(self, draws: int) -> CohortModel:
+        """Return the same with about so many draws of each subject, evenly taken: rougher, and faster."""
+        return replace(self, recycled=tuple(_every(one, draws) for one in self.recycled))
+
     @cached_property
     def _features(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
         """Squares and values of log theta about its mean, ones, and log w - log pi; (8, n) a subject."""
@@ -122,6 +126,12 @@ class CohortModel:
             scalars = [np.ones(len(log_theta)), draws.log_weight - log_prior]
             found.append((np.vstack([about**2, about, *scalars]), centre))
         return tuple(found)
+
+
+@cache
+def thread_pools() -> ThreadpoolController:
+    """Return what limits the threads of a matrix product; finding the libraries takes a millisecond."""
+    return ThreadpoolController()
 
 
 def population_law(log_rows: FloatArray, design: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -160,3 +170,10 @@ def _with_outlier(log_ratio: FloatArray, probability: float) -> FloatArray:
 def equal_draws(theta: Sequence[FloatArray]) -> tuple[RecycledDraws, ...]:
     """Return equally weighted draws (n, 3) of each subject as what is recycled."""
     return tuple(RecycledDraws(each, np.full(len(each), -np.log(len(each)))) for each in theta)
+
+
+def _every(recycled: RecycledDraws, draws: int) -> RecycledDraws:
+    """Return draws at even distances; neighbours may come from one part of a proposal."""
+    chosen = slice(None, None, max(1, len(recycled.theta) // draws))
+    log_weight = recycled.log_weight[chosen]
+    return RecycledDraws(recycled.theta[chosen], log_weight - logsumexp(log_weight))
