@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from swesbi.posterior.refine import LogitSpace, fit_in_nearest, refine, refined_
 from swesbi.prior import PriorSettings
 from swesbi.seeds import generator, integer_seed
 
+MANY: Final = 100
+"""Subjects from which the way from the hyperprior is sought by a rough likelihood first, to save time."""
 Redraw = Callable[[str, PriorSettings, int], FloatArray]
 """Draws theta (n, 3) anew of a subject's posterior under another prior of theta, by a seed."""
 
@@ -78,7 +81,7 @@ def infer_cohort(
     proposal = first_proposal(prior)
     for number in range(settings.refreshes + 1):
         model = _model(members, prior, design, [combined(one) for one in sets], theta_prior, settings)
-        if number == 0:  # from the hyperprior the way is far, and a rough likelihood shows it
+        if number == 0 and len(members) >= MANY:
             rough = model.thinned(settings.rough_draws)
             stream = integer_seed(seed, "cohort posterior", "rough")
             proposal = refine(rough, proposal, settings.exact.refinement, stream).proposal

@@ -45,7 +45,7 @@ class HierarchySettings(Settings):
     """The posterior of the population, and what is recycled of each subject's own."""
 
     draws: int = Field(ge=50, description="draws recycled of each subject's posterior")
-    rough_draws: int = Field(ge=20, description="of these, for the first proposal of the population")
+    rough_draws: int = Field(ge=20, description="of these, for the first proposal of large cohorts")
     least_effective: float = Field(gt=1.0, description="of these under the population; else drawn anew")
     refreshes: int = Field(ge=0, description="rounds of drawing anew, at most")
     shown_draws: int = Field(ge=100, description="draws of the population's posterior that are stored")
