@@ -81,7 +81,7 @@ TOGETHER_MCMC = McmcSettings(
 )
 
 
-def joint_accuracy(settings: HierarchySettings, seed: int, draws: int = 2000) -> tuple[float, int]:
+def joint_accuracy(settings: HierarchySettings, seed: int, draws: int = 2200) -> tuple[float, int]:
     """Return how often a classifier tells recycling from MCMC over everything, and the distinct draws.
 
     Six persons of one sex, age and heart rate: medians, spreads, and theta of each; 24 dimensions.

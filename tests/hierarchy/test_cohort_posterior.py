@@ -19,8 +19,8 @@ from swesbi.hierarchy.result import (
     CohortPosterior,
     cohort_groups,
     read_cohort_posterior,
-    stored_form,
 )
+from swesbi.hierarchy.stored import stored_form
 from swesbi.hierarchy.table import (
     COLUMNS,
     GROUP_FACTOR,
@@ -34,6 +34,7 @@ from swesbi.prior import PriorSettings
 from swesbi.seeds import generator
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.cohort_posterior import MOST_DRAWN, draw_cohort_posterior, population_band
+from swesbi.show.page.page import templates
 from swesbi.show.tables.cohort_posterior import cohort_sections
 
 PERSONS = 10
@@ -165,6 +166,10 @@ def test_the_page_says_it_in_sentences(posterior: CohortPosterior, tmp_path: Pat
     assert len(section.tables["subjects"].rows) == PERSONS
     assert [row.muted for row in section.tables["subjects"].rows] == [False] * 9 + [True]
     assert len(section.tables["population"].rows) == 24
+    shown = templates().get_template("macros.html").module.cohort(section, "")  # type: ignore[attr-defined]
+    assert "<h3>The cohort as one population</h3>" in shown
+    assert shown.count("<li>") == len(section.sentences)
+    assert "<i>k</i><sub>SR</sub>, b over a: 0." in shown
 
 
 def test_the_figure_shows_groups_and_at_most_so_many_subjects(posterior: CohortPosterior) -> None:

@@ -11,7 +11,6 @@ from swesbi.arrays import FloatArray
 from swesbi.hierarchy.cohort import AGE, HEART_RATE, SEX, Design
 from swesbi.hierarchy.settings import HyperpriorSettings
 from swesbi.parameters import THETA_NAMES
-from swesbi.posterior.importance import Proposal
 from swesbi.prior import ParameterPrior, PriorSettings, draw_prior, log_density
 from swesbi.seeds import generator
 
@@ -75,11 +74,6 @@ def hyperprior_of(design: Design, theta: PriorSettings, settings: HyperpriorSett
         rows=tuple(name for name, _ in rows),
         parameters=tuple(parameter for _, priors in rows for parameter in priors),
     )
-
-
-def first_proposal(prior: Hyperprior) -> Proposal:
-    """Return the proposal to begin with."""
-    return HyperpriorProposal(prior)
 
 
 def in_rows(eta: FloatArray) -> FloatArray:

@@ -10,19 +10,22 @@ import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.hierarchy.cohort import Design, Member, design_of
-from swesbi.hierarchy.hyperprior import Hyperprior, first_proposal, hyperprior_of
-from swesbi.hierarchy.model import CohortModel, PopulationSettings, RecycledDraws
+from swesbi.hierarchy.hyperprior import Hyperprior, HyperpriorProposal, hyperprior_of
+from swesbi.hierarchy.model import CohortModel, PopulationSettings
 from swesbi.hierarchy.refresh import DrawSet, combined, shrunken_prior
 from swesbi.hierarchy.settings import HierarchySettings
 from swesbi.hierarchy.shrinkage import Shrunken, shrink
-from swesbi.posterior.exact import ExactPosterior
-from swesbi.posterior.importance import Proposal
-from swesbi.posterior.refine import LogitSpace, fit_in_nearest, refine, refined_posterior
+from swesbi.posterior.exact import ExactPosterior, exact_posterior
+from swesbi.posterior.importance import Proposal, resample, weigh
+from swesbi.posterior.refine import refine
 from swesbi.prior import PriorSettings
 from swesbi.seeds import generator, integer_seed
 
 MANY: Final = 100
 """Subjects from which the way from the hyperprior is sought by a rough likelihood first, to save time."""
+STREAM: Final = "cohort posterior"
+GLANCE: Final = 400
+"""Draws of the population by which subjects are found that lack draws."""
 Redraw = Callable[[str, PriorSettings, int], FloatArray]
 """Draws theta (n, 3) anew of a subject's posterior under another prior of theta, by a seed."""
 
@@ -78,26 +81,21 @@ def infer_cohort(
     design = design_of(members)
     prior = hyperprior_of(design, theta_prior, settings.hyperprior)
     sets = [[DrawSet(member.theta, theta_prior)] for member in members]
-    proposal = first_proposal(prior)
-    for number in range(settings.refreshes + 1):
-        model = _model(members, prior, design, [combined(one) for one in sets], theta_prior, settings)
-        if number == 0 and len(members) >= MANY:
-            rough = model.thinned(settings.rough_draws)
-            stream = integer_seed(seed, "cohort posterior", "rough")
-            proposal = refine(rough, proposal, settings.exact.refinement, stream).proposal
-        exact, _ = refined_posterior(model, proposal, settings.exact, seed, "cohort posterior", number)
-        eta = exact.phi[: settings.shown_draws]
-        shrunken = shrink(model, eta, generator(seed, "cohort posterior", "shrinkage", number))
-        lacking = [int(d) for d in np.flatnonzero(shrunken.effective < settings.least_effective)]
-        if redraw is None or number == settings.refreshes or not lacking:
+    model = _model(members, prior, design, sets, theta_prior, settings)
+    proposal = _refined(model, _first(model, settings, seed), settings, seed, 0)
+    for number in range(settings.refreshes if redraw is not None else 0):
+        eta = _glance(model, proposal, settings, seed, number)
+        lacking = _lacking(model, eta, settings, seed)
+        if redraw is None or not lacking:
             break
         for subject in lacking:
-            narrower = shrunken_prior(model, eta, subject)
-            name = members[subject].subject
-            stream = integer_seed(seed, "cohort posterior", "anew", name, number)
-            anew = redraw(name, narrower, stream)[: settings.draws]
-            sets[subject].append(DrawSet(anew, narrower))
-        proposal = fitted_to(prior, exact.phi, integer_seed(seed, "cohort posterior", "proposal", number))
+            narrower, name = shrunken_prior(model, eta, subject), members[subject].subject
+            anew = redraw(name, narrower, integer_seed(seed, STREAM, "anew", name, number))
+            sets[subject].append(DrawSet(anew[: settings.draws], narrower))
+        model = _model(members, prior, design, sets, theta_prior, settings)
+        proposal = _refined(model, proposal, settings, seed, number + 1)
+    exact = exact_posterior(model, proposal, settings.exact, integer_seed(seed, STREAM, "exact"))
+    eta = exact.phi[: settings.shown_draws]
     return Inferred(
         members=tuple(members),
         design=design,
@@ -105,28 +103,55 @@ def infer_cohort(
         model=model,
         exact=exact,
         eta=eta,
-        shrunken=shrunken,
+        shrunken=shrink(model, eta, generator(seed, STREAM, "shrinkage")),
         refreshed=tuple(len(one) - 1 for one in sets),
         interval=settings.exact.interval,
     )
 
 
-def fitted_to(prior: Hyperprior, eta: FloatArray, seed: int) -> Proposal:
-    """Return a proposal fitted to equally weighted draws eta (m, k)."""
-    return fit_in_nearest([LogitSpace(prior)], eta, np.full(len(eta), -np.log(len(eta))), seed)
+def _first(model: CohortModel, settings: HierarchySettings, seed: int) -> Proposal:
+    """Return the hyperprior; for a large cohort what a rough likelihood makes of it."""
+    proposal = HyperpriorProposal(model.settings.prior)
+    if len(model.recycled) < MANY:
+        return proposal
+    rough = model.thinned(settings.rough_draws)
+    return refine(rough, proposal, settings.exact.refinement, integer_seed(seed, STREAM, "rough")).proposal
+
+
+def _refined(
+    model: CohortModel, first: Proposal, settings: HierarchySettings, seed: int, number: int
+) -> Proposal:
+    return refine(
+        model, first, settings.exact.refinement, integer_seed(seed, STREAM, "refined", number)
+    ).proposal
+
+
+def _glance(
+    model: CohortModel, proposal: Proposal, settings: HierarchySettings, seed: int, number: int
+) -> FloatArray:
+    """Return a few draws eta (m, k) of the population, enough to see who lacks draws."""
+    rounds, stream = settings.exact.refinement, integer_seed(seed, STREAM, "glance", number)
+    weighted = weigh(model, proposal, rounds.draws, rounds.prior_fraction, stream)
+    return resample(weighted, GLANCE, np.random.default_rng(stream))
+
+
+def _lacking(model: CohortModel, eta: FloatArray, settings: HierarchySettings, seed: int) -> list[int]:
+    """Return the subjects with too few effective draws under these of the population."""
+    effective = shrink(model, eta, generator(seed, STREAM, "lacking")).effective
+    return [int(d) for d in np.flatnonzero(effective < settings.least_effective)]
 
 
 def _model(
     members: Sequence[Member],
     prior: Hyperprior,
     design: Design,
-    recycled: Sequence[RecycledDraws],
+    sets: Sequence[Sequence[DrawSet]],
     theta_prior: PriorSettings,
     settings: HierarchySettings,
 ) -> CohortModel:
     return CohortModel(
         settings=PopulationSettings(prior),
-        recycled=tuple(recycled),
+        recycled=tuple(combined(one) for one in sets),
         design=design.matrix,
         outlier=np.array([settings.outliers.of(member.status) for member in members]),
         theta_prior=theta_prior,

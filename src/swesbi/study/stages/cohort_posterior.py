@@ -14,8 +14,9 @@ from swesbi.base import Settings
 from swesbi.hierarchy.anew import drawn_anew, stored_draws
 from swesbi.hierarchy.cohort import Member, make_member
 from swesbi.hierarchy.infer import infer_cohort
-from swesbi.hierarchy.result import KIND, CohortPosterior, cohort_groups, stored_form
+from swesbi.hierarchy.result import KIND, CohortPosterior, cohort_groups
 from swesbi.hierarchy.settings import HierarchySettings
+from swesbi.hierarchy.stored import stored_form
 from swesbi.hierarchy.table import hyperparameter_table, subject_table
 from swesbi.measurement.likelihood import SpeedModelSettings, build_speed_model
 from swesbi.parameters import OF_THETA
