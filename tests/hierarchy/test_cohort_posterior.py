@@ -32,7 +32,6 @@ from swesbi.hierarchy.table import (
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings
 from swesbi.seeds import generator
-from swesbi.show.csv import write_csv
 from swesbi.show.figures.cohort_posterior import MOST_DRAWN, draw_cohort_posterior, population_band
 from swesbi.show.page.page import templates
 from swesbi.show.tables.cohort_posterior import cohort_sections
@@ -154,10 +153,9 @@ def test_tables_have_a_row_each(posterior: CohortPosterior) -> None:
 def test_the_page_says_it_in_sentences(posterior: CohortPosterior, tmp_path: Path) -> None:
     folder = tmp_path / "calibrated"
     folder.mkdir()
-    population, subjects = folder / "cohort_posterior.csv", folder / "cohort_subjects.csv"
-    write_csv(population, hyperparameter_table(posterior))
-    write_csv(subjects, subject_table(posterior))
-    section = cohort_sections([population], [subjects], TITLE)["calibrated"]
+    path = write(posterior, folder / "cohort_posterior.h5")
+    section = cohort_sections([path], TITLE)["calibrated"]
+    assert section.sentences[-1] == "A person counts once."
     assert any(
         sentence.startswith("k_SR, b over a: 0.") and "lower with a probability of" in sentence
         for sentence in section.sentences

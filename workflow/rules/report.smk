@@ -54,11 +54,7 @@ rule report:
         population_pngs=figures_of_populations("png"),
         pressures_csv=pressures_tables(),
         cohort_posteriors=expand(
-            f"{RESULTS}/{{experiment}}/cohort_posterior.csv",
-            experiment=with_cohort_posterior(),
-        ),
-        cohort_subjects=expand(
-            f"{RESULTS}/{{experiment}}/cohort_subjects.csv",
+            f"{RESULTS}/{{experiment}}/cohort_posterior.h5",
             experiment=with_cohort_posterior(),
         ),
         small_exam_csv=[rules.small_exam.output.table for _ in EXAMINED_HERE],

@@ -27,7 +27,7 @@ from swesbi.artefacts import (
 )
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 
-NOTE_SEPARATOR: Final = "; "
+NOTE_SEPARATOR: Final = " | "
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,16 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from swesbi.hierarchy.result import NOTE_SEPARATOR, CohortPosterior, read_cohort_posterior
 from swesbi.hierarchy.table import (
-    COLUMNS,
     FACTOR,
     GROUP_FACTOR,
     MEDIAN,
     SPREAD,
-    SUBJECT_COLUMNS,
+    hyperparameter_table,
+    subject_table,
 )
 from swesbi.parameters import THETA
-from swesbi.show.csv import checked
 from swesbi.show.numbers import MISSING, PARAMETER_UNITS, PARAMETERS, estimate, fixed, percent
 from swesbi.show.results import records
 from swesbi.show.table import Column, Row, Table, words
@@ -46,42 +46,28 @@ class CohortSection:
     tables: Mapping[str, Table]
 
 
-def cohort_sections(
-    populations: Sequence[Path], subjects: Sequence[Path], title: str
-) -> dict[str, CohortSection]:
+def cohort_sections(posteriors: Sequence[Path], title: str) -> dict[str, CohortSection]:
     """Return what is shown of each experiment's cohort, by the experiment's name.
 
     Args:
-        populations: ``cohort_posterior.csv`` of each experiment, in its folder.
-        subjects: ``cohort_subjects.csv`` likewise.
+        posteriors: ``cohort_posterior.h5`` of each experiment, in its folder.
         title: What the subjects are ("virtual volunteers").
 
     Raises:
-        ArtefactError: A column or every row is missing.
+        ArtefactError: A file is not the posterior of a cohort.
     """
-    return {
-        path.parent.name: cohort_section(_population(path), _subjects(of_subjects), title)
-        for path, of_subjects in zip(populations, subjects, strict=True)
-    }
+    return {path.parent.name: cohort_section(read_cohort_posterior(path), title) for path in posteriors}
 
 
-def cohort_section(population: pd.DataFrame, subjects: pd.DataFrame, title: str) -> CohortSection:
-    """Return what is shown of a cohort; arguments are its tables."""
+def cohort_section(posterior: CohortPosterior, title: str) -> CohortSection:
+    """Return what is shown of a cohort; what was left out of its posterior is said last."""
+    population, subjects = hyperparameter_table(posterior), subject_table(posterior)
     tables = {
         "population": population_table(population, title),
         "subjects": subjects_table(subjects, title),
     }
-    return CohortSection(tuple(in_words(population, subjects)), tables)
-
-
-def _population(path: Path) -> pd.DataFrame:
-    table = pd.read_csv(path, converters={"of": str})
-    return checked(table, path, COLUMNS, row="hyperparameter")
-
-
-def _subjects(path: Path) -> pd.DataFrame:
-    table = pd.read_csv(path, converters={"subject": str, "group": str})
-    return checked(table, path, SUBJECT_COLUMNS, row="subject")
+    notes = (f"{note[:1].upper()}{note[1:]}." for note in posterior.notes.split(NOTE_SEPARATOR) if note)
+    return CohortSection((*in_words(population, subjects), *notes), tables)
 
 
 def population_table(table: pd.DataFrame, title: str) -> Table:

@@ -184,7 +184,6 @@ def report(
     population_pngs: Sequence[Path],
     pressures_csv: Sequence[Path],
     cohort_posteriors: Sequence[Path],
-    cohort_subjects: Sequence[Path],
     small_exam_csv: Sequence[Path],
     small_exam_png: Sequence[Path],
     exam_sat: Sequence[Path],
@@ -211,7 +210,7 @@ def report(
     checks = {"calibration": calibrations, "misspecification": misspecifications}
     checks["identifiability"] = identifiabilities
     exact = read_exact(results.experiments, exact_posteriors, checks, noise, truth_csv)
-    cohorts = cohort_sections(cohort_posteriors, cohort_subjects, title)
+    cohorts = cohort_sections(cohort_posteriors, title)
     sections = _sections(exact, exact_pngs, report, title, cohorts)
     populations = [
         make_population_section(
