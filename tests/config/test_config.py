@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.noise import relative_se
 from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.visits import Visit
 from swesbi.study.registry import STAGES
 from swesbi.virtual_cohort.settings import ACQUISITION
 
@@ -247,6 +249,15 @@ def test_a_subject_that_an_experiment_does_not_have_is_refused_by_its_stages() -
     refusing = load_study(changed(**{narrow: [60.0, 130.0]}))
     with pytest.raises(ConfigError, match=r"'A': refused by 'amortised': hr_bpm = 57"):
         stage_settings(refusing, "exact_subject_figures", experiment="amortised", subject="A")
+
+
+def test_persons_and_groups_reach_the_posterior_of_the_cohort() -> None:
+    visits = {"A": Visit("P", "before", "treated"), "B": Visit("P", "after", "treated"), "C": Visit()}
+    study = replace(load_study(SHIPPED), visit_rows=visits)
+    settings = stage_settings(study, "cohort_posterior", experiment="calibrated")
+    told = {"person": "P", "group": "treated"}
+    assert settings["visits"] == {"A": told, "B": told}
+    assert stage_settings(load_study(SHIPPED), "cohort_posterior", experiment="amortised")["visits"] == {}
 
 
 def test_the_acquisition_is_that_of_the_virtual_volunteers() -> None:
