@@ -38,7 +38,7 @@ FRAME_HEIGHT_IN: Final = 1.1
 GROUP_HEIGHT_IN: Final = 1.35
 OFFSET: Final = 0.17
 LIGHT: Final = 0.16
-BINS: Final = 40
+BINS: Final = 30
 MOST_DRAWN: Final = 40
 """Subjects of the figure, the first ones; the table has all."""
 GROUP_COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, STRAINED, OBSERVED)
@@ -74,7 +74,8 @@ def draw_cohort_posterior(posterior: CohortPosterior, cohort_title: str) -> Figu
 
 def _subjects(axes: Axes, posterior: CohortPosterior, j: int, shown: int) -> None:
     low, middle, high = population_band(posterior, j)
-    axes.axvspan(low, high, color=PRIOR, alpha=LIGHT, linewidth=0.0, label="the population")
+    of = f", group {posterior.first_group}" if posterior.groups else ""
+    axes.axvspan(low, high, color=PRIOR, alpha=LIGHT, linewidth=0.0, label=f"the population{of}")
     axes.axvline(middle, color=PRIOR, linewidth=0.8)
     rows = np.arange(shown, dtype=np.float64)
     before, after = posterior.subjects.before[:shown, :, j], posterior.subjects.after[:shown, :, j]
