@@ -44,6 +44,7 @@ LIGHT_STAGES += (
     "report",
     "pressures_table",
     "pressures_figure",
+    "cohort_posterior_figure",
 )
 
 

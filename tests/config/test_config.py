@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.noise import relative_se
 from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.visits import Visit
 from swesbi.study.registry import STAGES
 from swesbi.virtual_cohort.settings import ACQUISITION
 
@@ -249,6 +251,15 @@ def test_a_subject_that_an_experiment_does_not_have_is_refused_by_its_stages() -
         stage_settings(refusing, "exact_subject_figures", experiment="amortised", subject="A")
 
 
+def test_persons_and_groups_reach_the_posterior_of_the_cohort() -> None:
+    visits = {"A": Visit("P", "before", "treated"), "B": Visit("P", "after", "treated"), "C": Visit()}
+    study = replace(load_study(SHIPPED), visit_rows=visits)
+    settings = stage_settings(study, "cohort_posterior", experiment="calibrated")
+    told = {"person": "P", "group": "treated"}
+    assert settings["visits"] == {"A": told, "B": told}
+    assert stage_settings(load_study(SHIPPED), "cohort_posterior", experiment="amortised")["visits"] == {}
+
+
 def test_the_acquisition_is_that_of_the_virtual_volunteers() -> None:
     """Also the sizes that what follows from it is chosen by: the standard error of a phase mean."""
     config = parse_config(SHIPPED)
@@ -290,6 +301,7 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "population_null",
     "population_answers",
     "pressures",
+    "cohort_posterior",
 }
 READINGS = {"readings_run", "readings_seeds"}  # they run the chain of the paper's experiment
 AFFECTED = {
@@ -311,7 +323,10 @@ AFFECTED = {
         "population_calibration",
         "population_answers",
         "pressures",
+        "cohort_posterior",
     },
+    "cohort_posterior__draws": {"cohort_posterior"},
+    "cohort_posterior__hyperprior__spread__log_sd": {"cohort_posterior"},
     "experiments__calibrated__calibration__recordings__own": {
         "calibration_recordings",
         "population_calibration",

@@ -51,6 +51,7 @@ ROUNDED: Final = Tolerance(1e-6)  # sums and compiled code in another order
 SEARCHED: Final = Tolerance(1e-4, 1e-6)  # where an optimiser stops
 TRAINED: Final = Tolerance(1e-3, 1e-4)  # draws from a trained network, two hundred times what was measured
 COUNTED: Final = Tolerance(0.0, 2.0)  # two draws of thousands on the other side of a bound
+POPULATION: Final = Tolerance(0.02)  # the best of some proposals, which another round may overtake
 SHARE: Final = Tolerance(0.0, 0.05)  # one recording of 24, a few draws of 100 on the other side of a limit
 
 
@@ -260,6 +261,12 @@ SOURCES: Final = (
         "{experiment}/calibration.csv",
         table(["recordings", "sampler", "test", "quantity"], CHECKS),
         CHECKED_TO,
+    ),
+    Source(
+        SPEEDS,
+        "{experiment}/cohort_posterior.csv",
+        table(["quantity", "of", "parameter"], ["median", "low", "high"]),
+        {"": POPULATION},
     ),
     Source(
         ("calibrated",),

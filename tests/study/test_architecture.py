@@ -32,6 +32,7 @@ LAYERS = (
     "networks",
     "population",
     "posterior",
+    "hierarchy",
     "verdict",
     "checks",
     "exam",

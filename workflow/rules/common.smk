@@ -216,11 +216,11 @@ def of_those_with_pressures(file):
 def figures_of_population(experiment):
     """Return the names of the figures of an experiment over a population: of pressures where there are any."""
     names = [*names_of("population"), *names_of("experiment")]
-    return [
-        name
-        for name in names
-        if name != "pressures" or STUDY.with_pressures(experiment)
-    ]
+    asked = {
+        "pressures": STUDY.with_pressures(experiment),
+        "cohort_posterior": STUDY.answered(experiment),
+    }
+    return [name for name in names if asked.get(name, True)]
 
 
 def figures_of_populations(*images):
@@ -231,6 +231,35 @@ def figures_of_populations(*images):
         for figure in figures_of_population(experiment)
         for image in images
     ]
+
+
+def with_cohort_posterior():
+    """Return the experiments with exact posteriors that answer at least one subject."""
+    return [*SPEED_EXPERIMENTS, *filter(STUDY.answered, POPULATIONS)]
+
+
+def cohort_posteriors(*experiments):
+    """Return the posterior of the cohort in these experiments, with its tables."""
+    return expand(
+        f"{RESULTS}/{{experiment}}/{{file}}",
+        experiment=[name for name in with_cohort_posterior() if name in experiments],
+        file=["cohort_posterior.h5", "cohort_posterior.csv", "cohort_subjects.csv"],
+    )
+
+
+def of_exact(file):
+    """Return the input function of a file of every subject with an exact posterior in the wildcard's experiment."""
+
+    def paths(wildcards):
+        name = wildcards.experiment
+        of_population = name in CONFIG.population_experiments
+        subjects = STUDY.answered(name) if of_population else STUDY.subjects_of(name)
+        return [
+            f"{RESULTS}/{file}".format(experiment=name, subject=subject)
+            for subject in subjects
+        ]
+
+    return paths
 
 
 def pressures_tables():
@@ -326,6 +355,7 @@ def population_outputs():
             table=POPULATION_TABLES,
         ),
         *figures_of_populations("pdf", "png"),
+        *cohort_posteriors(*POPULATIONS),
         *pressures_tables(),
         *(
             f"{RESULTS}/{experiment}/agreement.csv"
@@ -381,6 +411,7 @@ def cohort_outputs():
             experiment=SPEED_EXPERIMENTS,
             table=EXACT_TABLES,
         ),
+        *cohort_posteriors(*SPEED_EXPERIMENTS),
         *expand(f"{RESULTS}/{{experiment}}/recovery.csv", experiment=EXPERIMENTS),
         *expand(
             f"{RESULTS}/{{experiment}}/recovery_acquisition.csv", experiment=EXPERIMENTS

@@ -53,6 +53,10 @@ rule report:
         ),
         population_pngs=figures_of_populations("png"),
         pressures_csv=pressures_tables(),
+        cohort_posteriors=expand(
+            f"{RESULTS}/{{experiment}}/cohort_posterior.h5",
+            experiment=with_cohort_posterior(),
+        ),
         small_exam_csv=[rules.small_exam.output.table for _ in EXAMINED_HERE],
         small_exam_png=[rules.small_exam.output.figure_png for _ in EXAMINED_HERE],
         exam_sat=exam_that_was_sat(),

@@ -188,6 +188,17 @@ def _contexts_of_experiment(study: Study, wildcards: Wildcards) -> list[dict[str
     return [study.context_rows[subject].to_plain() for subject in subjects]
 
 
+def _visits_of_experiment(study: Study, wildcards: Wildcards) -> dict[str, dict[str, str]]:
+    """Return person and group of those subjects of an experiment of whom either is told."""
+    subjects = study.subjects_of(named(study, wildcards, "experiment"))
+    visits = {subject: study.visits[subject] for subject in subjects}
+    return {
+        subject: {"person": visit.person, "group": visit.group}
+        for subject, visit in visits.items()
+        if visit.person or visit.group
+    }
+
+
 def _title_of_experiment(study: Study, wildcards: Wildcards) -> str:
     named(study, wildcards, "experiment")
     return study.config.cohort_title
@@ -210,6 +221,7 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "clinical_of_subject": lambda study, by: study.clinical_of(named(study, by, "subject")).to_plain(),
     "clinical_of_batch": _clinical_of_batch,
     "contexts_of_experiment": _contexts_of_experiment,
+    "visits_of_experiment": _visits_of_experiment,
     "contexts_of_batch": _contexts_of_batch,
     "contexts_of_shard": _part_of("shard", "simulations.contexts"),
     "own_of_part": _part_of("part", "calibration.own"),

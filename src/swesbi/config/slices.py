@@ -56,6 +56,8 @@ SOURCES: Final[Mapping[str, str]] = {
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
     "population.nulls.predictive_recordings",
+    "cohort_posterior": "model experiment.exact cohort_posterior visits=visits_of_experiment",
+    "cohort_posterior_figure": "cohort_title=title_of_experiment",
     "pressures": "stage.exact_posterior clinical",
     "pressures_table": "",
     "pressures_figure": "experiment=name_of_population cohort_title",

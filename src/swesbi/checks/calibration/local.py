@@ -29,14 +29,14 @@ from swesbi.networks.spline.net import TrainedSpline
 from swesbi.posterior.exact import ExactPosterior
 from swesbi.posterior.importance import Proposal, flow_proposal
 from swesbi.posterior.settings import ExactSettings
-from swesbi.prior import JointPriorSettings, to_logit
+from swesbi.prior import BoxPrior, to_logit
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 
 FloatArray = NDArray[np.float64]
 
 
-def classifier_accuracy(first: FloatArray, second: FloatArray, prior: JointPriorSettings, seed: int) -> float:
+def classifier_accuracy(first: FloatArray, second: FloatArray, prior: BoxPrior, seed: int) -> float:
     """Return the cross-validated accuracy of telling two equal samples (n, d) of phi apart.
 
     One half where the distributions are the same (Lopez-Paz and Oquab 2017); by the multilayer perceptron of

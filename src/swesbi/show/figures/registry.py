@@ -15,6 +15,12 @@ _PPC: Final = (
     "Predictive check of {subject} in the experiment *{experiment}* ({cohort}): observed stiffness with its "
     "standard error, medians and bands of the prior and the posterior prediction, CMA-ES fit."
 )
+_COHORT_POSTERIOR: Final = (
+    "Every subject alone (grey) and within its population (coloured by verdict) in the experiment "
+    "*{experiment}* ({cohort}): medians and credible intervals, over the band in which 90 % of such persons "
+    "lie; where the cohort has groups, the median of each parameter by group and the posterior of their "
+    "ratio."
+)
 
 
 @dataclass(frozen=True)
@@ -119,11 +125,19 @@ FIGURES: Final = (
         "repeats gets below the dashed line, the model's own errors.",
     ),
     FigureSpec(
+        "cohort_posterior_figure", "cohort_posterior", "speeds", "the cohort as a posterior",
+        _COHORT_POSTERIOR,
+    ),
+    FigureSpec(
         "population_cohort", "cohort", "population", "overview of the cohort",
         "The whole cohort ({cohort}) as the experiment *{experiment}* answers it, a row a parameter: "
         "medians and 90 % intervals in ascending order, coloured by verdict, against heart rate, age and "
         "end-diastolic volume, and against the truth of a generated cohort. Below: verdicts, what speaks "
         "against the model, and the efficiency of the importance weights.",
+    ),
+    FigureSpec(
+        "cohort_posterior_figure", "cohort_posterior", "population", "the cohort as a posterior",
+        _COHORT_POSTERIOR,
     ),
     FigureSpec(
         "strata_figure", "strata", "population", "coverage by stratum, drawn",

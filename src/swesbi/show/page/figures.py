@@ -128,6 +128,13 @@ PAGE_FIGURES: Final = (
         "importance weights ({title}).",
     ),
     PageFigure(
+        "cohort_posterior", PagePart.SPEEDS,
+        "Every subject alone (grey) and within its population (coloured by verdict), over the band in which "
+        "nine of ten such persons lie; below, where there are groups, each parameter by group and their "
+        "ratio ({title}).",
+        documented=False,
+    ),
+    PageFigure(
         "calibration", PagePart.SPEEDS,
         "Calibration: ranks, coverage and joint coverage on recordings of known parameters ({title}).",
     ),
@@ -149,6 +156,13 @@ PAGE_FIGURES: Final = (
         "Every answer of the cohort, a row a parameter: medians with intervals in ascending order, by "
         "verdict; against heart rate, age and end-diastolic volume; against the truth where it is known. "
         "Below: verdicts, what speaks against the model, efficiency of the weights ({title}).",
+    ),
+    PageFigure(
+        "cohort_posterior", PagePart.POPULATION,
+        "Every subject alone (grey) and within its population (coloured by verdict), over the band in which "
+        "nine of ten such persons lie; below, where there are groups, each parameter by group and their "
+        "ratio ({title}).",
+        documented=False,
     ),
     PageFigure(
         "strata", PagePart.POPULATION,

@@ -16,6 +16,7 @@ from swesbi.show.results import Experiment, records
 from swesbi.show.study_tables import CEILING
 from swesbi.show.table import Table
 from swesbi.show.tables.calibration import alarms_table, calibration_checks, calibration_summary
+from swesbi.show.tables.cohort_posterior import CohortSection
 from swesbi.show.tables.exact import (
     Exact,
     exact_table,
@@ -114,9 +115,12 @@ class Section:
     verdicts: tuple[Fact, ...]
     tables: Mapping[str, Table]
     figures: Mapping[str, Figure]
+    cohort: CohortSection | None
 
 
-def make_section(exact: Exact, figures: Mapping[str, Figure], cohort_title: str) -> Section:
+def make_section(
+    exact: Exact, figures: Mapping[str, Figure], cohort_title: str, cohort: CohortSection | None = None
+) -> Section:
     """Put the section together."""
     experiment = exact.experiment
     tables = {
@@ -135,7 +139,7 @@ def make_section(exact: Exact, figures: Mapping[str, Figure], cohort_title: str)
     if len(exact.truth):
         tables["truth"] = truth_table(exact, cohort_title)
     verdicts = tuple(Fact(name, support.verdict) for name, support in exact.supports.items())
-    return Section(experiment.name, tuple(_exact_facts(exact)), verdicts, tables, figures)
+    return Section(experiment.name, tuple(_exact_facts(exact)), verdicts, tables, figures, cohort)
 
 
 def section_figures(
@@ -190,10 +194,14 @@ class PopulationSection:
     facts: tuple[Fact, ...]
     tables: Mapping[str, Table]
     figures: Mapping[str, Figure]
+    cohort: CohortSection | None
 
 
 def make_population_section(
-    shown: OverPopulation, figures: Mapping[str, Figure], cohort_title: str
+    shown: OverPopulation,
+    figures: Mapping[str, Figure],
+    cohort_title: str,
+    cohort: CohortSection | None = None,
 ) -> PopulationSection:
     """Put the section together."""
     tables = {"strata": strata_table(shown), "cohort": cohort_table(shown, cohort_title)}
@@ -207,6 +215,7 @@ def make_population_section(
         facts=tuple(_population_facts(shown)),
         tables=tables,
         figures=figures,
+        cohort=cohort,
     )
 
 

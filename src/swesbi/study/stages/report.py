@@ -25,6 +25,7 @@ from swesbi.show.page.files import file_groups, provenance_table, relative, soft
 from swesbi.show.page.page import Cohort, PageProvenance, as_yaml, make_page, render, study_figures
 from swesbi.show.page.sections import Section, make_population_section, make_section, section_figures
 from swesbi.show.results import Experiment, Recovery, Results
+from swesbi.show.tables.cohort_posterior import CohortSection, cohort_sections
 from swesbi.show.tables.exact import Exact
 from swesbi.show.tables.exam import read_exam
 from swesbi.show.tables.experiments import read_comparison
@@ -182,6 +183,7 @@ def report(
     population_strata: Sequence[Path],
     population_pngs: Sequence[Path],
     pressures_csv: Sequence[Path],
+    cohort_posteriors: Sequence[Path],
     small_exam_csv: Sequence[Path],
     small_exam_png: Sequence[Path],
     exam_sat: Sequence[Path],
@@ -208,10 +210,14 @@ def report(
     checks = {"calibration": calibrations, "misspecification": misspecifications}
     checks["identifiability"] = identifiabilities
     exact = read_exact(results.experiments, exact_posteriors, checks, noise, truth_csv)
-    sections = _sections(exact, exact_pngs, report, title)
+    cohorts = cohort_sections(cohort_posteriors, title)
+    sections = _sections(exact, exact_pngs, report, title, cohorts)
     populations = [
         make_population_section(
-            each, section_figures(PagePart.POPULATION, population_pngs, each.name, report, title), title
+            each,
+            section_figures(PagePart.POPULATION, population_pngs, each.name, report, title),
+            title,
+            cohorts.get(each.name),
         )
         for each in read_populations(
             settings.populations, population_cohorts, population_strata, pressures_csv
@@ -226,10 +232,19 @@ def report(
     _write(report, render(page))
 
 
-def _sections(exact: Iterable[Exact], pngs: Sequence[Path], report: Path, title: str) -> list[Section]:
+def _sections(
+    exact: Iterable[Exact],
+    pngs: Sequence[Path],
+    report: Path,
+    title: str,
+    cohorts: Mapping[str, CohortSection],
+) -> list[Section]:
+    named = [(each, each.experiment.name) for each in exact]
     return [
-        make_section(each, section_figures(PagePart.SPEEDS, pngs, each.experiment.name, report, title), title)
-        for each in exact
+        make_section(
+            each, section_figures(PagePart.SPEEDS, pngs, name, report, title), title, cohorts.get(name)
+        )
+        for each, name in named
     ]
 
 

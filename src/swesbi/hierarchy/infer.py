@@ -1,0 +1,158 @@
+"""The posterior of a cohort: recycled draws, its exact posterior, draws anew where too few are left."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from swesbi.arrays import FloatArray
+from swesbi.hierarchy.cohort import Design, Member, design_of
+from swesbi.hierarchy.hyperprior import Hyperprior, HyperpriorProposal, hyperprior_of
+from swesbi.hierarchy.model import CohortModel, PopulationSettings
+from swesbi.hierarchy.refresh import DrawSet, combined, shrunken_prior
+from swesbi.hierarchy.settings import HierarchySettings
+from swesbi.hierarchy.shrinkage import Shrunken, shrink
+from swesbi.posterior.exact import ExactPosterior, exact_posterior
+from swesbi.posterior.importance import Proposal, resample, weigh
+from swesbi.posterior.refine import refine
+from swesbi.prior import PriorSettings
+from swesbi.seeds import generator, integer_seed
+
+MANY: Final = 100
+"""Subjects from which the way from the hyperprior is sought by a rough likelihood first, to save time."""
+STREAM: Final = "cohort posterior"
+GLANCE: Final = 400
+"""Draws of the population by which subjects are found that lack draws."""
+Redraw = Callable[[str, PriorSettings, int], FloatArray]
+"""Draws theta (n, 3) anew of a subject's posterior under another prior of theta, by a seed."""
+
+
+@dataclass(frozen=True)
+class Inferred:
+    """The posterior of a cohort.
+
+    Attributes:
+        members: The d subjects.
+        design: What log theta depends on.
+        prior: The hyperprior.
+        model: The model, with the draws that were recycled in the end.
+        exact: Posterior of the population.
+        eta: Draws of it that are shown; shape (m, k).
+        shrunken: What it makes of the subjects.
+        refreshed: How often each subject was drawn anew; shape (d,).
+        interval: Mass of the credible intervals.
+    """
+
+    members: tuple[Member, ...]
+    design: Design
+    prior: Hyperprior
+    model: CohortModel
+    exact: ExactPosterior
+    eta: FloatArray
+    shrunken: Shrunken
+    refreshed: tuple[int, ...]
+    interval: float
+
+
+def infer_cohort(
+    members: Sequence[Member],
+    theta_prior: PriorSettings,
+    settings: HierarchySettings,
+    redraw: Redraw | None,
+    seed: int,
+) -> Inferred:
+    """Infer what the population of some subjects is like, and each subject within it.
+
+    Args:
+        members: The subjects, each person once; at least one.
+        theta_prior: The prior under which their posteriors were drawn.
+        settings: Sizes, hyperpriors, outliers.
+        redraw: Draws a subject anew; None: nobody is.
+        seed: Seed of everything.
+
+    Raises:
+        ValueError: There is no subject.
+    """
+    if not members:
+        raise ValueError("no subject has a posterior: a cohort needs at least one")
+    design = design_of(members)
+    prior = hyperprior_of(design, theta_prior, settings.hyperprior)
+    sets = [[DrawSet(member.theta, theta_prior)] for member in members]
+    model = _model(members, prior, design, sets, theta_prior, settings)
+    proposal = _refined(model, _first(model, settings, seed), settings, seed, 0)
+    for number in range(settings.refreshes if redraw is not None else 0):
+        eta = _glance(model, proposal, settings, seed, number)
+        lacking = _lacking(model, eta, settings, seed)
+        if redraw is None or not lacking:
+            break
+        for subject in lacking:
+            narrower, name = shrunken_prior(model, eta, subject), members[subject].subject
+            anew = redraw(name, narrower, integer_seed(seed, STREAM, "anew", name, number))
+            sets[subject].append(DrawSet(anew[: settings.draws], narrower))
+        model = _model(members, prior, design, sets, theta_prior, settings)
+        proposal = _refined(model, proposal, settings, seed, number + 1)
+    exact = exact_posterior(model, proposal, settings.exact, integer_seed(seed, STREAM, "exact"))
+    eta = exact.phi[: settings.shown_draws]
+    return Inferred(
+        members=tuple(members),
+        design=design,
+        prior=prior,
+        model=model,
+        exact=exact,
+        eta=eta,
+        shrunken=shrink(model, eta, generator(seed, STREAM, "shrinkage")),
+        refreshed=tuple(len(one) - 1 for one in sets),
+        interval=settings.exact.interval,
+    )
+
+
+def _first(model: CohortModel, settings: HierarchySettings, seed: int) -> Proposal:
+    """Return the hyperprior; for a large cohort what a rough likelihood makes of it."""
+    proposal = HyperpriorProposal(model.settings.prior)
+    if len(model.recycled) < MANY:
+        return proposal
+    rough = model.thinned(settings.rough_draws)
+    return refine(rough, proposal, settings.exact.refinement, integer_seed(seed, STREAM, "rough")).proposal
+
+
+def _refined(
+    model: CohortModel, first: Proposal, settings: HierarchySettings, seed: int, number: int
+) -> Proposal:
+    return refine(
+        model, first, settings.exact.refinement, integer_seed(seed, STREAM, "refined", number)
+    ).proposal
+
+
+def _glance(
+    model: CohortModel, proposal: Proposal, settings: HierarchySettings, seed: int, number: int
+) -> FloatArray:
+    """Return a few draws eta (m, k) of the population, enough to see who lacks draws."""
+    rounds, stream = settings.exact.refinement, integer_seed(seed, STREAM, "glance", number)
+    weighted = weigh(model, proposal, rounds.draws, rounds.prior_fraction, stream)
+    return resample(weighted, GLANCE, np.random.default_rng(stream))
+
+
+def _lacking(model: CohortModel, eta: FloatArray, settings: HierarchySettings, seed: int) -> list[int]:
+    """Return the subjects with too few effective draws under these of the population."""
+    effective = shrink(model, eta, generator(seed, STREAM, "lacking")).effective
+    return [int(d) for d in np.flatnonzero(effective < settings.least_effective)]
+
+
+def _model(
+    members: Sequence[Member],
+    prior: Hyperprior,
+    design: Design,
+    sets: Sequence[Sequence[DrawSet]],
+    theta_prior: PriorSettings,
+    settings: HierarchySettings,
+) -> CohortModel:
+    return CohortModel(
+        settings=PopulationSettings(prior),
+        recycled=tuple(combined(one) for one in sets),
+        design=design.matrix,
+        outlier=np.array([settings.outliers.of(member.status) for member in members]),
+        theta_prior=theta_prior,
+    )

@@ -1,0 +1,152 @@
+"""The posterior of the cohort: what the population is like, and each subject within it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from swesbi.arrays import FloatArray
+from swesbi.artefacts import save
+from swesbi.base import Settings
+from swesbi.hierarchy.anew import drawn_anew, stored_draws
+from swesbi.hierarchy.cohort import Member, make_member
+from swesbi.hierarchy.infer import infer_cohort
+from swesbi.hierarchy.result import KIND, CohortPosterior, cohort_groups
+from swesbi.hierarchy.settings import HierarchySettings
+from swesbi.hierarchy.stored import stored_form
+from swesbi.hierarchy.table import hyperparameter_table, subject_table
+from swesbi.measurement.likelihood import SpeedModelSettings, build_speed_model
+from swesbi.parameters import OF_THETA
+from swesbi.posterior.settings import ExactSettings
+from swesbi.prior import PriorSettings
+from swesbi.progress import Progress
+from swesbi.recording.noise import read_noise
+from swesbi.recording.observation import read_observation
+from swesbi.show.csv import write_csv
+from swesbi.study.stages.origin import Origin, by_key
+from swesbi.verdict.answers import status
+from swesbi.verdict.support import read_support
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class VisitSettings(Settings):
+    """Whose recording one is: name of the person, and of the person's group; empty where none is told."""
+
+    person: str
+    group: str
+
+
+class CohortPosteriorStageSettings(Settings):
+    """What the posterior of a cohort depends on beside those of its subjects."""
+
+    model: SpeedModelSettings
+    exact: ExactSettings
+    cohort_posterior: HierarchySettings
+    visits: dict[str, VisitSettings]
+
+
+def cohort_posterior(
+    *,
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    observations: Sequence[Path],
+    noise: Path,
+    cohort_posterior: Path,
+    table: Path,
+    subjects: Path,
+    settings: CohortPosteriorStageSettings,
+    origin: Origin,
+) -> None:
+    """Infer medians, spreads, slopes and differences of groups from the posteriors of all subjects.
+
+    A person with several visits counts once, with the first of them in the table of subjects.
+
+    Raises:
+        ArtefactError: An input is no such artefact.
+        NoLikelihoodError: No draw has a likelihood.
+        ValueError: No subject has a posterior.
+    """
+    first, notes = first_visits([path.parent.name for path in posteriors], settings.visits)
+    posterior_of = {path.parent.name: path for path in posteriors}
+    support_of = {key.subject: path for key, path in by_key(supports).items()}
+    observation_of = {path.parent.name: path for path in observations}
+    progress = Progress("posteriors of the cohort", len(first), unit="subject")
+    members = []
+    for subject in first:
+        group = settings.visits[subject].group if subject in settings.visits else ""
+        members.append(
+            _member(
+                posterior_of[subject], support_of[subject], observation_of[subject], group, settings, origin
+            )
+        )
+        progress.step()
+    components = read_noise(noise).components
+
+    def redraw(subject: str, prior: PriorSettings, seed: int) -> FloatArray:
+        LOGGER.info("subject %s: too few recycled draws lie where the population does; drawn anew", subject)
+        model = build_speed_model(observation_of[subject], components, settings.model)
+        return drawn_anew(model, stored_draws(posterior_of[subject]), prior, settings.exact, seed)
+
+    theta_prior = settings.model.prior.theta
+    inferred = infer_cohort(members, theta_prior, settings.cohort_posterior, redraw, origin.seed)
+    _write(stored_form(inferred, notes), cohort_posterior, table, subjects, settings, origin)
+
+
+def first_visits(
+    subjects: Sequence[str], visits: Mapping[str, VisitSettings]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the first recording of each person, in order, and what is to be said of those left out."""
+    seen: dict[str, str] = {}
+    later = []
+    for subject in subjects:
+        person = (visits[subject].person if subject in visits else "") or subject
+        if seen.setdefault(person, subject) != subject:
+            later.append(subject)
+    if not later:
+        return tuple(subjects), ()
+    note = f"a person counts once, with the first visit; left out as later visits: {', '.join(later)}"
+    return tuple(seen.values()), (note,)
+
+
+def _member(
+    posterior: Path,
+    support: Path,
+    observation: Path,
+    group: str,
+    settings: CohortPosteriorStageSettings,
+    origin: Origin,
+) -> Member:
+    phi, log_weight = stored_draws(posterior)
+    hierarchy = settings.cohort_posterior
+    return make_member(
+        read_observation(observation).context,
+        status(read_support(support)),
+        group,
+        (phi[:, OF_THETA], np.exp(log_weight)),
+        (hierarchy.draws, hierarchy.exact.interval),
+        origin.seed,
+    )
+
+
+def _write(
+    posterior: CohortPosterior,
+    path: Path,
+    hyperparameters: Path,
+    subjects: Path,
+    settings: CohortPosteriorStageSettings,
+    origin: Origin,
+) -> None:
+    save(path, cohort_groups(posterior), origin.provenance(KIND, settings))
+    write_csv(hyperparameters, hyperparameter_table(posterior))
+    write_csv(subjects, subject_table(posterior))
+    LOGGER.info(
+        "%d subjects: draws by %s; k-hat %.2f, efficiency %.0f %%; drawn anew: %d",
+        len(posterior.subject), posterior.sampler, posterior.k_hat, 100.0 * posterior.efficiency,
+        int((posterior.subjects.refreshed > 0).sum()),
+    )  # fmt: skip
+    for sentence in filter(None, (posterior.notes, posterior.reasons)):
+        LOGGER.info("  %s", sentence)
