@@ -33,6 +33,7 @@ LAYERS = (
     "population",
     "posterior",
     "verdict",
+    "change",
     "checks",
     "exam",
     "config",

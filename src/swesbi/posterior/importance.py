@@ -15,7 +15,7 @@ from swesbi.draws import resampled_rows
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.net import TrainedSpline, draw_phi, from_base, log_q, to_base
 from swesbi.prior import (
-    JointPriorSettings,
+    BoxPrior,
     draw_prior,
     from_logit,
     log_density,
@@ -27,10 +27,10 @@ FloatArray = NDArray[np.float64]
 
 
 class HasPrior(Protocol):
-    """Settings that hold the joint prior."""
+    """Settings that hold the prior of what is inferred."""
 
     @property
-    def prior(self) -> JointPriorSettings:
+    def prior(self) -> BoxPrior:
         """The prior of phi."""
 
 

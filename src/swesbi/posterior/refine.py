@@ -22,7 +22,7 @@ from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws
 from swesbi.posterior.mode import mode_proposal
 from swesbi.posterior.settings import ExactSettings, RefinementSettings
 from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_mixture
-from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobian, to_logit
+from swesbi.prior import BoxPrior, from_logit, log_density, log_jacobian, to_logit
 from swesbi.seeds import integer_seed
 
 FloatArray = NDArray[np.float64]
@@ -46,7 +46,7 @@ class Space(Protocol):
 class LogitSpace:
     """The logit of the prior's box."""
 
-    prior: JointPriorSettings
+    prior: BoxPrior
 
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return eta (n, d) of phi (n, d), and log |deta / dphi|."""
@@ -172,7 +172,7 @@ def _is_enough(rounds: Sequence[_Round], settings: RefinementSettings) -> bool:
     return max(last, best) >= settings.usable_efficiency and last < LEAST_GAIN * best
 
 
-def _spaces(first: Proposal, prior: JointPriorSettings) -> list[Space]:
+def _spaces(first: Proposal, prior: BoxPrior) -> list[Space]:
     return [first, LogitSpace(prior)] if isinstance(first, Space) else [LogitSpace(prior)]
 
 
