@@ -18,7 +18,7 @@ from swesbi.virtual_trial.tables import drawn_again, effect_table, person_table
 TEXT: Final = """# A virtual trial
 
 **These are not people, and there is no drug.** {number} virtual persons, {each} in each of two groups, are
-recorded twice, `{before}` and `{after}`, {weeks:g} weeks apart: {recordings} recordings in the file format
+recorded twice, `{before}` and `{after}`, {weeks} weeks apart: {recordings} recordings in the file format
 that real ones would have. In the group `{treated}` the second heart differs by a known effect, {effect}.
 The trial is there to show what the study's answers on change and on groups are worth where the truth is
 known.
@@ -48,7 +48,7 @@ Contexts are drawn from the group `{group}` of the study's declared population (
 
 | what | between persons | between the visits of one |
 |---|---|---|
-| {theta} | {share:g} of the spread of the study's prior | ± {theta_spread} each, and the effect |
+| {theta} | {share} of the spread of the study's prior | ± {theta_spread} each, and the effect |
 | passive scale a | likewise | ± {scale_spread} |
 | {loading} | the study's prior | ± {loading_spread} each |
 | {scale} | {kept} of the variance of the study's prior | the rest |
@@ -63,7 +63,7 @@ what the beat of the visit leaves of LVEDV, measured with an error of {lvesv_err
 of the [virtual volunteers](../virtual_volunteers/README.md), richer than the inference model's: valve
 inertance, wall inertia, finer steps.
 
-Who takes part has an ejection fraction of {low:g} to {high:g} at the first visit, as in health (Lang et
+Who takes part has an ejection fraction of {low} to {high} at the first visit, as in health (Lang et
 al., J Am Soc Echocardiogr 28:1, 2015), and usable recordings at both. {drawn} were drawn in all, of whom
 {again} did not take part{reasons}.
 
@@ -114,23 +114,23 @@ def readme(persons: Sequence[TrialPerson], truth: pd.DataFrame, source: TrialSou
     )
 
 
-def _design(source: TrialSource) -> dict[str, object]:
+def _design(source: TrialSource) -> dict[str, str]:
     trial, effect = source.trial, source.trial.effect
     texts = {parameter.name: parameter.text for parameter in (*THETA, *NUISANCES)}
     kept = [texts[name] for name in source.bounds.nuisance_names if name not in (*LOADING, SPEED_SCALE)]
     return _errors() | {
-        "each": trial.persons_per_group,
+        "each": str(trial.persons_per_group),
         "before": BEFORE,
         "after": AFTER,
         "treated": TREATED,
-        "weeks": trial.weeks_between,
+        "weeks": f"{trial.weeks_between:g}",
         "effect": " and ".join(f"{texts[name]} times {factor:g}" for name, factor in effect.items()),
         "effect_names": " and ".join(texts[name] for name in effect),
         "stream": STREAM,
-        "seed": source.seed,
+        "seed": str(source.seed),
         "group": trial.population_group,
         "theta": ", ".join(parameter.text for parameter in THETA),
-        "share": trial.prior_share,
+        "share": f"{trial.prior_share:g}",
         "theta_spread": _percent(trial.theta_spread),
         "scale_spread": _percent(trial.passive_scale_spread),
         "loading": ", ".join(texts[name] for name in LOADING),
@@ -140,17 +140,17 @@ def _design(source: TrialSource) -> dict[str, object]:
         "kept_names": ", ".join(kept),
         "heart_rate_spread": _percent(trial.heart_rate_spread),
         "lvesv_error": _percent(source.lvesv_fraction),
-        "low": trial.ejection_fraction[0],
-        "high": trial.ejection_fraction[1],
+        "low": f"{trial.ejection_fraction[0]:g}",
+        "high": f"{trial.ejection_fraction[1]:g}",
     }
 
 
-def _errors() -> dict[str, object]:
+def _errors() -> dict[str, str]:
     protocol = ACQUISITION
     return {
-        "phases": protocol.phases,
-        "repeats": protocol.repeats,
-        "samples": protocol.samples_per_repeat,
+        "phases": str(protocol.phases),
+        "repeats": str(protocol.repeats),
+        "samples": str(protocol.samples_per_repeat),
         "sample_error": _percent(protocol.sample_sd_fraction),
         "repeat_error": _percent(protocol.repeat_sd_fraction),
         "sweep_error": _percent(protocol.sweep_fraction),
