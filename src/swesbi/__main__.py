@@ -25,6 +25,7 @@ COMMANDS = {
     "validate": "swesbi.study.validate",
     "template": "swesbi.recording.template",
     "new-subject": "swesbi.study.new_subject",
+    "change": "swesbi.study.change",
     "exam": "swesbi.study.exam",
     "inspect": "swesbi.study.inspect.command",
 }

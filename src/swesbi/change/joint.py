@@ -9,12 +9,13 @@ import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.change.one_person import OnePerson, judge_one_person
-from swesbi.change.proposal import first_proposal, normal_visit
+from swesbi.change.proposal import NormalVisit, PlacedStudent, first_proposal, normal_visit
 from swesbi.change.ratios import Ratios, log_ratios, quantities_of, summarise_ratios
 from swesbi.change.settings import ChangeSettings
+from swesbi.change.transport import joined_proposal
 from swesbi.change.visits import VisitsModel
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
-from swesbi.posterior.refine import refine
+from swesbi.posterior.refine import Space, refine
 from swesbi.seeds import generator, integer_seed
 
 STREAM = "change"
@@ -28,11 +29,13 @@ class OwnPosterior:
         phi: Equally weighted draws; shape (m, d).
         effective_draws: Behind them.
         log_evidence: Of its recording.
+        space: In which the posterior is near normal: the base space of the network's flow.
     """
 
     phi: FloatArray
     effective_draws: float
     log_evidence: float
+    space: Space
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,7 @@ def infer_change(
     coupling = model.coupling
     visits = [normal_visit(each.phi, coupling.prior, each.effective_draws) for each in own]
     seeds = [integer_seed(seed, STREAM, *name, part) for part in ("refined", "exact")]
-    refined = refine(model, first_proposal(visits, coupling), settings.exact.refinement, seeds[0])
+    refined = refine(model, _first(model, own, visits), settings.exact.refinement, seeds[0])
     exact = exact_posterior(model, refined.proposal, settings.exact, seeds[1])
     phi = model.phi(exact.phi)
     quantities = np.stack([quantities_of(one, rows) for one, rows in zip(model.models, phi, strict=True)])
@@ -96,6 +99,16 @@ def infer_change(
         ),
         efficiency=refined.efficiency,
     )
+
+
+def _first(model: VisitsModel, own: Sequence[OwnPosterior], visits: Sequence[NormalVisit]) -> PlacedStudent:
+    """Return the first proposal: in the networks' space, or in scores where visits have a value in common.
+
+    A share of 1 leaves psi of the later visit without a part in phi, so that phi has no way back to it.
+    """
+    if (model.coupling.shares == 1.0).any():
+        return first_proposal(visits, model.coupling)
+    return joined_proposal(model, [each.phi for each in own], [each.space for each in own])
 
 
 def _independent(

@@ -1,7 +1,7 @@
 """Can two recordings be of one person? What they share is compared with what two visits of one would.
 
-In normal scores a recording's own posterior has mean m and covariance C under the prior N(0, I), and where all
-is normal m is by itself N(0, I - C). Of two visits of one person the means have the covariance
+In normal scores a recording's own posterior has mean m and covariance C under the prior N(0, I), and where
+all is normal m is by itself N(0, I - C). Of two visits of one person the means have the covariance
 
     cov(m_1, m_2) = (I - C_1) diag(rho) (I - C_2),
 
@@ -15,10 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from swesbi.arrays import FloatArray
+from swesbi.artefacts import Variable
 from swesbi.change.proposal import NormalVisit
 from swesbi.measurement.shared_error import normal_log_density
 
@@ -38,11 +40,13 @@ class OnePerson:
         distance: Of the shared parameters between both posteriors, in posterior standard deviations.
     """
 
-    log_bayes_factor: float
-    log_ratio: float
-    p_value: float
-    level: float
-    distance: float
+    log_bayes_factor: Annotated[float, Variable("", "1", "log Bayes factor of one person against two")]
+    log_ratio: Annotated[float, Variable("", "1", "its normal approximation, the statistic of the test")]
+    p_value: Annotated[float, Variable("", "1", "share of pairs of one person with as small a statistic")]
+    level: Annotated[float, Variable("", "1", "of the test that both recordings are of one person")]
+    distance: Annotated[
+        float, Variable("", "1", "distance in shared parameters, in posterior standard deviations")
+    ]
 
     @property
     def flagged(self) -> bool:
@@ -97,7 +101,10 @@ def _covariances(visits: Sequence[NormalVisit], shares: FloatArray) -> tuple[Flo
     told = [np.eye(len(shares)) - visit.covariance for visit in visits]
     noise = [visit.covariance / visit.effective_draws for visit in visits]
     cross, nothing = told[0] @ np.diag(shares) @ told[1], np.zeros_like(told[0])
-    own = [each + error + LEAST_INFORMATION * np.eye(len(shares)) for each, error in zip(told, noise, strict=True)]
+    own = [
+        each + error + LEAST_INFORMATION * np.eye(len(shares))
+        for each, error in zip(told, noise, strict=True)
+    ]
     one = np.block([[own[0], cross], [cross.T, own[1]]])
     return one, np.block([[own[0], nothing], [nothing, own[1]]])
 

@@ -1,9 +1,9 @@
 """The first proposal for a person's visits, from what each visit's own posterior says.
 
-In normal scores the prior of one visit is N(0, I), and its posterior near N(m_v, C_v): what the recording adds
-to the prior is the precision C_v^-1 - I and the linear term C_v^-1 m_v. A recording adds no width, so the
-eigenvalues of C_v are at most 1. With z = M zeta (``visits.Coupling.mixing``) the posterior of all visits is
-normal in zeta, of precision I + M^T diag_v(C_v^-1 - I) M and linear term M^T (C_v^-1 m_v)_v.
+In normal scores the prior of one visit is N(0, I), and its posterior near N(m_v, C_v): what the recording
+adds to the prior is the precision C_v^-1 - I and the linear term C_v^-1 m_v. A recording adds no width, so
+the eigenvalues of C_v are at most 1. With z = M zeta (``visits.Coupling.mixing``) the posterior of all
+visits is normal in zeta, of precision I + M^T diag_v(C_v^-1 - I) M and linear term M^T (C_v^-1 m_v)_v.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def normal_visit(phi: FloatArray, prior: JointPriorSettings, effective_draws: fl
 
 
 def joint_normal(visits: Sequence[NormalVisit], coupling: Coupling) -> tuple[FloatArray, FloatArray]:
-    """Return mean (V d,) and covariance (V d, V d) of zeta given all recordings, in the normal approximation."""
+    """Return mean (V d,) and covariance (V d, V d) of zeta given all recordings, as if all were normal."""
     mixing = coupling.mixing()
     added = block_diag(*(visit.added_precision for visit in visits))
     precision = np.eye(len(mixing)) + mixing.T @ added @ mixing

@@ -13,13 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
 from swesbi.arrays import FloatArray
+from swesbi.artefacts import Variable
 from swesbi.change.settings import ChangeRuleSettings
 from swesbi.draws import interval_levels, median_and_interval
 from swesbi.measurement.likelihood import SpeedModel
@@ -51,15 +52,49 @@ class Ratios:
             as a fraction.
     """
 
-    median: FloatArray
-    low: FloatArray
-    high: FloatArray
-    rise: FloatArray
-    risen: FloatArray
-    fallen: FloatArray
-    sd_log: FloatArray
-    detectable: FloatArray
-    narrowing: FloatArray
+    median: Annotated[
+        FloatArray,
+        Variable("quantity", "1", "posterior median of the ratio, later to earlier", name="ratio_median"),
+    ]
+    low: Annotated[
+        FloatArray, Variable("quantity", "1", "lower end of its credible interval", name="ratio_low")
+    ]
+    high: Annotated[
+        FloatArray, Variable("quantity", "1", "upper end of its credible interval", name="ratio_high")
+    ]
+    rise: Annotated[
+        FloatArray, Variable("quantity", "1", "probability of a ratio above 1", name="ratio_rise")
+    ]
+    risen: Annotated[
+        FloatArray,
+        Variable("quantity", "1", "probability of a rise beyond the threshold", name="ratio_risen"),
+    ]
+    fallen: Annotated[
+        FloatArray,
+        Variable("quantity", "1", "probability of a fall beyond the threshold", name="ratio_fallen"),
+    ]
+    sd_log: Annotated[
+        FloatArray,
+        Variable("quantity", "1", "posterior standard deviation of the log ratio", name="ratio_sd_log"),
+    ]
+    detectable: Annotated[
+        FloatArray,
+        Variable(
+            "quantity",
+            "1",
+            "smallest change that the protocol can detect, as a fraction",
+            name="ratio_detectable",
+        ),
+    ]
+    narrowing: Annotated[
+        FloatArray,
+        Variable(
+            "quantity",
+            "1",
+            "by how much the interval of the log ratio is narrower than by independent posteriors",
+            name="ratio_narrowing",
+        ),
+    ]
 
     @property
     def changed(self) -> FloatArray:

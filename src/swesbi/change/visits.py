@@ -1,9 +1,10 @@
 """The joint prior and likelihood of a person's visits, in coordinates in which the prior is independent.
 
-The prior of each visit's phi_v stays what it is alone: independent bounded log-Gaussians. Visits of one person
-are tied by a Gaussian copula. With F the distribution function of a parameter and rho its share, the normal
-scores z_v = Phi^-1(F(phi_v)) of V visits are standard normals, any two of correlation rho. Let L be the
-Cholesky factor of their correlation matrix and z_v = sum_w L_vw zeta_w. Then zeta is independent, and so is
+The prior of each visit's phi_v stays what it is alone: independent bounded log-Gaussians. Visits of one
+person are tied by a Gaussian copula. With F the distribution function of a parameter and rho its share,
+the normal scores z_v = Phi^-1(F(phi_v)) of V visits are standard normals, any two of correlation rho.
+Let L be the Cholesky factor of their correlation matrix and z_v = sum_w L_vw zeta_w. Then zeta is
+independent, and so is
 
     psi_w = F^-1(Phi(zeta_w)),
 
@@ -22,7 +23,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from swesbi.arrays import FloatArray, IntArray
-from swesbi.change.likelihood import stacked_covariance, stacked_log_density
+from swesbi.change.likelihood import shared_errors, stacked_covariance, stacked_log_density
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.prior import JointPriorSettings, ParameterPrior, bounds, level, quantile
 
@@ -115,6 +116,23 @@ class Coupling:
             phi[visit][:, shared] = of_scores(z[visit], tied)
         return phi
 
+    def psi(self, phi: FloatArray) -> FloatArray:
+        """Return the psi (n, V d) of phi (V, n, d), where no share is 1; within the prior's box."""
+        psi = np.stack(list(phi), axis=1)
+        shared = np.flatnonzero(self.shares)
+        if len(shared):
+            tied = SomeParameters(tuple(self.prior.parameters[j] for j in shared))
+            z = np.stack([normal_scores(each[:, shared], tied) for each in phi])
+            zeta = np.einsum("jvw,wnj->vnj", np.linalg.inv(self.factors[shared]), z)
+            for visit in range(1, self.visits):
+                psi[:, visit, shared] = of_scores(zeta[visit], tied)
+        return np.asarray(psi.reshape(len(psi), -1))
+
+    def correlation(self, visit: int, other: int) -> FloatArray:
+        """Return the correlation of each tied parameter's scores between two visits; 1 with itself; (k,)."""
+        tied = self.shares[self.shares > 0.0]
+        return np.ones_like(tied) if visit == other else tied
+
     def mixing(self) -> FloatArray:
         """Return M of z = M zeta, scores of all parameters visit by visit; shape (V d, V d)."""
         number = len(self.shares)
@@ -169,6 +187,14 @@ class VisitsModel:
     def phi(self, psi: FloatArray) -> FloatArray:
         """Return the phi (V, n, d) of psi (n, V d)."""
         return self.coupling.phi(psi)
+
+    def error_covariance(self) -> FloatArray:
+        """Return the covariance of all log speeds without errors in timing; (q, q)."""
+        recordings = [model.recording for model in self.models]
+        discrepancy = self.models[0].settings.discrepancy
+        shared = shared_errors(recordings, self.phase_index, discrepancy, self.discrepancy_share)
+        own = np.concatenate([recording.relative_se for recording in recordings])
+        return np.asarray(shared + np.diag(own**2 + discrepancy.speed_fraction**2))
 
 
 def visits_model(
