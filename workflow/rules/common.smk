@@ -5,6 +5,7 @@ from pathlib import Path
 
 from snakemake.io import expand as expand_names
 
+from swesbi.config.pairs import pairs_of
 from swesbi.config.read import ConfigError
 from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings

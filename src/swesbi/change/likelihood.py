@@ -85,11 +85,11 @@ def stacked_log_density(distance: FloatArray, covariance: FloatArray) -> FloatAr
     density = np.full(len(distance), -np.inf)
     known = np.flatnonzero(np.isfinite(distance).all(axis=1))
     if len(covariance) == 1:
-        density[known] = _density(distance[known], np.linalg.cholesky(covariance))
+        density[known] = _density(distance[known], np.asarray(np.linalg.cholesky(covariance)))
         return density
     for start in range(0, len(known), ROWS_AT_ONCE):
         rows = known[start : start + ROWS_AT_ONCE]
-        density[rows] = _density(distance[rows], np.linalg.cholesky(covariance[rows]))
+        density[rows] = _density(distance[rows], np.asarray(np.linalg.cholesky(covariance[rows])))
     return density
 
 

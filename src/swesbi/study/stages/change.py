@@ -181,6 +181,14 @@ def _report(stored: StoredChange, efficiency: Sequence[float]) -> None:
         LOGGER.log(logging.INFO if stored.converged else logging.WARNING, "  %s", stored.reasons)
 
 
-def changes_table(*, tables: Sequence[Path], table: Path, settings: Settings, origin: Origin) -> None:
-    """Join the tables of all persons' changes."""
-    write_csv(table, pd.concat([pd.read_csv(path) for path in tables], ignore_index=True))
+class ChangesTableStageSettings(Settings):
+    """The table depends on its rows alone."""
+
+
+def changes_table(
+    *, tables: Sequence[Path], table: Path, settings: ChangesTableStageSettings, origin: Origin
+) -> None:
+    """Join the tables of all persons' changes; the experiment is told by where each lies."""
+    parts = [pd.read_csv(path).assign(experiment=path.parents[2].name) for path in tables]
+    whole = pd.concat(parts, ignore_index=True)
+    write_csv(table, whole[["experiment", *whole.columns.drop("experiment")]])
