@@ -68,7 +68,7 @@ class Recorder:
     data: FloatArray
 
     def posterior(self, z: FloatArray, rng: np.random.Generator) -> NormalVisit:
-        covariance = np.linalg.inv(np.eye(SIZE) + self.data.T @ self.data)
+        covariance = np.asarray(np.linalg.inv(np.eye(SIZE) + self.data.T @ self.data))
         observed = self.data @ z + rng.standard_normal(len(self.data))
         return NormalVisit(covariance @ self.data.T @ observed, covariance, 1e9)
 
@@ -111,7 +111,8 @@ def test_where_nothing_is_shared_nothing_is_flagged() -> None:
 
 
 def prior() -> JointPriorSettings:
-    return speed_case.settings("calibrated").prior
+    chosen: JointPriorSettings = speed_case.settings("calibrated").prior
+    return chosen
 
 
 def test_the_joined_space_goes_there_and_back_with_its_slope() -> None:

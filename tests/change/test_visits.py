@@ -28,7 +28,8 @@ TIED = ("exponent_b", "destruction_alpha", "speed_scale")
 
 
 def prior() -> JointPriorSettings:
-    return speed_case.settings("calibrated").prior
+    chosen: JointPriorSettings = speed_case.settings("calibrated").prior
+    return chosen
 
 
 def shares(share: float) -> FloatArray:
@@ -70,7 +71,7 @@ def test_each_visit_keeps_its_prior_and_scores_are_correlated_by_the_share() -> 
         for column in visit.T:
             assert kstest(column, norm.cdf).pvalue > 1e-4
     for j, name in enumerate(prior().names):
-        correlation = np.corrcoef(scores[:, :, j])[np.triu_indices(3, 1)]
+        correlation = np.asarray(np.corrcoef(scores[:, :, j]))[np.triu_indices(3, 1)]
         np.testing.assert_allclose(correlation, 0.8 if name in TIED else 0.0, atol=0.06)
 
 
@@ -159,7 +160,7 @@ def random_visit(seed: int) -> NormalVisit:
     size = len(prior().names)
     rng = np.random.default_rng(seed)
     data = rng.standard_normal((6, size))
-    covariance = np.linalg.inv(np.eye(size) + data.T @ data)
+    covariance = np.asarray(np.linalg.inv(np.eye(size) + data.T @ data))
     return NormalVisit(covariance @ data.T @ rng.standard_normal(6), covariance, 1000.0)
 
 

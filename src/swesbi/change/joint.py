@@ -92,7 +92,10 @@ def infer_change(
         phi=phi,
         quantities=quantities,
         ratios=summarise_ratios(
-            log_ratios(quantities), log_ratios(_independent(model, own, rng)), settings.exact.interval, rule
+            log_ratios(list(quantities)),
+            log_ratios(_independent(model, own, rng)),
+            settings.exact.interval,
+            rule,
         ),
         one_person=judge_one_person(
             visits, coupling.shares, factor, rule.one_person_level, rule.null_draws, rng

@@ -129,5 +129,5 @@ class _LogRatio:
 
 
 def _log_normal(values: FloatArray, root: FloatArray) -> FloatArray:
-    z = np.linalg.solve(root, values.T).T
+    z = np.asarray(np.linalg.solve(root, values.T).T)
     return np.asarray(normal_log_density(z, np.log(np.diag(root))).sum(axis=1))

@@ -20,11 +20,11 @@ from scipy.linalg import block_diag
 
 from swesbi.arrays import FloatArray
 from swesbi.change.proposal import LOG_ROOT_TWO_PI, PlacedStudent
-from swesbi.change.visits import Coupling, VisitsModel, normal_scores
+from swesbi.change.visits import Coupling, VisitsModel, VisitsPrior, normal_scores
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.refine import Space
 from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
-from swesbi.prior import log_density
+from swesbi.prior import JointPriorSettings, log_density
 
 FITTED = 2000  # draws behind the fit of each visit
 LEAST_PRECISION = 0.3  # of a direction of u: the prior of both is never much wider than those of each
@@ -64,7 +64,7 @@ class JoinedSpace:
         return np.asarray(to_scores + np.log(diagonal).sum() - back)
 
 
-def _log_slope_of_scores(phi: FloatArray, prior: object) -> FloatArray:
+def _log_slope_of_scores(phi: FloatArray, prior: JointPriorSettings | VisitsPrior) -> FloatArray:
     scores = normal_scores(phi, prior)
     return np.asarray(log_density(phi, prior) - (-0.5 * scores**2 - LOG_ROOT_TWO_PI).sum(axis=1))
 
@@ -114,8 +114,8 @@ def _fit(model: SpeedModel, phi: FloatArray, space: Space, coupling: Coupling) -
     known = np.isfinite(u).all(axis=1) & np.isfinite(tying).all(axis=1)
     u, tying = u[known], tying[known]
     design = np.column_stack([np.ones(len(u)), u])
-    line = np.linalg.lstsq(design, tying, rcond=None)[0]
-    precision = np.linalg.inv(np.cov(u.T) + RIDGE * np.eye(u.shape[1]))
+    line = np.asarray(np.linalg.lstsq(design, tying, rcond=None)[0])
+    precision = np.asarray(np.linalg.inv(np.cov(u.T) + RIDGE * np.eye(u.shape[1])))
     return _Fit(u.mean(axis=0), precision, line[0], line[1:].T, len(tied))
 
 

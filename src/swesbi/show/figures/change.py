@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from scipy.stats import gaussian_kde
 
 from swesbi.arrays import FloatArray
@@ -38,7 +38,7 @@ COLOURS: Final = (POSTERIOR, CMAES)
 """Of the earlier visit and of the later."""
 HEIGHT_IN: Final = 4.2
 PAGE_IN: Final = (8.27, 11.69)  # A4
-LINE: Final = 118
+LINE: Final = 150
 POINTS: Final = 200
 SHOWN_MASS: Final = 0.998
 
@@ -75,10 +75,15 @@ def draw_change(change: StoredChange, visits: Sequence[ShownVisit], cohort_title
     with style():
         figure = new_figure(1.4 * TEXT_WIDTH_IN, HEIGHT_IN)
         figure.suptitle(titled(f"{change.person}, {change.visit[0]} to {change.visit[1]}", cohort_title))
-        curves, densities = figure.subfigures(2, 1, height_ratios=(1.3, 1.0))
-        draw_curves(curves.subplots(), change, visits)
-        draw_ratios(densities.subplots(1, len(change.quantity)), change)
+        parts = _parts(figure, (1.3, 1.0))
+        draw_curves(parts[0].subplots(), change, visits)
+        draw_ratios(parts[1].subplots(1, len(change.quantity)), change)
     return figure
+
+
+def _parts(figure: Figure, heights: Sequence[float]) -> list[SubFigure]:
+    """Return parts of a figure of these heights, one below the other."""
+    return list(np.ravel(np.asarray(figure.subfigures(len(heights), 1, height_ratios=list(heights)))))
 
 
 def draw_curves(axes: Axes, change: StoredChange, visits: Sequence[ShownVisit]) -> None:
@@ -136,7 +141,7 @@ def draw_change_sheet(change: StoredChange, visits: Sequence[ShownVisit], cohort
         figure.suptitle(
             titled(f"{change.person}: {change.visit[0]} to {change.visit[1]}", cohort_title), fontsize=11.0
         )
-        parts = figure.subfigures(5, 1, height_ratios=(2.2, 3.2, 2.0, 1.9, 2.2))
+        parts = _parts(figure, (1.3, 3.2, 2.0, 1.7, 1.8))
         _write(parts[0].subplots(), _recordings(change, visits) + verdict_lines(change))
         draw_curves(parts[1].subplots(), change, visits)
         draw_ratios(parts[2].subplots(1, len(change.quantity)), change)
