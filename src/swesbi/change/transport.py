@@ -27,6 +27,7 @@ from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
 from swesbi.prior import JointPriorSettings, log_density
 
 FITTED = 2000  # draws behind the fit of each visit
+DEGREES_OF_FREEDOM = 25.0  # of thirty parameters: with 8 most draws lie too far out, and half as many count
 LEAST_PRECISION = 0.3  # of a direction of u: the prior of both is never much wider than those of each
 
 
@@ -88,7 +89,7 @@ def joined_proposal(model: VisitsModel, phi: Sequence[FloatArray], spaces: Seque
     linear = np.concatenate([fit.precision @ fit.mean for fit in fits]) - slopes.T @ added @ offset
     spread, axes = np.linalg.eigh(precision)
     covariance = (axes / np.maximum(spread, LEAST_PRECISION)) @ axes.T
-    student = StudentProposal(covariance @ linear, WIDENING * covariance)
+    student = StudentProposal(covariance @ linear, WIDENING * covariance, DEGREES_OF_FREEDOM)
     return PlacedStudent(student, JoinedSpace(tuple(spaces), model.coupling))
 
 
