@@ -1,42 +1,5 @@
 """What has changed between the first and the last visit of each person of `new_subjects.cohort`; not part of the study."""
 
-import re
-
-PAIRS = {pair.person: pair for pair in pairs_of(STUDY)} if STUDY.new_rows else {}
-OF_PERSON = f"{RESULTS}/{{experiment}}/change/{{person}}"
-
-
-def of_visits(file):
-    """Return the function that gives a file of the answers to both visits."""
-
-    def files(wildcards):
-        subjects = PAIRS[wildcards.person].subjects
-        return [
-            f"{RESULTS}/{wildcards.experiment}/new/{subject}/{file}"
-            for subject in subjects
-        ]
-
-    return files
-
-
-def stage_of_person(wildcards):
-    """Return the params of a person's change."""
-    return stage("person_change")(wildcards) | {"subject": wildcards.person}
-
-
-def tables_of_persons(wildcards):
-    """Return the tables of all persons who came twice, of every experiment that runs and can answer."""
-    if not PAIRS:
-        raise ValueError(
-            f"new_subjects.cohort = {CONFIG.new_subjects.cohort}: no person has two visits; its subjects.csv "
-            "needs the columns person and visit, with a row for each visit (docs/own-data.md)"
-        )
-    return expand(
-        f"{OF_PERSON}/change.csv",
-        experiment=[*SPEED_EXPERIMENTS, *POPULATIONS],
-        person=list(PAIRS),
-    )
-
 
 rule person_change:
     """Two visits of a person outside the pool, answered by the network of the cohort, inferred together."""
@@ -60,7 +23,7 @@ rule person_change:
         f"{RESULTS}/benchmarks/person_change/{{experiment}}/{{person}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
-        person="|".join(map(re.escape, PAIRS)) or NONE,
+        person=PERSONS,
     params:
         stage=stage_of_person,
     message:
@@ -84,7 +47,7 @@ use rule person_change as person_change_of_population with:
         f"{RESULTS}/benchmarks/person_change_of_population/{{experiment}}/{{person}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
-        person="|".join(map(re.escape, PAIRS)) or NONE,
+        person=PERSONS,
 
 
 rule changes_table:

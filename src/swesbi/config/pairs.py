@@ -47,7 +47,9 @@ def visit_pair(study: Study, person: str, earlier: str | None = None, later: str
     Raises:
         ConfigError: There is no such person or visit, or there are not two of them.
     """
-    table = Path(str(study.config.new_subjects.cohort)) / SUBJECTS
+    if study.config.new_subjects.cohort is None:
+        raise ConfigError("new_subjects.cohort = null: names no folder, so there is no person to compare")
+    table = Path(study.config.new_subjects.cohort) / SUBJECTS
     persons = {each.name: each for each in study.outside.persons}
     if person not in persons:
         raise ConfigError(f"person = {person!r}: {table} has {', '.join(persons)}")

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from swesbi.config.pairs import visit_pair
-from swesbi.config.parts import Wildcards, named, value_of
+from swesbi.config.parts import Wildcards, named, value_of, wildcard
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
@@ -254,7 +254,7 @@ def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 def _person_change(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what a person's change depends on: the model, what visits share, whose visits they are."""
     pair = visit_pair(
-        study, wildcards.get("person", ""), wildcards.get("from_visit"), wildcards.get("to_visit")
+        study, wildcard(wildcards, "person"), wildcards.get("from_visit"), wildcards.get("to_visit")
     )
     own = {"person": pair.person, "visits": list(pair.visits)}
     title = {"cohort_title": study.config.new_subjects.cohort_title}
