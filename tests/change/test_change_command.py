@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
@@ -20,6 +22,10 @@ from swesbi.config.read import ConfigError, overlay, read_yaml
 from swesbi.config.study import Study, load_study
 from swesbi.study import change as command
 from swesbi.study.new_subject import finished_population
+from swesbi.study.stages.change import check_protocols
+
+if TYPE_CHECKING:
+    from swesbi.recording.observation import Observation
 
 TRIAL = ROOT / "data" / "virtual_trial"
 
@@ -105,6 +111,14 @@ def test_a_refused_visit_is_named_and_nothing_is_written(
     said = typed("--person", "P01", "--out", str(tmp_path / "out"))
     assert "visit 'after' of 'P01' (recording P01-after): hr_bpm = 250 lies outside 40 to 130" in said
     assert set(tmp_path.rglob("*")) == {*made, tmp_path / "overlay.yaml"}
+
+
+def test_visits_of_different_protocols_are_refused() -> None:
+    """Only the numbers of phases are looked at."""
+    visits = [cast("Observation", SimpleNamespace(phase=np.arange(number))) for number in (20, 12)]
+    check_protocols(visits[:1] * 2, ("before", "after"))
+    with pytest.raises(ValueError, match="gated phases by visit: 'before' 20, 'after' 12; .* same protocol"):
+        check_protocols(visits, ("before", "after"))
 
 
 def stored(p_value: float = 0.5, changed: float = 0.99) -> StoredChange:
