@@ -27,7 +27,7 @@ from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
 from swesbi.prior import JointPriorSettings, log_density
 
 FITTED = 2000  # draws behind the fit of each visit
-DEGREES_OF_FREEDOM = 25.0  # of thirty parameters: with 8 most draws lie too far out, and half as many count
+DEGREES_OF_FREEDOM = 25  # of thirty parameters: with 8 most draws lie too far out, and half as many count
 LEAST_PRECISION = 0.3  # of a direction of u: the prior of both is never much wider than those of each
 
 

@@ -31,7 +31,7 @@ class StudentProposal:
 
     mean: FloatArray
     scale: FloatArray
-    degrees_of_freedom: float = DEGREES_OF_FREEDOM
+    degrees_of_freedom: int = DEGREES_OF_FREEDOM
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
         """Return eta of shape (count, d)."""

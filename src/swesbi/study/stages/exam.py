@@ -28,9 +28,9 @@ from swesbi.measurement.settings import ClinicalSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.population.settings import PopulationSettings, in_declared_range
-from swesbi.posterior.importance import HasPrior, NoLikelihoodError, flow_proposal
+from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
 from swesbi.posterior.result import ExactResult, read_exact_result
-from swesbi.prior import PriorSettings
+from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
 from swesbi.recording.protocol import Repeats
@@ -178,11 +178,19 @@ def _knowledge_of(estimator: Path, null: Path, written_ns: int) -> Knowledge:
     return Knowledge(partial(flow_proposal, flow), population.contexts, lambda: population.pooled)
 
 
+class HasJointPrior(Protocol):
+    """Settings that hold the joint prior."""
+
+    @property
+    def prior(self) -> JointPriorSettings:
+        """The prior of phi."""
+
+
 class Model(Protocol):
     """What simulates draws of a posterior: the model of speeds, or that of speeds and pressures."""
 
     @property
-    def settings(self) -> HasPrior:
+    def settings(self) -> HasJointPrior:
         """Hold the prior."""
 
     def simulate(self, phi: FloatArray) -> Beats:
