@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -46,6 +46,9 @@ sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a ta
 	$(BIN)/snakemake --cores $(CORES) results/tables/sensitivity.csv
 	cp results/tables/sensitivity.csv tests/reference/study/sensitivity.csv
 	cp results/figures/sensitivity.png docs/figures/sensitivity.png
+
+changes: $(INSTALLED) ## what has changed between the visits of each person of new_subjects.cohort: results/tables/changes.csv
+	$(BIN)/snakemake --cores $(CORES) changes
 
 ladder: $(INSTALLED) ## what the posteriors owe to the equations: a table and a figure (docs/ladder.md)
 	$(BIN)/snakemake --cores $(CORES) results/tables/ladder.csv

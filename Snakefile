@@ -28,6 +28,7 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/new_subjects.smk"
+include: "workflow/rules/changes.smk"
 
 
 rule all:

@@ -20,11 +20,12 @@ from swesbi.study.stages.origin import Origin
 
 EXIT_USAGE = 2
 WHICH = "which "  # before the name of a wildcard among the parsed options
-WILDCARDS = ("subject", "experiment", "prior", "variant", "structure", "generator", *NUMBERED)
+WILDCARDS = ("subject", "experiment", "person", "prior", "variant", "structure", "generator", *NUMBERED)
 COMMANDS = {
     "validate": "swesbi.study.validate",
     "template": "swesbi.recording.template",
     "new-subject": "swesbi.study.new_subject",
+    "change": "swesbi.study.change",
     "exam": "swesbi.study.exam",
     "inspect": "swesbi.study.inspect.command",
 }

@@ -41,6 +41,8 @@ HEAVY = {
     "xarray",
 }
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base", "structure": "base"}
+OF_OTHERS = ("new_subject", "person_change", "exam_answers", "exam_pressures")
+"""Stages of subjects outside the study."""
 WILDCARDS |= {"reading": "base", "shard": "0", "part": "0", "batch": "0"}
 
 
@@ -420,9 +422,7 @@ def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
         value = value[part]
     before, after = load_study(SHIPPED), load_study(changed(**{key: another(value)}))
     # those that answer a subject outside the study have the settings of most, see below
-    single = {
-        stage for stage in STAGES if not stage.startswith(("new_subject", "exam_answers", "exam_pressures"))
-    }
+    single = {stage for stage in STAGES if not stage.startswith(OF_OTHERS)}
     differing = {stage for stage in single if settings_of(before, stage) != settings_of(after, stage)}
     assert differing - SHOWING == AFFECTED[key]
     assert AFFECTED[key] or not differing
@@ -438,6 +438,26 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
     assert parts["exact_subject_figures"] == settings_of(study, "exact_subject_figures") | title
     assert parts["simulate"]["context"] == parts["ingest"]["context"]
     assert parts["margin_fraction"] == SHIPPED["new_subjects"]["margin_fraction"]
+
+
+def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share() -> None:
+    trial = "data/virtual_trial"
+    study = load_study(changed(new_subjects__cohort=trial))
+    chosen = {"experiment": "amortised", "person": "P01"}
+    parts = stage_settings(study, "person_change", **chosen)
+    assert parts["visits"] == ["before", "after"]
+    assert (
+        parts["model"]
+        == stage_settings(study, "exact_posterior", subject="A", experiment="amortised")["model"]
+    )
+    shares = changed(new_subjects__cohort=trial, changes__shares__exponent_b=0.5)
+    other = stage_settings(load_study(shares), "person_change", **chosen)
+    assert other["changes"]["shares"]["exponent_b"] == 0.5
+    assert other | {"changes": 0} == parts | {"changes": 0}
+    with pytest.raises(ConfigError, match="say which person: --person NAME"):
+        stage_settings(study, "person_change", experiment="amortised")
+    with pytest.raises(ConfigError, match="new_subjects.cohort = null: names no folder"):
+        stage_settings(load_study(changed()), "person_change", **chosen)
 
 
 def test_over_a_population_the_verdict_takes_the_context_ranges_of_the_population() -> None:

@@ -34,6 +34,7 @@ LAYERS = (
     "posterior",
     "hierarchy",
     "verdict",
+    "change",
     "checks",
     "exam",
     "config",

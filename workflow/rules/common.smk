@@ -1,10 +1,12 @@
 """The validated study, and what is taken from it everywhere: paths, subjects, params of the stages."""
 
+import re
 import sys
 from pathlib import Path
 
 from snakemake.io import expand as expand_names
 
+from swesbi.config.pairs import pairs_of
 from swesbi.config.read import ConfigError
 from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
@@ -513,3 +515,41 @@ def shards_of_experiment(wildcards):
     """Return the shards of every subject of the wildcard's experiment, or else of the main one."""
     experiment = wildcards.get("experiment", MAIN)
     return shards_of(experiment, STUDY.subjects_of(experiment))
+
+
+# Visits of one person outside the study: the first and the last are compared.
+PAIRS = {pair.person: pair for pair in pairs_of(STUDY)} if STUDY.new_rows else {}
+PERSONS = "|".join(map(re.escape, PAIRS)) or NONE
+OF_PERSON = f"{RESULTS}/{{experiment}}/change/{{person}}"
+
+
+def of_visits(file):
+    """Return the function that gives a file of the answers to both visits."""
+
+    def files(wildcards):
+        subjects = PAIRS[wildcards.person].subjects
+        return [
+            f"{RESULTS}/{wildcards.experiment}/new/{subject}/{file}"
+            for subject in subjects
+        ]
+
+    return files
+
+
+def stage_of_person(wildcards):
+    """Return the params of a person's change."""
+    return stage("person_change")(wildcards) | {"subject": wildcards.person}
+
+
+def tables_of_persons(wildcards):
+    """Return the tables of all persons who came twice, of every experiment that runs and can answer."""
+    if not PAIRS:
+        raise ValueError(
+            f"new_subjects.cohort = {CONFIG.new_subjects.cohort}: no person has two visits; its subjects.csv "
+            "needs the columns person and visit, with a row for each visit (docs/own-data.md)"
+        )
+    return expand(
+        f"{OF_PERSON}/change.csv",
+        experiment=[*SPEED_EXPERIMENTS, *POPULATIONS],
+        person=list(PAIRS),
+    )

@@ -12,6 +12,7 @@ from typing import Final, Literal, Self
 from pydantic import Field, model_validator
 
 from swesbi.base import Settings
+from swesbi.change.settings import ChangeSettings
 from swesbi.checks.settings import BASE, AcquisitionSeedsSettings
 from swesbi.config.beside import (
     CmaesStudySettings,
@@ -281,6 +282,7 @@ class Config(Settings):
     ladder: LadderChoiceSettings
     readings: ReadingsChoiceSettings
     exam: ExamChoiceSettings
+    changes: ChangeSettings
     new_subjects: NewSubjectsSettings
     resources: ResourceSettings
 

@@ -56,7 +56,7 @@ def named(study: Study, wildcards: Wildcards, kind: str) -> str:
     Raises:
         ConfigError: It is missing, or the study has no such thing.
     """
-    name = _wildcard(wildcards, kind)
+    name = wildcard(wildcards, kind)
     known = {
         "subject": study.context_rows,
         "experiment": (*study.config.experiments, *study.config.population_experiments),
@@ -70,7 +70,12 @@ def named(study: Study, wildcards: Wildcards, kind: str) -> str:
     return name
 
 
-def _wildcard(wildcards: Wildcards, kind: str) -> str:
+def wildcard(wildcards: Wildcards, kind: str) -> str:
+    """Return a wildcard, whatever it names.
+
+    Raises:
+        ConfigError: It is missing.
+    """
     if kind not in wildcards:
         raise ConfigError(f"say which {kind}: {option_of(kind)} {'NUMBER' if kind in NUMBERED else 'NAME'}")
     return wildcards[kind]
@@ -153,7 +158,7 @@ def _rule_of_verdict(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 def _draws_of_shard(study: Study, wildcards: Wildcards) -> list[int]:
     draws = study.config.simulations_per_subject(named(study, wildcards, "prior"))
-    return _share(_wildcard(wildcards, "shard"), study.config.resources.shards_per_subject, draws)
+    return _share(wildcard(wildcards, "shard"), study.config.resources.shards_per_subject, draws)
 
 
 def _part_of(kind: str, total: str) -> Callable[[Study, Wildcards], list[int]]:
@@ -161,7 +166,7 @@ def _part_of(kind: str, total: str) -> Callable[[Study, Wildcards], list[int]]:
 
     def numbers(study: Study, wildcards: Wildcards) -> list[int]:
         count = _at(_population(study, wildcards), total)
-        return _share(_wildcard(wildcards, kind), study.config.resources.population_parts, count)
+        return _share(wildcard(wildcards, kind), study.config.resources.population_parts, count)
 
     return numbers
 
@@ -172,7 +177,7 @@ def _share(number: str, parts: int, total: int) -> list[int]:
 
 
 def _batch(study: Study, wildcards: Wildcards) -> tuple[str, ...]:
-    return study.batches(study.subjects)[int(_wildcard(wildcards, "batch"))]
+    return study.batches(study.subjects)[int(wildcard(wildcards, "batch"))]
 
 
 def _contexts_of_batch(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:

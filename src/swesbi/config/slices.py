@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from swesbi.config.parts import Wildcards, named, value_of
+from swesbi.config.pairs import visit_pair
+from swesbi.config.parts import Wildcards, named, value_of, wildcard
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
@@ -80,6 +81,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "strata_figure": "experiment=name_of_population experiment.exact.interval",
     "tables": "cohort_title",
     "truth": "",
+    "changes_table": "",
 }
 """Fields of each stage's settings: ``field=source``, or the source alone where it ends on the field's name.
 
@@ -251,6 +253,16 @@ def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return parts
 
 
+def _person_change(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what a person's change depends on: the model, what visits share, whose visits they are."""
+    pair = visit_pair(
+        study, wildcard(wildcards, "person"), wildcards.get("from_visit"), wildcards.get("to_visit")
+    )
+    own = {"person": pair.person, "visits": list(pair.visits)}
+    title = {"cohort_title": study.config.new_subjects.cohort_title}
+    return own | title | _fields(study, wildcards, "model changes")
+
+
 def _exam_answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the answers to the hearts of one generator depend on, but which of them are asked for."""
     section = study.config.exam
@@ -296,7 +308,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     }
     # where results lie, how the work is split and who else is answered change no result of the study
     printed = config.to_plain()
-    for key in ("resources", "results", "new_subjects"):
+    for key in ("resources", "results", "new_subjects", "changes"):
         del printed[key]
     return {
         "cohort_title": config.cohort_title,
@@ -313,6 +325,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
+    "person_change": _person_change,
     "discrepancy": _discrepancy,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,

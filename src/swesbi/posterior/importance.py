@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 
 
 class HasPrior(Protocol):
-    """Settings that hold the joint prior."""
+    """Settings that hold the prior of what is inferred."""
 
     @property
     def prior(self) -> BoxPrior:

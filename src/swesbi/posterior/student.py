@@ -31,6 +31,7 @@ class StudentProposal:
 
     mean: FloatArray
     scale: FloatArray
+    degrees_of_freedom: int = DEGREES_OF_FREEDOM
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
         """Return eta of shape (count, d)."""
@@ -42,7 +43,7 @@ class StudentProposal:
 
     @property
     def _distribution(self) -> Any:  # noqa: ANN401
-        return multivariate_t(self.mean, self.scale, df=DEGREES_OF_FREEDOM)
+        return multivariate_t(self.mean, self.scale, df=self.degrees_of_freedom)
 
 
 def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentProposal:

@@ -101,6 +101,20 @@ def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> F
     )
 
 
+def finished_experiment(study: Study, experiment: str) -> FinishedStudy | FinishedPopulation:
+    """Return what an experiment leaves for subjects outside its pool, on the cohort or over a population."""
+    results = Path(study.config.results)
+    if experiment in study.config.population_experiments:
+        return finished_population(results, experiment)
+    return finished_study(results, experiment, study.subjects_of(experiment))
+
+
+def answering_stage(study: Study, experiment: str) -> str:
+    """Return the stage by which an experiment answers a subject outside its pool."""
+    over_population = experiment in study.config.population_experiments
+    return "new_subject_of_population" if over_population else "new_subject"
+
+
 def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "") -> None:
     """Refuse a study that has not been run as far as it takes.
 
@@ -170,37 +184,43 @@ def main(arguments: Sequence[str]) -> int:
         OSError: The study has not been run, or the answer cannot be written.
     """
     options = _parser().parse_args(arguments)
-    study = _study(options)
-    experiment = options.experiment or _experiment(study)
+    study = study_with(options)
+    experiment = options.experiment or first_answering(study)
     subject: str = options.subject
     named(study, {"experiment": experiment}, "experiment")
-    _check_subject(study, experiment, subject)
-    results = Path(study.config.results)
-    over_population = experiment in study.config.population_experiments
-    stage = "new_subject_of_population" if over_population else "new_subject"
+    check_new_subject(study, experiment, subject)
     # an experiment that cannot answer is named before anything is looked for under its name
-    plain = stage_settings(study, stage, experiment=experiment, subject=subject)
-    finished = (
-        finished_population(results, experiment)
-        if over_population
-        else finished_study(results, experiment, study.subjects_of(experiment))
-    )
+    plain = stage_settings(study, answering_stage(study, experiment), experiment=experiment, subject=subject)
+    finished = finished_experiment(study, experiment)
     check_finished(finished, snakemake_options(options.config, options.overlay))
-    folder = options.out or results / experiment / "new" / subject
-    _answer(study, subject, stage, plain, finished, folder)
+    folder = options.out or Path(study.config.results) / experiment / "new" / subject
+    answer_into(folder, study, subject, experiment, plain, finished)
     print(_text(study, experiment, subject, folder))
     return 0
 
 
-def _answer(
+def answer_into(
+    folder: Path,
     study: Study,
     subject: str,
-    stage: str,
+    experiment: str,
     plain: Mapping[str, Any],
     finished: FinishedStudy | FinishedPopulation,
-    folder: Path,
 ) -> None:
-    """Run the stage and put what it made into ``folder``, all of it or nothing."""
+    """Answer a subject outside the pool, and put what is made into ``folder``, all of it or nothing.
+
+    Args:
+        folder: Output.
+        study: The study.
+        subject: Who is answered.
+        experiment: By which experiment.
+        plain: Settings of its stage.
+        finished: What the experiment has left for it.
+
+    Raises:
+        ValueError: The recording cannot be used, or the network cannot answer for its context.
+    """
+    stage = answering_stage(study, experiment)
     # torch and matplotlib take seconds to import; what is refused above should not wait for them
     run = stage_function(stage)
     settings = get_type_hints(run)["settings"].from_plain(plain)
@@ -261,7 +281,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _study(options: argparse.Namespace) -> Study:
+def study_with(options: argparse.Namespace) -> Study:
+    """Return the study with the cohort of the command's options as that of its new subjects."""
     raw = read_merged(options.config, options.overlay)
     chosen: dict[str, object] = {"cohort": str(options.cohort)}
     if options.phases is not None:
@@ -269,7 +290,12 @@ def _study(options: argparse.Namespace) -> Study:
     return load_study(overlay(raw, {"new_subjects": chosen}), str(options.config))
 
 
-def _experiment(study: Study) -> str:
+def first_answering(study: Study) -> str:
+    """Return the first experiment that runs and answers subjects outside the study.
+
+    Raises:
+        ConfigError: There is none.
+    """
     running = [name for name in study.config.experiments_run if name in study.config.speed_experiments]
     running += study.config.populations_run
     if not running:
@@ -279,7 +305,12 @@ def _experiment(study: Study) -> str:
     return running[0]
 
 
-def _check_subject(study: Study, experiment: str, subject: str) -> None:
+def check_new_subject(study: Study, experiment: str, subject: str) -> None:
+    """Refuse a subject that the cohort does not have, or that the network was trained on.
+
+    Raises:
+        ConfigError: Says which.
+    """
     cohort = Path(str(study.config.new_subjects.cohort))
     if subject not in study.new_rows:
         raise ConfigError(f"subject = {subject!r}: {cohort} has {', '.join(study.new_rows)}")

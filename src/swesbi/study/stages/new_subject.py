@@ -285,14 +285,14 @@ def new_subject(
     check_context(settings.ingest.context.to_context(), trained, settings.margin_fraction)
     check_network(estimator, settings.train_flow)
     knowledge = Knowledge(
-        proposal=partial(_proposal, estimator, trained),
+        proposal=partial(network_proposal, estimator, trained),
         contexts=trained,
         null=partial(_null_of_cohort, misspecifications, settings.verdict.rule),
     )
     _answer(recording, protocol, noise, files, knowledge, settings, origin)
 
 
-def _proposal(estimator: Path, trained: Sequence[Context], recording: SpeedRecording) -> FlowProposal:
+def network_proposal(estimator: Path, trained: Sequence[Context], recording: SpeedRecording) -> FlowProposal:
     """Return the network's posterior; it is shown the nearest context that it knows, if it knows but some."""
     context = nearest_known(recording.context, trained) if trained else recording.context
     return flow_proposal(load_spline(estimator)[0], replace(recording, context=context))
@@ -339,7 +339,7 @@ def new_subject_of_population(
     check_declared(settings.ingest.context.to_context(), settings.population)
     check_network(estimator, settings.train_population)
     knowledge = Knowledge(
-        proposal=partial(_proposal, estimator, ()),
+        proposal=partial(network_proposal, estimator, ()),
         contexts=read_null(null).contexts,
         null=partial(_null_of_population, null),
     )

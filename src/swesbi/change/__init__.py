@@ -1,0 +1,1 @@
+"""Visits of one person, inferred together, and what has changed between them."""

@@ -1,0 +1,152 @@
+"""Answer two visits of one person outside the study, and say what has changed between them."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, get_type_hints
+
+from swesbi.config.pairs import VisitPair, visit_pair
+from swesbi.config.parts import named
+from swesbi.config.read import add_options, snakemake_options
+from swesbi.config.slices import stage_settings
+from swesbi.config.study import Study
+from swesbi.study.new_subject import (
+    OUTPUTS,
+    FinishedPopulation,
+    FinishedStudy,
+    answer_into,
+    answering_stage,
+    check_finished,
+    check_new_subject,
+    finished_experiment,
+    first_answering,
+    study_with,
+)
+from swesbi.study.registry import file_arguments, stage_code, stage_function
+from swesbi.study.stages.origin import Origin
+
+STAGE: Final = "person_change"
+CHANGE_OUTPUTS: Final = {
+    "joint": "change.h5",
+    "table": "change.csv",
+    "figure_pdf": "change.pdf",
+    "figure_png": "change.png",
+    "sheet": "sheet.pdf",
+}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Whose change, by which experiment, with what the study leaves for it."""
+
+    study: Study
+    experiment: str
+    pair: VisitPair
+    finished: FinishedStudy | FinishedPopulation
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run `change`; return 0 after printing the ratios.
+
+    Raises:
+        ConfigError: The configuration or the cohort is wrong, or has no such person or visit, or but one.
+        ValueError: A recording cannot be used, or the network cannot answer for its context.
+        OSError: The study has not been run, or the answer cannot be written.
+    """
+    options = _parser().parse_args(arguments)
+    study = study_with(options)
+    experiment = options.experiment or first_answering(study)
+    named(study, {"experiment": experiment}, "experiment")
+    pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
+    for subject in pair.subjects:
+        check_new_subject(study, experiment, subject)
+    visits = {"from_visit": pair.visits[0], "to_visit": pair.visits[1]}
+    plain = stage_settings(study, STAGE, experiment=experiment, person=pair.person, **visits)
+    finished = finished_experiment(study, experiment)
+    check_finished(finished, snakemake_options(options.config, options.overlay))
+    folder = options.out or Path(study.config.results) / experiment / "change" / pair.person
+    _answer(folder, Asked(study, experiment, pair, finished), plain)
+    print(_text(folder))
+    return 0
+
+
+def _answer(folder: Path, asked: Asked, plain: Mapping[str, Any]) -> None:
+    """Answer both visits, then the pair, and put all of it into ``folder``, or nothing."""
+    existing = next(path for path in folder.absolute().parents if path.is_dir())
+    with tempfile.TemporaryDirectory(prefix=f".{asked.pair.person}-", dir=existing) as made:
+        visits = [
+            _visit(Path(made), asked, visit, subject)
+            for visit, subject in zip(asked.pair.visits, asked.pair.subjects, strict=True)
+        ]
+        _compare(Path(made), asked, visits, plain)
+        for path in sorted(file for file in Path(made).rglob("*") if file.is_file()):
+            kept = folder / path.relative_to(made)
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(kept)
+
+
+def _visit(made: Path, asked: Asked, visit: str, subject: str) -> Path:
+    """Answer one visit as `new-subject` does, and return its folder.
+
+    Raises:
+        ValueError: It is refused; says which visit.
+    """
+    folder, stage = made / subject, answering_stage(asked.study, asked.experiment)
+    plain = stage_settings(asked.study, stage, experiment=asked.experiment, subject=subject)
+    try:
+        answer_into(folder, asked.study, subject, asked.experiment, plain, asked.finished)
+    except ValueError as error:
+        raise ValueError(
+            f"visit {visit!r} of {asked.pair.person!r} (recording {subject}): {error}; no change is told"
+        ) from error
+    return folder
+
+
+def _compare(made: Path, asked: Asked, visits: Sequence[Path], plain: Mapping[str, Any]) -> None:
+    run = stage_function(STAGE)
+    answers = {
+        "observations": [folder / OUTPUTS["observation"] for folder in visits],
+        "posteriors": [folder / OUTPUTS["posterior"] for folder in visits],
+        "supports": [folder / OUTPUTS["support"] for folder in visits],
+        "protocol": asked.study.new_protocol,
+        "pooled_observations": (),
+    }
+    outputs = {name: made / file for name, file in CHANGE_OUTPUTS.items()}
+    run(
+        **file_arguments(run, answers | vars(asked.finished) | outputs),
+        settings=get_type_hints(run)["settings"].from_plain(plain),
+        origin=Origin(asked.study.config.seed, asked.pair.person, stage_code(STAGE)),
+    )
+
+
+def _text(folder: Path) -> str:
+    from swesbi.change.stored import read_change
+    from swesbi.change.words import change_lines
+
+    lines = change_lines(read_change(folder / CHANGE_OUTPUTS["joint"]))
+    return "\n".join([*lines, f"written to {folder}: {', '.join(CHANGE_OUTPUTS.values())}, a folder a visit"])
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m swesbi change",
+        description="Say what has changed between two visits of one person who is not in the study's cohort: "
+        "ratios of parameters with intervals, from the exact posterior of both recordings, which share what "
+        "a person keeps. Rows of subjects.csv of one `person` are the visits. Each is answered as "
+        "`new-subject` does; the configuration is that of the study.",
+    )
+    parser.add_argument("--cohort", type=Path, required=True, help="folder with the person's recordings")
+    parser.add_argument("--person", required=True, help="which of its persons")
+    parser.add_argument("--from", dest="from_visit", metavar="VISIT", help="default: the first")
+    parser.add_argument("--to", dest="to_visit", metavar="VISIT", help="default: the last")
+    parser.add_argument("--phases", type=int, help="gated phases of the recordings; default: as configured")
+    parser.add_argument(
+        "--experiment", help="default: the first of kind speeds that runs; or one over a population"
+    )
+    parser.add_argument("--out", type=Path, help="folder; default: <results>/<experiment>/change/<person>")
+    add_options(parser)
+    return parser

@@ -1,0 +1,194 @@
+"""Two visits of one person, each answered already: what has changed between them."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from swesbi.arrays import FloatArray
+from swesbi.artefacts import save, to_groups
+from swesbi.base import Settings
+from swesbi.change.joint import OwnPosterior, infer_change
+from swesbi.change.settings import ChangeSettings
+from swesbi.change.stored import KIND, StoredChange, Visits, change_table, stored_change
+from swesbi.change.visits import VisitsModel, visits_model
+from swesbi.context import Context
+from swesbi.draws import median_and_interval
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.speeds import measured_speeds
+from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
+from swesbi.recording.noise import read_noise
+from swesbi.recording.observation import Observation, read_observation
+from swesbi.recording.protocol import read_repeats
+from swesbi.recording.speed import youngs_modulus_kpa
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.change import ShownVisit, draw_change, draw_change_sheet
+from swesbi.show.figures.style import save_figure
+from swesbi.study.stages.new_subject import known_noise, network_proposal
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.answers import status
+from swesbi.verdict.support import Support, read_support
+
+LOGGER = logging.getLogger("swesbi")
+SHOWN_DRAWS: Final = 500
+SHOWN_PHASES: Final = 100
+
+
+class PersonChangeStageSettings(Settings):
+    """What the change of a person depends on beside the answers to both visits."""
+
+    model: SpeedModelSettings
+    changes: ChangeSettings
+    person: str
+    visits: tuple[str, str]
+    cohort_title: str
+
+
+def person_change(
+    *,
+    observations: Sequence[Path],
+    posteriors: Sequence[Path],
+    supports: Sequence[Path],
+    protocol: Path,
+    estimator: Path,
+    noise: Path,
+    pooled_observations: Sequence[Path],
+    joint: Path,
+    table: Path,
+    figure_pdf: Path,
+    figure_png: Path,
+    sheet: Path,
+    settings: PersonChangeStageSettings,
+    origin: Origin,
+) -> None:
+    """Infer two visits of one person together, and say what has changed between them.
+
+    Args:
+        observations: Observed curves of both visits, the earlier first.
+        posteriors: Their exact posteriors.
+        supports: Their verdicts.
+        protocol: ``recording.yaml`` of their cohort.
+        estimator: The network that answered both.
+        noise: Noise from which standard errors are told.
+        pooled_observations: Observed curves of the cohort that the network was trained on; none where that
+            was a population.
+        joint: Output, ``change.h5``.
+        table: Output, a row a quantity.
+        figure_pdf: Output.
+        figure_png: Output.
+        sheet: Output, one page of the person.
+
+    Raises:
+        ValueError: The visits have different protocols.
+        NoLikelihoodError: No draw of both visits has a likelihood.
+        ArtefactError: A file is no such artefact.
+    """
+    observed = [read_observation(path) for path in observations]
+    check_protocols(observed, settings.visits)
+    known = known_noise(read_repeats(protocol), read_noise(noise).components)
+    models = [speed_model(measured_speeds(each, known), settings.model) for each in observed]
+    contexts = [read_observation(path).context for path in pooled_observations]
+    own = [
+        _own(read_exact_posterior(path), model, estimator, contexts)
+        for path, model in zip(posteriors, models, strict=True)
+    ]
+    both = _both(models, observed, settings)
+    names = (settings.person, *(each.subject for each in observed))
+    found = infer_change(both, own, settings.changes, origin.seed, *names)
+    judged = [read_support(path) for path in supports]
+    visits = Visits(
+        settings.person, settings.visits, _two([each.subject for each in observed]), _two(map(status, judged))
+    )
+    stored = stored_change(found, visits, settings.model.prior.names, settings.changes)
+    save(joint, to_groups(stored), origin.provenance(KIND, settings))
+    write_csv(table, change_table(stored))
+    shown = [
+        _shown(*each, stored.interval_mass) for each in zip(models, observed, found.phi, judged, strict=True)
+    ]
+    save_figure(draw_change(stored, shown, settings.cohort_title), figure_pdf, figure_png)
+    save_figure(draw_change_sheet(stored, shown, settings.cohort_title), sheet)
+    _report(stored, found.efficiency)
+
+
+def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> None:
+    """Refuse visits that were gated at different numbers of phases.
+
+    Raises:
+        ValueError: Says how many each has.
+    """
+    phases = [len(each.phase) for each in observed]
+    if len(set(phases)) > 1:
+        had = ", ".join(f"{visit!r} {number}" for visit, number in zip(visits, phases, strict=True))
+        raise ValueError(
+            f"gated phases by visit: {had}; visits are compared phase by phase, so both need the same "
+            "protocol"
+        )
+
+
+def _own(
+    exact: ExactPosterior, model: SpeedModel, estimator: Path, contexts: Sequence[Context]
+) -> OwnPosterior:
+    by_weights = exact.sampler == "importance"
+    effective = exact.efficiency * len(exact.weighted.phi) if by_weights else exact.effective_draws.min()
+    space = network_proposal(estimator, contexts, model.recording)
+    return OwnPosterior(exact.phi, float(min(effective, len(exact.phi))), exact.log_evidence, space)
+
+
+def _both(
+    models: Sequence[SpeedModel], observed: Sequence[Observation], settings: PersonChangeStageSettings
+) -> VisitsModel:
+    shares = settings.changes.shares
+    return visits_model(
+        models,
+        [each.phase_index[each.measured] for each in observed],
+        shares.of(settings.model.prior.names),
+        shares.discrepancy,
+    )
+
+
+def _two(names: Iterable[str]) -> tuple[str, str]:
+    first, second = names
+    return first, second
+
+
+def _shown(
+    model: SpeedModel, observed: Observation, phi: FloatArray, support: Support, mass: float
+) -> ShownVisit:
+    """Return a visit with the band of its curve under the joint posterior, at even phases."""
+    phase = (np.arange(SHOWN_PHASES) + 0.5) / SHOWN_PHASES
+    densely = replace(model, recording=replace(model.recording, phase=phase))
+    speed = densely.predict(phi[:SHOWN_DRAWS]).speed_m_s
+    known = speed[np.isfinite(speed).all(axis=1)]
+    kpa = youngs_modulus_kpa(known, model.settings.density_kg_m3)
+    low, median, high = median_and_interval(kpa, mass)
+    return ShownVisit(observed, support, phase, low, median, high)
+
+
+def _report(stored: StoredChange, efficiency: Sequence[float]) -> None:
+    rounds = ", ".join(f"{share:.1%}" for share in efficiency)
+    LOGGER.info("efficiency of the first proposal for both visits and of each after it: %s", rounds)
+    LOGGER.info(
+        "%s, %s to %s: draws by %s; k-hat %.2f, efficiency %.1f %%",
+        stored.person, *stored.visit, stored.sampler, stored.k_hat, 100.0 * stored.efficiency,
+    )  # fmt: skip
+    if stored.reasons:
+        LOGGER.log(logging.INFO if stored.converged else logging.WARNING, "  %s", stored.reasons)
+
+
+class ChangesTableStageSettings(Settings):
+    """The table depends on its rows alone."""
+
+
+def changes_table(
+    *, tables: Sequence[Path], table: Path, settings: ChangesTableStageSettings, origin: Origin
+) -> None:
+    """Join the tables of all persons' changes; the experiment is told by where each lies."""
+    parts = [pd.read_csv(path).assign(experiment=path.parents[2].name) for path in tables]
+    whole = pd.concat(parts, ignore_index=True)
+    write_csv(table, whole[["experiment", *whole.columns.drop("experiment")]])

@@ -1,0 +1,73 @@
+"""What has changed between the first and the last visit of each person of `new_subjects.cohort`; not part of the study."""
+
+
+rule person_change:
+    """Two visits of a person outside the pool, answered by the network of the cohort, inferred together."""
+    input:
+        observations=of_visits("observation.h5"),
+        posteriors=of_visits("posterior.h5"),
+        supports=of_visits("support.json"),
+        protocol=str(STUDY.new_protocol),
+        estimator=rules.train_flow.output.estimator,
+        noise=rules.noise.output.noise,
+        pooled_observations=of_experiment("cohort/{subject}/observation.h5"),
+    output:
+        joint=f"{OF_PERSON}/change.h5",
+        table=f"{OF_PERSON}/change.csv",
+        figure_pdf=f"{OF_PERSON}/change.pdf",
+        figure_png=f"{OF_PERSON}/change.png",
+        sheet=f"{OF_PERSON}/sheet.pdf",
+    log:
+        f"{RESULTS}/logs/person_change/{{experiment}}/{{person}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/person_change/{{experiment}}/{{person}}.tsv"
+    wildcard_constraints:
+        experiment=SPEEDS,
+        person=PERSONS,
+    params:
+        stage=stage_of_person,
+    message:
+        "What has changed in {wildcards.person}, by '{wildcards.experiment}'"
+    script:
+        "../scripts/stage.py"
+
+
+use rule person_change as person_change_of_population with:
+    input:
+        observations=of_visits("observation.h5"),
+        posteriors=of_visits("posterior.h5"),
+        supports=of_visits("support.json"),
+        protocol=str(STUDY.new_protocol),
+        estimator=rules.train_population.output.estimator,
+        noise=rules.noise.output.noise,
+        pooled_observations=[],
+    log:
+        f"{RESULTS}/logs/person_change_of_population/{{experiment}}/{{person}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/person_change_of_population/{{experiment}}/{{person}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+        person=PERSONS,
+
+
+rule changes_table:
+    input:
+        tables=tables_of_persons,
+    output:
+        table=f"{RESULTS}/tables/changes.csv",
+    log:
+        f"{RESULTS}/logs/changes_table.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/changes_table.tsv"
+    params:
+        stage=stage("changes_table"),
+    message:
+        "Table of what has changed in every person who came twice"
+    script:
+        "../scripts/stage.py"
+
+
+rule changes:
+    """Every person of `new_subjects.cohort` who came twice, first visit to last."""
+    input:
+        rules.changes_table.output.table,
