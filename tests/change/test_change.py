@@ -41,15 +41,23 @@ def test_ratios_of_normal_draws_are_as_they_should_be() -> None:
 
 @pytest.mark.parametrize("sd", [0.03, 0.1, 0.3])
 def test_the_smallest_detectable_change_is_found_with_the_power_of_the_rule(sd: float) -> None:
-    change = np.log1p(smallest_detectable(sd, RULE))
+    change = np.log1p(float(smallest_detectable(np.array(sd), RULE)))
     middle = change + sd * np.random.default_rng(2).standard_normal(100_000)
-    beyond = np.log1p(RULE.threshold)
-    called = ndtr((middle - beyond) / sd) + ndtr((-middle - beyond) / sd) > RULE.probability
+    called = ndtr((middle - np.log1p(RULE.threshold)) / sd) > RULE.probability
     assert called.mean() == pytest.approx(RULE.power, abs=0.01)
 
 
-def test_a_posterior_that_calls_all_a_change_detects_none() -> None:
-    assert smallest_detectable(5.0, RULE) == float("inf")
+@pytest.mark.parametrize("sd", [0.05, 0.3, 2.0])
+def test_where_nothing_changed_hardly_anything_is_called_a_change_however_wide_the_posterior(
+    sd: float,
+) -> None:
+    rng = np.random.default_rng(3)
+    joint = sd * (rng.standard_normal((1, 400)) + rng.standard_normal((2_000, 400)))
+    ratios = summarise_ratios(joint, joint, 0.9, RULE)
+    called = (ratios.one_way > RULE.probability).mean()
+    assert called <= 2 * (1 - RULE.probability) + 0.03
+    if sd > 1.0:  # beyond the threshold on either side, which both together would call a change
+        assert (ratios.changed > RULE.probability).mean() > 0.3
 
 
 def test_draws_without_a_beat_are_left_out() -> None:

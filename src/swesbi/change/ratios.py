@@ -1,12 +1,11 @@
 """What has changed between two visits: ratios of the later to the earlier, and what a protocol can detect.
 
-A quantity has changed where the posterior probability of |log ratio| > log(1 + t) is above P, t and P being
-settings. Where the posterior of the log ratio is normal, N(m, s^2), that is where |m| exceeds the m* of
-
-    Phi((m* - log(1 + t)) / s) + Phi((-m* - log(1 + t)) / s) = P.
-
-Recordings repeated at a true log ratio D scatter m about it by s at most, so that a change is called with
-probability B or more from D = m* + z_B s on: exp(D) - 1 is the smallest detectable change.
+A quantity has changed where the posterior probability of log ratio > log(1 + t), or that of log ratio <
+-log(1 + t), is above P, t and P being settings. Both directions together do not count: a posterior that is
+wide enough lies beyond the threshold on either side, and tells no change. Where the posterior of the log
+ratio is normal, N(m, s^2), the rule is |m| > log(1 + t) + z_P s. Recordings repeated at a true log ratio D
+scatter m about it by s at most, so that a change is called with probability B or more from
+D = log(1 + t) + (z_P + z_B) s on: exp(D) - 1 is the smallest detectable change.
 """
 
 from __future__ import annotations
@@ -16,8 +15,7 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtri
 
 from swesbi.arrays import FloatArray
 from swesbi.artefacts import Variable
@@ -46,8 +44,7 @@ class Ratios:
         risen: Probability of a rise beyond the threshold.
         fallen: Probability of a fall beyond the threshold: a ratio below 1 / (1 + t).
         sd_log: Posterior standard deviation of the log ratio.
-        detectable: Smallest change that the protocol can detect, as a fraction; infinite where the interval
-            is so wide that none can be told.
+        detectable: Smallest change that the protocol can detect, as a fraction.
         narrowing: By how much the interval of the log ratio is narrower than by two independent posteriors,
             as a fraction.
     """
@@ -101,6 +98,11 @@ class Ratios:
         """Probability of a change beyond the threshold, up or down; shape (4,)."""
         return self.risen + self.fallen
 
+    @property
+    def one_way(self) -> FloatArray:
+        """Probability of a change beyond the threshold in its likelier direction; shape (4,)."""
+        return np.maximum(self.risen, self.fallen)
+
 
 def quantities_of(model: SpeedModel, phi: FloatArray) -> FloatArray:
     """Return what ``QUANTITIES`` names of phi (n, d), by simulation; NaN where there is no beat; (n, 4)."""
@@ -143,7 +145,7 @@ def summarise_ratios(
         risen=(joint > beyond).mean(axis=0),
         fallen=(joint < -beyond).mean(axis=0),
         sd_log=sd,
-        detectable=np.array([smallest_detectable(each, rule) for each in sd]),
+        detectable=smallest_detectable(sd, rule),
         narrowing=1.0 - (high - low) / _width(independent, mass),
     )
 
@@ -153,18 +155,12 @@ def _width(draws: FloatArray, mass: float) -> FloatArray:
     return np.asarray(high - low)
 
 
-def smallest_detectable(sd: float, rule: ChangeRuleSettings) -> float:
+def smallest_detectable(sd: FloatArray, rule: ChangeRuleSettings) -> FloatArray:
     """Return the smallest change, as a fraction, that is called one with the rule's power.
 
-    Infinite where a posterior of this standard deviation calls everything a change, so that nothing is told.
+    Args:
+        sd: Posterior standard deviations of log ratios; any shape.
+        rule: Its threshold, probability and power.
     """
-    beyond = np.log1p(rule.threshold)
-
-    def excess(middle: float) -> float:
-        two_sided = ndtr((middle - beyond) / sd) + ndtr((-middle - beyond) / sd)
-        return float(two_sided - rule.probability)
-
-    if excess(0.0) >= 0.0:
-        return float("inf")
-    called = float(brentq(excess, 0.0, beyond + 10.0 * sd))
-    return float(np.expm1(called + ndtri(rule.power) * sd))
+    reach = ndtri(rule.probability) + ndtri(rule.power)
+    return np.asarray(np.expm1(np.log1p(rule.threshold) + reach * sd))

@@ -60,13 +60,15 @@ class StoredChange:
     log_evidence_se: Annotated[float, Variable("", "1", "its Monte Carlo standard error")]
     interval_mass: Annotated[float, Variable("", "1", "mass of the credible intervals")]
     threshold: Annotated[float, Variable("", "1", "change that counts, as a fraction")]
-    probability: Annotated[float, Variable("", "1", "probability above which a quantity has changed")]
+    probability: Annotated[
+        float, Variable("", "1", "probability in one direction above which a quantity has changed")
+    ]
 
     @property
     def changed(self) -> tuple[str, ...]:
         """Names of the quantities that have changed by more than the threshold, by the rule."""
         return tuple(
-            name for name, p in zip(self.quantity, self.ratios.changed, strict=True) if p > self.probability
+            name for name, p in zip(self.quantity, self.ratios.one_way, strict=True) if p > self.probability
         )
 
 
@@ -147,7 +149,7 @@ def change_table(change: StoredChange) -> pd.DataFrame:
             "probability_risen_beyond_threshold_1": ratios.risen,
             "probability_fallen_beyond_threshold_1": ratios.fallen,
             "probability_of_change_1": ratios.changed,
-            "changed": ratios.changed > change.probability,
+            "changed": ratios.one_way > change.probability,
             "threshold_1": change.threshold,
             "smallest_detectable_change_1": ratios.detectable,
             "narrower_than_independent_1": ratios.narrowing,

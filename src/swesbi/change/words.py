@@ -48,7 +48,9 @@ def pair_line(change: StoredChange) -> str:
 
 def changed_line(change: StoredChange) -> str:
     """Return what has changed, by the rule."""
-    rule = f"by more than {change.threshold:.0%} with probability above {change.probability:g}"
+    rule = (
+        f"by more than {change.threshold:.0%} in one direction with probability above {change.probability:g}"
+    )
     if not change.changed:
         return f"nothing has changed {rule}"
     return f"changed {rule}: {', '.join(OF_QUANTITY[name] for name in change.changed)}"
@@ -68,7 +70,7 @@ def ratio_rows(change: StoredChange) -> list[tuple[str, ...]]:
             f"{ratios.low[j]:.2f} to {ratios.high[j]:.2f}",
             f"{ratios.rise[j]:.3f}",
             f"{ratios.changed[j]:.3f}",
-            f"{ratios.detectable[j]:.0%}" if ratios.detectable[j] < float("inf") else "none",
+            f"{ratios.detectable[j]:.0%}",
             f"{ratios.narrowing[j]:.0%}",
         )
         for j, name in enumerate(change.quantity)
