@@ -80,8 +80,8 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
         ),
         pytest.param(
             "src/swesbi/study/stages/predictive.py",
-            'for stream in ("observed curves", "predictive")',
-            'for stream in ("observed curves", "another")',
+            "noise_streams(origin.seed, origin.subject, name)",
+            "noise_streams(origin.seed + 1, origin.subject, name)",
             PREDICTIVE,
             id="stage code",
         ),
