@@ -47,7 +47,9 @@ class ChangeRuleSettings(Settings):
     """When a quantity has changed, and when two recordings are not of one person."""
 
     threshold: float = Field(gt=0.0, lt=1.0, description="of a ratio: smaller changes do not count")
-    probability: Level = Field(description="of a change beyond the threshold, above which it is one")
+    probability: Level = Field(
+        description="of a change beyond the threshold in one direction, above which it is one"
+    )
     power: Level = Field(description="with which the smallest detectable change is found")
     one_person_level: float = Field(
         gt=0.0, lt=0.5, description="of the test that both recordings are of one person: its false alarms"

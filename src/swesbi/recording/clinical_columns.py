@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,8 +10,7 @@ from typing import Final
 import numpy as np
 
 from swesbi.arrays import BoolArray, FloatArray
-from swesbi.recording.clinical import CLINICAL, CLINICAL_NAMES, ClinicalRow, ClinicalVariable
-from swesbi.recording.problems import Problem
+from swesbi.recording.clinical import CLINICAL, ClinicalRow, ClinicalVariable
 from swesbi.recording.table import MISSING, TextTable
 
 SIMILAR: Final = 0.85
@@ -91,23 +89,12 @@ def _wrong_ejection(table: TextTable, ejection: _Column, hr_bpm: FloatArray) -> 
 
 
 def _check_names(table: TextTable) -> None:
-    """Refuse a column that nobody reads and that looks like one of these, which is not there."""
-    absent = [each for each in CLINICAL if each.name not in table.cells]
-    for name in table.ignored:
-        for variable in absent:
-            if _resembles(name, variable):
-                reason = f"is not read, and looks like {variable.name}"
-                remedy = f"call it {variable.name}, in {variable.unit}, or by a name that is less like it"
-                table.problems.append(Problem(table.source, reason, remedy, column=name))
-                break
+    remedies = {each.name: f"call it {each.name}, in {each.unit}" for each in CLINICAL}
+    table.refuse_lookalikes(remedies, _resembles, SIMILAR)
 
 
-def _resembles(name: str, variable: ClinicalVariable) -> bool:
-    """Tell whether a name is the variable's in capitals, with another unit or none, or misspelt."""
-    lowered = name.strip().lower()
+def _resembles(lowered: str, name: str) -> bool:
+    """Tell whether a name is the variable's in capitals, or with another unit or none."""
+    variable = next(each for each in CLINICAL if each.name == name)
     units = "|".join((variable.unit.lower(), variable.mistaken.lower(), "msec", "sec"))
-    if re.fullmatch(rf"{variable.short}[\W_]*({units})?[\W_]*", lowered):
-        return True
-    return lowered not in CLINICAL_NAMES and bool(
-        difflib.get_close_matches(lowered, [variable.name], cutoff=SIMILAR)
-    )
+    return re.fullmatch(rf"{variable.short}[\W_]*({units})?[\W_]*", lowered) is not None

@@ -7,7 +7,7 @@ import difflib
 import io
 import operator
 import stat
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -88,6 +88,26 @@ class TextTable:
         """Refuse rows that repeat the ``columns`` of an earlier one."""
         repeated = self.cells.duplicated(list(columns)).to_numpy()
         self.flag(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row", "keep one")
+
+    def refuse_lookalikes(
+        self, remedies: Mapping[str, str], resembles: Callable[[str, str], bool], similar: float
+    ) -> None:
+        """Refuse a column that nobody reads and that looks like one that is read and is not there.
+
+        Args:
+            remedies: By each column that is read: what to call it.
+            resembles: Whether a lower-case name is another spelling of that column.
+            similar: Least ratio of similarity of a misspelt name, as of ``difflib``.
+        """
+        absent = [name for name in remedies if name not in self.cells]
+        for ignored in self.ignored:
+            lowered = ignored.strip().lower()
+            misspelt = [] if lowered in remedies else difflib.get_close_matches(lowered, absent, 1, similar)
+            alike = next((name for name in absent if resembles(lowered, name)), next(iter(misspelt), None))
+            if alike is not None:
+                reason = f"is not read, and looks like {alike}"
+                remedy = f"{remedies[alike]}, or by a name that is less like it"
+                self.problems.append(Problem(self.source, reason, remedy, column=ignored))
 
     def spelled_once(self, column: str) -> None:
         """Refuse a text that differs from an earlier one in upper and lower case only."""

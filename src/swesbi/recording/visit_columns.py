@@ -6,7 +6,6 @@ ignore it.
 
 from __future__ import annotations
 
-import difflib
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -14,7 +13,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from swesbi.arrays import BoolArray, FloatArray
-from swesbi.recording.problems import Problem
 from swesbi.recording.table import MISSING, TextTable
 from swesbi.recording.visits import VISIT_NAMES, Visit
 
@@ -111,20 +109,9 @@ def _array(rows: pd.Series[bool]) -> BoolArray:
 
 
 def _check_names(table: TextTable) -> None:
-    """Refuse a column that nobody reads and that looks like one of these, which is not there."""
-    absent = [name for name in VISIT_NAMES if name not in table.cells]
-    for ignored in table.ignored:
-        for name in absent:
-            if _resembles(ignored, name):
-                reason = f"is not read, and looks like {name}"
-                remedy = f"call it {name}, or by a name that is less like it"
-                table.problems.append(Problem(table.source, reason, remedy, column=ignored))
-                break
+    table.refuse_lookalikes({name: f"call it {name}" for name in VISIT_NAMES}, _resembles, SIMILAR)
 
 
-def _resembles(column: str, name: str) -> bool:
-    """Tell whether a name is this one in capitals, in the plural, with a word such as id, or misspelt."""
-    lowered = column.strip().lower()
-    if re.fullmatch(rf"{name}[\W_]*({ENDINGS})?[\W_]*", lowered):
-        return True
-    return lowered not in VISIT_NAMES and bool(difflib.get_close_matches(lowered, [name], cutoff=SIMILAR))
+def _resembles(lowered: str, name: str) -> bool:
+    """Tell whether a name is this one in capitals, in the plural, or with a word such as id."""
+    return re.fullmatch(rf"{name}[\W_]*({ENDINGS})?[\W_]*", lowered) is not None

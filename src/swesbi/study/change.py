@@ -11,13 +11,14 @@ from typing import Any, Final, get_type_hints
 
 from swesbi.config.pairs import VisitPair, visit_pair
 from swesbi.config.parts import named
-from swesbi.config.read import add_options, snakemake_options
+from swesbi.config.read import snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
 from swesbi.study.new_subject import (
     OUTPUTS,
     FinishedPopulation,
     FinishedStudy,
+    add_answering,
     answer_into,
     answering_stage,
     check_finished,
@@ -143,10 +144,5 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--person", required=True, help="which of its persons")
     parser.add_argument("--from", dest="from_visit", metavar="VISIT", help="default: the first")
     parser.add_argument("--to", dest="to_visit", metavar="VISIT", help="default: the last")
-    parser.add_argument("--phases", type=int, help="gated phases of the recordings; default: as configured")
-    parser.add_argument(
-        "--experiment", help="default: the first of kind speeds that runs; or one over a population"
-    )
-    parser.add_argument("--out", type=Path, help="folder; default: <results>/<experiment>/change/<person>")
-    add_options(parser)
+    add_answering(parser, "<results>/<experiment>/change/<person>")
     return parser

@@ -272,13 +272,23 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--cohort", type=Path, required=True, help="folder with the subject's recording")
     parser.add_argument("--subject", required=True, help="which of its subjects")
-    parser.add_argument("--phases", type=int, help="gated phases of the recording; default: as configured")
+    add_answering(parser, "<results>/<experiment>/new/<subject>")
+    return parser
+
+
+def add_answering(parser: argparse.ArgumentParser, folder: str) -> None:
+    """Add the options of every command that answers recordings outside the study.
+
+    Args:
+        parser: Of the command.
+        folder: Where it puts its answer by default, for the help text.
+    """
+    parser.add_argument("--phases", type=int, help="gated phases of a recording; default: as configured")
     parser.add_argument(
         "--experiment", help="default: the first of kind speeds that runs; or one over a population"
     )
-    parser.add_argument("--out", type=Path, help="folder; default: <results>/<experiment>/new/<subject>")
+    parser.add_argument("--out", type=Path, help=f"folder; default: {folder}")
     add_options(parser)
-    return parser
 
 
 def study_with(options: argparse.Namespace) -> Study:

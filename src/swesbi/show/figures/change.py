@@ -170,7 +170,8 @@ def _conditions(change: StoredChange) -> list[str]:
         shares_line(change),
         "Ratios hold if the heart is one that the model can be: parameters of another structure change by "
         f"other factors. P(> {change.threshold:.0%}) is the posterior probability of a change beyond that, "
-        "up or down; detectable is the smallest change that recordings like these call one with the power "
+        "up or down, of which one direction alone must be likely; detectable is the smallest change that "
+        "recordings like these call one with the power "
         "that is configured; narrower by compares the interval with that of two independent posteriors.",
     ]
 

@@ -23,7 +23,13 @@ from swesbi.show.page.exam import ExamSection, make_exam_section, sat_exam, smal
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.show.page.page import Cohort, PageProvenance, as_yaml, make_page, render, study_figures
-from swesbi.show.page.sections import Section, make_population_section, make_section, section_figures
+from swesbi.show.page.sections import (
+    PopulationSection,
+    Section,
+    make_population_section,
+    make_section,
+    section_figures,
+)
 from swesbi.show.results import Experiment, Recovery, Results
 from swesbi.show.tables.cohort_posterior import CohortSection, cohort_sections
 from swesbi.show.tables.exact import Exact
@@ -212,17 +218,8 @@ def report(
     exact = read_exact(results.experiments, exact_posteriors, checks, noise, truth_csv)
     cohorts = cohort_sections(cohort_posteriors, title)
     sections = _sections(exact, exact_pngs, report, title, cohorts)
-    populations = [
-        make_population_section(
-            each,
-            section_figures(PagePart.POPULATION, population_pngs, each.name, report, title),
-            title,
-            cohorts.get(each.name),
-        )
-        for each in read_populations(
-            settings.populations, population_cohorts, population_strata, pressures_csv
-        )
-    ]
+    read = read_populations(settings.populations, population_cohorts, population_strata, pressures_csv)
+    populations = [_population(each, population_pngs, report, title, cohorts) for each in read]
     origins = _provenance(settings, origin, artefacts, relative(configuration, report))
     files_shown = file_groups(artefacts, report)
     cohort = _cohort(recording, title)
@@ -230,6 +227,13 @@ def report(
     page = make_page(results, cohort, figures, sections, populations, exam, files_shown, origins)
     _write(configuration, origins.configuration)
     _write(report, render(page))
+
+
+def _population(
+    each: OverPopulation, pngs: Sequence[Path], report: Path, title: str, cohorts: Mapping[str, CohortSection]
+) -> PopulationSection:
+    figures = section_figures(PagePart.POPULATION, pngs, each.name, report, title)
+    return make_population_section(each, figures, title, cohorts.get(each.name))
 
 
 def _sections(
