@@ -19,6 +19,7 @@ LAYERS = (
     "syntax",
     "definitions",
     "code_hash",
+    "translation",
     "draws",
     "parameters",
     "artefacts",
@@ -40,6 +41,7 @@ LAYERS = (
     "config",
     "virtual_trial",
     "show",
+    "explorer",
     "study",
     "__main__",
 )

@@ -1,0 +1,69 @@
+"""The physics of the page: heart, measurement, likelihood and weights, translated from this package."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from swesbi import syntax
+from swesbi.heart.model import options_of
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.translation.program import Loop, Program
+from swesbi.translation.values import literal
+
+KERNEL_RANKS: Final = {"x": 2, "own": 2, "drives": 2, "record": 3, "activation": 2, "rows": 2}
+ACTIVATION_RANKS: Final = {"curves": 2, "onset_s": 1, "duration_s": 1, "ramp_s": 1}
+EQUATIONS: Final[syntax.Chain] = ("swesbi.heart.kernel", "beat_kernel")
+ACTIVATIONS: Final[syntax.Chain] = ("swesbi.heart.activation", "_activation_kernel")
+OWN: Final[Mapping[syntax.Chain, str]] = {
+    ("swesbi.seeds", "generator"): "seeds.generator",
+    ("swesbi.seeds", "integer_seed"): "seeds.integer_seed",
+}
+"""What JavaScript has of its own: streams of random numbers."""
+LANES: Final = 1
+"""A browser runs one simulation after another; results do not depend on how many run side by side."""
+ROOTS: Final = (
+    ("swesbi.heart.simulate", "simulate"),
+    ("swesbi.heart.simulate", "simulate_active"),
+    ("swesbi.measurement.likelihood", "speed_model"),
+    ("swesbi.measurement.likelihood", "log_likelihood"),
+    ("swesbi.measurement.speeds", "SpeedRecording"),
+    ("swesbi.context", "Context"),
+    ("swesbi.posterior.importance", "smooth"),
+    ("swesbi.posterior.importance", "k_hat_limit"),
+)
+"""What the page calls by name."""
+KNOWN_CLASSES: Final = (
+    "swesbi.heart.periodic.Extrapolation",
+    "swesbi.heart.periodic.Lanes",
+    "swesbi.heart.physiology.Physiology",
+    "swesbi.measurement.speeds.WallPhases",
+    "swesbi.measurement.speeds.MeasuredBy",
+    "swesbi.measurement.likelihood.SpeedModelSettings",
+    "swesbi.measurement.likelihood.SpeedModel",
+    "swesbi.prior.JointPriorSettings",
+    "swesbi.prior.NuisanceSettings",
+)
+
+
+def physics(settings: SpeedModelSettings, roots: tuple[syntax.Chain, ...] = ROOTS) -> str:
+    """Return the physics of a study as JavaScript; ``settings`` is what it is called with.
+
+    Raises:
+        UntranslatableError: Code that it leads to is not known to the translator; with file and line.
+    """
+    options = options_of(settings.forward_model)
+    program = Program(
+        loops={
+            EQUATIONS: Loop(EQUATIONS, ((options, False), (options, True)), KERNEL_RANKS),
+            ACTIVATIONS: Loop(ACTIVATIONS, ((),), ACTIVATION_RANKS),
+        },
+        given={("swesbi.heart.kernel", "LANES"): LANES, ("swesbi.heart.compiled", "source_key"): 0},
+        own=OWN,
+    )
+    program.know(*KNOWN_CLASSES)
+    names = [program.reference(root) for root in roots]
+    value = literal(settings, program.of_value)
+    return (
+        f"{program.text()}\nconst settings = {value};\nconst physics = {{ settings, {', '.join(names)} }};\n"
+    )
