@@ -287,6 +287,7 @@ def test_a_file_that_is_no_mapping_is_refused(tmp_path: Path, content: str) -> N
 
 SHOWING = {"report", "paper_comparison"}  # they print the configuration
 OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
+    "explorer",
     "train_flow",
     "exact_posterior",
     "predictive_speeds",

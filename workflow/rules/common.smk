@@ -377,6 +377,7 @@ def cohort_outputs():
     """Return figures and tables of the experiments on the cohort, and the page."""
     return [
         f"{RESULTS}/report.html",
+        *explorer_page(),
         *expand(
             f"{RESULTS}/figures/{{figure}}.{{image}}",
             figure=names_of("cohort"),
@@ -423,12 +424,18 @@ def cohort_outputs():
     ]
 
 
+def explorer_page():
+    """Return the page on which the model is moved by hand: of the first experiment on speeds, if there is one."""
+    return [f"{RESULTS}/explorer.html"] if SPEED_EXPERIMENTS else []
+
+
 def linked_artefacts():
     """Return the results that the landing page leads to, in the order in which it lists them."""
     shown = [path for path in study_outputs() if path != f"{RESULTS}/report.html"]
     of_each = ["pool.h5", "estimator.pt", "training.csv"]
     of_subject = ["support.json", "posterior.h5", "predictive.h5"]
     return [
+        *explorer_page(),
         *(path for path in shown if path.startswith(f"{RESULTS}/tables/")),
         *(path for path in shown if path.startswith(f"{RESULTS}/figures/")),
         *expand(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.resources
 import re
 from functools import cache
+from pathlib import Path
 from typing import Final
 
 
@@ -66,7 +66,10 @@ METHODS: Final = {
     )
 } | {"join": "joined", "replace": "replaceAll", "fromkeys": "fromkeys"}
 """Methods of arrays, texts and collections, whatever they are called on."""
-RUNTIME: Final = ("arrays", "python", "numpy", "linear", "scipy", "random")
+RUNTIME: Final = (
+    "runtime/arrays.js", "runtime/python.js", "runtime/numpy.js", "runtime/linear.js", "runtime/scipy.js",
+    "runtime/random.js",
+)  # fmt: skip
 WORDS: Final = _listed(
     """await break case catch class const continue debugger default delete do else enum export extends
     false finally for function if implements import in instanceof interface let new null package private
@@ -77,8 +80,8 @@ WORDS: Final = _listed(
 
 def runtime() -> str:
     """Return what stands for Python and its libraries, as JavaScript."""
-    folder = importlib.resources.files("swesbi.translation").joinpath("runtime")
-    return "\n".join(folder.joinpath(f"{name}.js").read_text(encoding="utf-8") for name in RUNTIME)
+    folder = Path(__file__).parent
+    return "\n".join((folder / name).read_text(encoding="utf-8") for name in RUNTIME)
 
 
 @cache

@@ -1,0 +1,121 @@
+"""What the page is given beside the physics: parameters with their priors, subjects, recordings and draws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from swesbi.arrays import FloatArray
+from swesbi.context import CONTEXT
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.measurement.speeds import measured_speeds
+from swesbi.parameters import NUISANCES, PHI, PHI_NAMES
+from swesbi.posterior.result import ExactResult
+from swesbi.prior import sample
+from swesbi.recording.observation import Observation
+from swesbi.recording.speed import NoiseComponents
+from swesbi.seeds import generator
+from swesbi.verdict.support import Support
+
+DRAWS: Final = 100
+"""Of the prior, and of each posterior: curves that a browser computes in a fraction of a second."""
+DIGITS: Final = 6
+"""Of a draw: its curve so differs by less than the width of a line."""
+
+
+@dataclass(frozen=True)
+class ExploredSubject:
+    """One subject of the study: its recording, its exact posterior, and the verdict on it."""
+
+    observation: Observation
+    posterior: ExactResult
+    support: Support
+
+
+def page_data(
+    subjects: Sequence[ExploredSubject], noise: NoiseComponents, model: SpeedModelSettings, seed: int
+) -> dict[str, Any]:
+    """Return the data of the page, plain.
+
+    Args:
+        subjects: In the order in which they are listed; at least one.
+        noise: Of the cohort, from which the errors of the means follow.
+        model: Settings of the experiment.
+        seed: Of the draws of the prior.
+    """
+    prior = sample(DRAWS, model.prior, generator(seed, "explorer", "prior"))
+    return {
+        "parameters": parameters(model),
+        "context": asdict(subjects[0].observation.context),
+        "context_sliders": context_sliders(),
+        "prior_draws": rounded(prior),
+        "subjects": [subject_data(subject, noise) for subject in subjects],
+    }
+
+
+def parameters(model: SpeedModelSettings) -> list[dict[str, Any]]:
+    """Return name, words, unit and prior of each parameter of phi, in its order."""
+    known = {parameter.name: parameter for parameter in (*PHI, *NUISANCES)}
+    return [
+        {
+            "name": name,
+            "words": known[name].meaning,
+            "symbol": known[name].html,
+            "unit": known[name].html_unit,
+            "reported": name in PHI_NAMES,
+            **prior.to_plain(),
+        }
+        for name, prior in zip(model.prior.names, model.prior.parameters, strict=True)
+    ]
+
+
+def context_sliders() -> list[dict[str, Any]]:
+    """Return the context variables that the forward model takes, with the range in which it is declared."""
+    return [
+        {
+            "name": variable.name,
+            "words": variable.words,
+            "symbol": "",
+            "unit": variable.shown_unit,
+            "low": variable.declared[0],
+            "high": variable.declared[1],
+        }
+        for variable in CONTEXT
+        if variable.declared
+    ]
+
+
+def subject_data(subject: ExploredSubject, noise: NoiseComponents) -> dict[str, Any]:
+    """Return one subject: context, verdict, recording, and draws of its posterior with their median."""
+    observed, phi = subject.observation, subject.posterior.phi
+    measured, speeds = observed.measured, measured_speeds(observed, noise)
+    return {
+        "name": observed.subject,
+        "context": asdict(observed.context),
+        "verdict": subject.support.verdict,
+        "recording": {
+            "phase": rounded(speeds.phase),
+            "speed_m_s": speeds.speed_m_s.tolist(),
+            "relative_se": speeds.relative_se.tolist(),
+            "shared": speeds.shared.tolist(),
+            "stiffness_kpa": rounded(observed.stiffness_kpa[measured]),
+            "stiffness_se_kpa": rounded(2.0 * observed.stiffness_kpa[measured] * speeds.errors.total),
+        },
+        "median": rounded(np.median(phi, axis=0)),
+        "draws": rounded(spread(phi)),
+    }
+
+
+def spread(phi: FloatArray) -> FloatArray:
+    """Return ``DRAWS`` rows of draws (n, d), evenly among them; all where there are no more."""
+    return phi[np.linspace(0, len(phi) - 1, min(DRAWS, len(phi))).astype(np.int64)]
+
+
+def rounded(values: FloatArray) -> Any:  # noqa: ANN401
+    """Return plain numbers of ``DIGITS`` significant digits, lists as the array is nested."""
+    if values.ndim:
+        return [rounded(row) for row in values]
+    return float(f"{values:.{DIGITS}g}")
