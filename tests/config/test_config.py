@@ -318,6 +318,7 @@ AFFECTED = {
     "experiments__calibrated__simulations_per_subject": {"speed_pool", "sensitivity_run"},
     "experiments__calibrated__observation_model__discrepancy__speed_fraction": OF_A_RECORDING,
     "experiments__calibrated__exact__min_effective_draws": {
+        "explorer",
         "exact_posterior",
         "sensitivity_run",
         "ladder_run",

@@ -20,6 +20,10 @@ from swesbi.explorer.data import DRAWS, page_data, spread
 from swesbi.explorer.page import LARGEST_BYTES, render_page
 from swesbi.explorer.physics import physics
 from swesbi.heart.simulate import simulate
+from swesbi.measurement.likelihood import speed_model
+from swesbi.measurement.speeds import measured_speeds
+from swesbi.posterior.adaptive import adaptive_rounds
+from swesbi.posterior.importance import resample
 
 PATIENCE_S = 60.0
 ANSWERED = "Number(document.body.dataset.answered ?? 0)"
@@ -39,7 +43,9 @@ def test_the_same_study_makes_the_same_page() -> None:
     settings = speed_case.settings("calibrated")
     subjects = [explorer_case.explored(name) for name in "AB"]
     data = page_data(subjects, explorer_case.NOISE, settings, 1)
-    assert render_page(explorer_case.WORDS, data, physics(settings)) == explorer_case.page()
+    assert (
+        render_page(explorer_case.WORDS, data, physics(settings, speed_case.exact())) == explorer_case.page()
+    )
 
 
 def test_a_page_that_is_too_large_is_refused() -> None:
@@ -76,8 +82,8 @@ def page(opened: tuple[Browser, Path]) -> Iterator[Browser]:
     assert [address for address in made.requests if address.startswith("file:")] == [file.resolve().as_uri()]
 
 
-def until(page: Browser, condition: str) -> None:
-    limit = time.monotonic() + PATIENCE_S
+def until(page: Browser, condition: str, patience_s: float = PATIENCE_S) -> None:
+    limit = time.monotonic() + patience_s
     while not page.evaluate(f"Boolean({condition})"):
         assert time.monotonic() < limit, condition
         time.sleep(0.05)
@@ -140,6 +146,51 @@ def test_what_is_brushed_is_picked_everywhere(page: Browser) -> None:
     assert page.evaluate("document.body.dataset.chosen") == str((in_window & passes).sum())
     pressed(page, "Escape")
     assert page.evaluate("document.body.dataset.chosen") == str(passes.sum())
+
+
+@pytest.mark.slow(minutes=1)
+def test_the_posterior_of_a_recording_is_pythons(page: Browser, tmp_path: Path) -> None:
+    """Two independent runs of one algorithm: a classifier cannot tell the draws apart."""
+    page.evaluate("document.getElementById('infer').click()")
+    until(page, "document.body.dataset.inferred", 240.0)
+    certificate = page.evaluate("document.getElementById('certificate').textContent")
+    assert certificate.startswith("Reliable: Pareto shape 0.")
+    found = np.array(page.evaluate("state.inferred.phi"))
+    observed, settings = explorer_case.observation("A"), speed_case.settings("calibrated")
+    model = speed_model(measured_speeds(observed, explorer_case.NOISE), settings)
+    *_, last = adaptive_rounds(model, speed_case.exact(), 2)
+    own = resample(last.weighted, len(found), np.random.default_rng(1))
+    error = 4.5 * np.sqrt(2.0 / speed_case.exact().min_effective_draws)
+    spread = np.log(own).std(axis=0)
+    np.testing.assert_allclose(
+        (np.log(found).mean(axis=0) - np.log(own).mean(axis=0)) / spread, 0.0, atol=error
+    )
+    np.testing.assert_allclose(np.log(found).std(axis=0) / spread, 1.0, atol=error)
+    assert found.shape == (speed_case.exact().draws, len(settings.prior.parameters))
+    inside, phases = page.evaluate("[state.inferred.check.inside, state.inferred.check.phases]")
+    assert phases == observed.measured.sum()
+    assert inside >= 0.75 * phases
+    csv = page.evaluate(
+        "fetch(document.getElementById('download').href).then(got => got.text(), error => null)"
+    )
+    assert csv is None  # not even of its own: the policy names no connection
+    rows = page.evaluate("csvOf(state.inferred)").splitlines()
+    assert rows[0].split(",") == list(settings.prior.names)
+    np.testing.assert_allclose([float(cell) for cell in rows[1].split(",")], found[0])
+    assert "No verdict" in page.evaluate("document.getElementById('answer').innerText")
+    page.complaints.clear()  # of the fetch that the policy refused
+
+
+@pytest.mark.slow(minutes=0.2)
+def test_an_inference_can_be_stopped_and_the_sliders_go_on_meanwhile(page: Browser) -> None:
+    page.evaluate("document.getElementById('infer').click()")
+    answered = page.evaluate(ANSWERED)
+    page.evaluate("moved()")
+    until(page, f"{ANSWERED} > {answered}")
+    assert page.evaluate("document.body.dataset.inferred ?? null") is None
+    page.evaluate("document.getElementById('stop').click()")
+    assert page.evaluate("inferring") is None
+    assert not page.evaluate("document.getElementById('infer').disabled")
 
 
 @pytest.mark.slow(minutes=0.2)

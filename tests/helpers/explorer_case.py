@@ -55,4 +55,4 @@ def page() -> str:
     """Return the page."""
     settings = speed_case.settings("calibrated")
     data = page_data([explored("A"), explored("B")], NOISE, settings, 1)
-    return render_page(WORDS, data, physics(settings))
+    return render_page(WORDS, data, physics(settings, speed_case.exact()))

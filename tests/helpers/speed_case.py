@@ -14,6 +14,7 @@ from swesbi.config.read import parse_config, read_yaml
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import SpeedRecording
+from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import log_centre
 from swesbi.recording.noise import mean_errors
 from swesbi.recording.speed import NoiseComponents
@@ -51,6 +52,11 @@ def settings(prior: str = "paper") -> SpeedModelSettings:
         "density_kg_m3": 1000.0,
     }
     return SpeedModelSettings.from_plain(plain)
+
+
+def exact() -> ExactSettings:
+    """Return the shipped sizes and criteria of exact posteriors."""
+    return shipped().speed_experiments["calibrated"].exact
 
 
 @cache

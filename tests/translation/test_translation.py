@@ -41,6 +41,12 @@ def translated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> st
     ("code", "given", "expected"),
     [
         ("def f(x):\n    return [k ** 2 // 3 for k in x if k % 2]", [[1, 2, 3, 5]], [0, 3, 8]),
+        ("def f(x):\n    return {k: y for k in x if (y := 2 * k) > 2}[3]", [[1, 2, 3]], 6),
+        (
+            "def f(x):\n    y = np.array(x)\n    return np.einsum('...pr,...r->...p', y, y[:1]).tolist()",
+            [[[1.0, 2.0], [3.0, 4.0]]],
+            [[5, 11]],
+        ),
         ("def f(x):\n    a, *b, c = x\n    return [a, b, -7 % c, -7 // c]", [[1, 2, 4]], [1, [2], 1, -2]),
         ("def f(x):\n    return x or 'none'", [""], "none"),
         ("def f(x):\n    return 1 <= x < 3", [2], True),

@@ -10,6 +10,7 @@ import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.context import CONTEXT
+from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.parameters import NUISANCES, PHI, PHI_NAMES
@@ -105,6 +106,7 @@ def subject_data(subject: ExploredSubject, noise: NoiseComponents) -> dict[str, 
             "stiffness_se_kpa": rounded(2.0 * observed.stiffness_kpa[measured] * speeds.errors.total),
         },
         "median": rounded(np.median(phi, axis=0)),
+        "quantiles": rounded(np.stack(median_and_interval(phi, subject.posterior.interval_mass))),
         "draws": rounded(spread(phi)),
     }
 

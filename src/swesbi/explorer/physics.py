@@ -8,6 +8,7 @@ from typing import Final
 from swesbi import syntax
 from swesbi.heart.model import options_of
 from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.posterior.settings import ExactSettings
 from swesbi.translation.program import Loop, Program
 from swesbi.translation.values import literal
 
@@ -29,8 +30,12 @@ ROOTS: Final = (
     ("swesbi.measurement.likelihood", "log_likelihood"),
     ("swesbi.measurement.speeds", "SpeedRecording"),
     ("swesbi.context", "Context"),
-    ("swesbi.posterior.importance", "smooth"),
+    ("swesbi.measurement.likelihood", "draw_speeds"),
+    ("swesbi.recording.speed", "youngs_modulus_kpa"),
+    ("swesbi.posterior.adaptive", "adaptive_rounds"),
+    ("swesbi.posterior.importance", "resample"),
     ("swesbi.posterior.importance", "k_hat_limit"),
+    ("swesbi.draws", "interval_levels"),
 )
 """What the page calls by name."""
 KNOWN_CLASSES: Final = (
@@ -43,11 +48,20 @@ KNOWN_CLASSES: Final = (
     "swesbi.measurement.likelihood.SpeedModel",
     "swesbi.prior.JointPriorSettings",
     "swesbi.prior.NuisanceSettings",
+    "swesbi.posterior.adaptive.PriorProposal",
+    "swesbi.posterior.refine.FittedProposal",
+    "swesbi.posterior.refine.LogitSpace",
+    "swesbi.posterior.student.StudentProposal",
+    "swesbi.posterior.student.StudentMixture",
 )
 
 
-def physics(settings: SpeedModelSettings, roots: tuple[syntax.Chain, ...] = ROOTS) -> str:
-    """Return the physics of a study as JavaScript; ``settings`` is what it is called with.
+def physics(settings: SpeedModelSettings, exact: ExactSettings) -> str:
+    """Return the physics of a study as JavaScript: ``physics``, with its functions and what they are given.
+
+    Args:
+        settings: The model: ``physics.settings``.
+        exact: Sizes and criteria of exact posteriors: ``physics.exact``.
 
     Raises:
         UntranslatableError: Code that it leads to is not known to the translator; with file and line.
@@ -62,8 +76,10 @@ def physics(settings: SpeedModelSettings, roots: tuple[syntax.Chain, ...] = ROOT
         own=OWN,
     )
     program.know(*KNOWN_CLASSES)
-    names = [program.reference(root) for root in roots]
-    value = literal(settings, program.of_value)
-    return (
-        f"{program.text()}\nconst settings = {value};\nconst physics = {{ settings, {', '.join(names)} }};\n"
-    )
+    names = [program.reference(root) for root in ROOTS]
+    given = [
+        f"const {name} = {literal(value, program.of_value)};"
+        for name, value in (("settings", settings), ("exact", exact))
+    ]
+    held = f"const physics = {{ settings, exact, {', '.join(names)} }};"
+    return "\n".join([program.text(), *given, held, ""])

@@ -132,7 +132,7 @@ def weigh(
     # a few extreme weights would dominate every mean: smoothing bounds them, at the price of a small bias, so
     # the evidence, whose estimate the raw ratios leave unbiased, is taken from these
     log_weight, k_hat = smooth(log_ratio)
-    log_evidence, error = _evidence(log_ratio)
+    log_evidence, error = evidence(log_ratio)
     return WeightedDraws(
         phi=phi,
         from_prior=np.arange(draws) >= draws - of_prior,
@@ -184,7 +184,7 @@ def _log_mixture(log_q: FloatArray, log_prior: FloatArray, prior_fraction: float
     return np.asarray(mixture)
 
 
-def _evidence(log_ratio: FloatArray) -> tuple[float, float]:
+def evidence(log_ratio: FloatArray) -> tuple[float, float]:
     """Return the logarithm of the mean ratio and its standard error (delta method)."""
     largest = log_ratio.max()
     ratio = np.exp(log_ratio - largest)

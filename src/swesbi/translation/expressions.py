@@ -75,20 +75,16 @@ class Expressions(Calls):
         self, node: ast.ListComp | ast.GeneratorExp | ast.SetComp | ast.DictComp, sequence: str, depth: int
     ) -> str:
         part = node.generators[depth]
-        pattern = self.pattern(part.target)
-        source = f"each({sequence})"
-        if part.ifs:
-            conditions = " && ".join(map(self.test, part.ifs))
-            source += f".filter(({pattern}) => {conditions})"
+        pattern, source = self.pattern(part.target), f"each({sequence})"
         if depth + 1 < len(node.generators):
-            inner = self._loops(node, self.write(node.generators[depth + 1].iter), depth + 1)
-            return f"{source}.flatMap(({pattern}) => {inner})"
-        value = (
-            f"[{self.write(node.key)}, {self.write(node.value)}]"
-            if isinstance(node, ast.DictComp)
-            else self.write(node.elt)
-        )
-        return f"{source}.map(({pattern}) => {value})"
+            value = self._loops(node, self.write(node.generators[depth + 1].iter), depth + 1)
+        elif isinstance(node, ast.DictComp):
+            value = f"[[{self.write(node.key)}, {self.write(node.value)}]]"
+        else:
+            value = f"[{self.write(node.elt)}]"
+        # a condition may bind what the value names, so that each item passes both before the next
+        condition = " && ".join(map(self.test, part.ifs))
+        return f"{source}.flatMap(({pattern}) => {f'({condition} ? {value} : [])' if condition else value})"
 
     def pattern(self, target: ast.expr) -> str:
         """Return the target of an assignment in a loop."""

@@ -163,7 +163,7 @@ class Program:
         ]
 
     def _constant(self, chain: syntax.Chain) -> str:
-        value = value_of(chain)
+        value = self._plain(chain)
         try:
             text = literal(value, self.of_value)
         except UntranslatableError as error:
@@ -176,6 +176,11 @@ class Program:
         self._names[chain] = name
         self._parts[name] = [f"let {name};", f"later(() => {{ {name} = {text}; }});"]
         return name
+
+    def _plain(self, chain: syntax.Chain) -> object:
+        """Return a constant; one that is written out is read, so that its module need not be imported."""
+        written = getattr(self.root(chain), "value", None)
+        return written.value if isinstance(written, ast.Constant) else value_of(chain)
 
     def of_value(self, module_name: str, qualified: str) -> str:
         """Return what the class or function of a value is called."""

@@ -13,21 +13,34 @@ const plots = {
 
 // --- the worker: each question has a number, and of sliders the last alone counts
 
-const source = URL.createObjectURL(new Blob([element("worker").textContent], { type: "text/javascript" }));
-const worker = new Worker(source), waiting = new Map();
-let last = 0;
-worker.onmessage = ({ data }) => {
-  waiting.get(data.id)?.(data);
-  waiting.delete(data.id);
-};
-worker.onerror = (event) => say(`The model could not be loaded: ${event.message}`, true);
-const ready = new Promise((resolve) => waiting.set(0, resolve));
-function ask(task, given) {
-  return new Promise((resolve, reject) => {
-    waiting.set(++last, ({ result, error }) => (error === undefined ? resolve(result) : reject(new Error(error))));
-    worker.postMessage({ id: last, task, given });
-  });
+// A worker with questions of its own; what it tells on the way goes to `heard`.
+class Asked {
+  constructor(failed) {
+    this.worker = new Worker(source);
+    this.waiting = new Map();
+    this.last = 0;
+    this.ready = new Promise((resolve) => this.waiting.set(0, { resolve }));
+    this.worker.onerror = (event) => failed(`The model could not be loaded: ${event.message}`);
+    this.worker.onmessage = ({ data }) => {
+      const { resolve, reject, heard } = this.waiting.get(data.id);
+      if (data.progress) { heard?.(data.progress); return; }
+      this.waiting.delete(data.id);
+      if (data.error === undefined) resolve(data.result);
+      else reject(new Error(data.error));
+    };
+  }
+  ask(task, given, heard) {
+    return new Promise((resolve, reject) => {
+      this.waiting.set(++this.last, { resolve, reject, heard });
+      this.worker.postMessage({ id: this.last, task, given });
+    });
+  }
+  end() { this.worker.terminate(); }
 }
+
+const source = URL.createObjectURL(new Blob([element("worker").textContent], { type: "text/javascript" }));
+const model = new Asked((words) => say(words, true));
+const ask = (task, given) => model.ask(task, given);
 
 let busy = false, wanted = false;
 async function moved() { // a new beat for the sliders; while one is computed the newest waits
@@ -88,7 +101,8 @@ function makeSliders() {
 }
 
 let delayed = null;
-function changedContext() { // draws are of another heart now; they follow when the slider rests
+function changedContext() { // draws are of another heart now, and so is what was inferred; draws follow when the slider rests
+  forget();
   clearTimeout(delayed);
   delayed = setTimeout(loadDraws, 150);
 }
@@ -125,7 +139,15 @@ async function loadDraws() {
   drawAll();
 }
 
+function forget() { // what was inferred of another recording, or in another heart
+  stop();
+  element("answer").hidden = true;
+  element("certificate").textContent = "";
+  state.inferred = null;
+}
+
 function choose(subject) {
+  forget();
   state.subject = subject;
   state.context = { ...subject.context };
   state.phi = subject.median.slice();
@@ -166,6 +188,10 @@ function drawAll() {
     add(state.own, 0, { tone: "own", width: 2.5 });
     layers.pressure.push({ x: state.own.phase, y: state.own.arterial[0], tone: "own", width: 1.5, dash: [5, 4] });
   }
+  if (state.inferred) {
+    const { phase, low, high } = state.inferred.check;
+    for (const y of [low, high]) layers.stiffness.push({ x: phase, y, tone: "ink", width: 1, dash: [2, 3] });
+  }
   if (state.subject && element("show-recording").checked) {
     const { phase, stiffness_kpa, stiffness_se_kpa } = state.subject.recording;
     layers.stiffness.push({ x: phase, y: stiffness_kpa, error: stiffness_se_kpa, tone: "ink" });
@@ -191,6 +217,63 @@ function numbers(count, draws) {
   element("numbers").innerHTML = rows.map(([name, value]) => `<tr><th scope="row">${name}</th><td>${value}</td></tr>`).join("");
 }
 
+// --- inference, by a worker of its own, so that the sliders go on
+
+let inferring = null;
+
+async function infer() {
+  stop();
+  const subject = state.subject, began = new Asked(certified);
+  inferring = began;
+  element("infer").disabled = true;
+  element("stop").disabled = false;
+  element("answer").hidden = true;
+  certified("The first draws are being simulated.");
+  try {
+    const given = { context: { ...state.context }, recording: subject.recording, seed: 1 };
+    await began.ready;
+    const found = await began.ask("infer", given, (progress) => {
+      element("progress").value = progress.effective / progress.wanted;
+      certified(`${progress.draws} simulations, ${progress.effective.toFixed(0)} effective of ${progress.wanted} wanted, Pareto shape ${progress.k_hat.toFixed(2)}.`);
+    });
+    answered(subject, found);
+  } catch (error) {
+    certified(error.message);
+  }
+  stop();
+}
+
+function stop() {
+  inferring?.end();
+  inferring = null;
+  element("infer").disabled = false;
+  element("stop").disabled = true;
+}
+
+function certified(words) { element("certificate").textContent = words; }
+
+function csvOf(found) { return `${[study.parameters.map((p) => p.name), ...found.phi].map((row) => row.join(",")).join("\n")}\n`; }
+
+function answered(subject, found) {
+  state.inferred = found;
+  const quality = `Pareto shape ${found.k_hat.toFixed(2)} (limit ${found.limit.toFixed(2)}), ${found.effective.toFixed(0)} effective of ${found.draws} draws (${(100 * found.efficiency).toFixed(0)} %)`;
+  certified(found.reliable
+    ? `Reliable: ${quality}, log evidence ${found.log_evidence.toFixed(2)}, in ${found.seconds.toFixed(1)} s.`
+    : `Not reliable: ${quality}, at least ${found.wanted} wanted. Do not read the posterior; the study would go on by MCMC.`);
+  element("answer-title").textContent = `Subject ${subject.name}: medians with ${(100 * found.interval).toFixed(0)} % intervals`;
+  const cell = ([low, median, high]) => `${shown(median)} (${shown(low)} to ${shown(high)})`;
+  element("quantiles").innerHTML = study.parameters.map((p, k) => (p.reported
+    ? `<tr><th scope="row">${p.words} ${p.symbol} (${p.unit})</th><td>${cell(found.quantiles.map((row) => row[k]))}</td><td>${cell(subject.quantiles.map((row) => row[k]))}</td></tr>` : "")).join("");
+  const { inside, phases } = found.check;
+  element("check").textContent = `Predictive check: ${inside} of ${phases} measured phases lie in the ${(100 * found.interval).toFixed(0)} % interval of what such a recording of this posterior would show, noise included (band among the curves).`;
+  URL.revokeObjectURL(element("download").href);
+  element("download").href = URL.createObjectURL(new Blob([csvOf(found)], { type: "text/csv" }));
+  element("download").download = `posterior-${subject.name}.csv`;
+  element("answer").hidden = false;
+  document.body.dataset.inferred = subject.name;
+  drawAll();
+}
+
 // --- beginning
 
 function begin() {
@@ -205,7 +288,9 @@ function begin() {
   new ResizeObserver(drawAll).observe(element("curves"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
   element("nuisances").closest("details").addEventListener("toggle", drawAll);
-  ready.then(() => choose(study.subjects[0]));
+  element("infer").addEventListener("click", infer);
+  element("stop").addEventListener("click", stop);
+  model.ready.then(() => choose(study.subjects[0]));
 }
 
 function set(phi) {

@@ -22,11 +22,45 @@ function beats({ phi, context }) {
   };
 }
 
-const tasks = { beats };
+// The exact posterior of a recording from the prior on; `tell` hears of every round.
+function infer({ context, recording, seed }, tell) {
+  const began = performance.now(), model = modelOf(context, recording), { exact } = physics;
+  let last = null;
+  for (const adapted of physics.adaptive_rounds(model, exact, seed)) {
+    last = adapted;
+    tell(certificate(adapted));
+  }
+  const phi = physics.resample(last.weighted, exact.draws, seeds.generator(seed, "exact", "resampling"));
+  const levels = physics.interval_levels(exact.interval), ends = np.array([flat(levels)[0], 0.5, flat(levels)[1]]);
+  const shown = np.quantile(phi, ends, kw({ axis: 0 }));
+  return {
+    ...certificate(last), interval: exact.interval, phi: phi.tolist(), quantiles: shown.tolist(),
+    check: predicted(model, phi, ends, seed), seconds: (performance.now() - began) / 1000,
+  };
+}
+
+function certificate({ weighted, reliable }) {
+  const draws = weighted.phi.shape[0], limit = physics.k_hat_limit(draws, physics.exact.max_k_hat);
+  const { k_hat, efficiency, log_evidence, log_evidence_se } = weighted;
+  return { draws, reliable, k_hat, limit, effective: efficiency * draws, efficiency, log_evidence, log_evidence_se, wanted: physics.exact.min_effective_draws };
+}
+
+// What recordings of this noise would show if the posterior were right, beside the one that there is.
+function predicted(model, phi, ends, seed) {
+  const { recording, settings } = model, some = getItem(phi, py.slice(0, CHECKED)), speeds = model.predict(some);
+  const drawn = physics.draw_speeds(speeds, recording.errors, settings.discrepancy, seeds.generator(seed, "predictive"));
+  const stiffness = physics.youngs_modulus_kpa(drawn, settings.density_kg_m3), observed = physics.youngs_modulus_kpa(recording.speed_m_s, settings.density_kg_m3);
+  const [low, median, high] = np.quantile(stiffness, ends, kw({ axis: 0 })).tolist();
+  const inside = observed.tolist().filter((value, k) => value >= low[k] && value <= high[k]).length;
+  return { phase: recording.phase.tolist(), low, median, high, inside, phases: low.length };
+}
+
+const CHECKED = 1000;
+const tasks = { beats, infer };
 
 onmessage = ({ data }) => {
   try {
-    postMessage({ id: data.id, result: tasks[data.task](data.given) });
+    postMessage({ id: data.id, result: tasks[data.task](data.given, (progress) => postMessage({ id: data.id, progress })) });
   } catch (error) {
     postMessage({ id: data.id, error: error.message });
   }

@@ -13,6 +13,7 @@ from swesbi.explorer.page import render_page
 from swesbi.explorer.physics import physics
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.study.stages.origin import Origin, by_key, pick
@@ -20,9 +21,10 @@ from swesbi.verdict.support import read_support
 
 
 class ExplorerSettings(Settings):
-    """The model that the page runs, and what it calls experiment and cohort."""
+    """The model that the page runs, criteria of its posteriors, and what it calls experiment and cohort."""
 
     model: SpeedModelSettings
+    exact: ExactSettings
     experiment: str
     cohort_title: str
 
@@ -68,4 +70,6 @@ def explorer(
         "origin": f"Made by swesbi {__version__}, seed {origin.seed}, code {origin.code_hash}.",
     }
     with atomic_path(page) as temporary:
-        temporary.write_text(render_page(words, data, physics(settings.model)), encoding="utf-8")
+        temporary.write_text(
+            render_page(words, data, physics(settings.model, settings.exact)), encoding="utf-8"
+        )

@@ -4,16 +4,19 @@ function strided(a, labels, order) { // the stride of each label of `order` in `
   return order.map((label) => labels.reduce((sum, own, k) => sum + (own === label ? a.strides[k] : 0), 0));
 }
 
+const nameless = (labels) => [...new Set(labels.filter((label) => label[0] === "."))].sort().reverse();
+
 Object.assign(np, {
   einsum(formula, ...given) {
     const [a, b] = given.filter((part) => part instanceof Nd);
     const [inputs, result] = formula.split("->"), [one, other] = inputs.split(",");
     const axes = (labels, array) => {
       const named = labels.replace("...", ""), free = array.ndim - named.length;
-      return labels.startsWith("...") ? [...py.range(free).map((k) => `.${k}`), ...named] : [...named];
+      // axes without a name are counted from the last, as they are broadcast
+      return labels.startsWith("...") ? [...py.range(free).map((k) => `.${free - k}`), ...named] : [...named];
     };
     const left = axes(one, a), right = axes(other, b);
-    const out = result.startsWith("...") ? [...left.filter((l) => l[0] === "."), ...result.slice(3)] : [...result];
+    const out = result.startsWith("...") ? [...nameless([...left, ...right]), ...result.slice(3)] : [...result];
     const summed = [...new Set([...left, ...right])].filter((label) => !out.includes(label));
     const length = (label) => (left.includes(label) ? a.shape[left.indexOf(label)] : b.shape[right.indexOf(label)]);
     if (summed.length !== 1) throw new Error(`einsum ${formula}: one axis is summed over here`);

@@ -1,0 +1,155 @@
+"""The exact posterior of a recording without a network: importance sampling that adapts from the prior on.
+
+Adaptive multiple importance sampling (Cornuet, Marin, Mira and Robert 2012, Scand J Stat 39:798): draws of
+all rounds are weighted by the mixture of all proposals so far, the prior among them, so that no simulation is
+lost and no weight exceeds the largest likelihood over the prior's share. The next proposal is fitted to them;
+while few draws carry the weight, to a power of it below one, which leads from the prior to the posterior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.special import logsumexp
+
+from swesbi.arrays import FloatArray
+from swesbi.posterior.importance import (
+    LikelihoodModel,
+    NoLikelihoodError,
+    Proposal,
+    WeightedDraws,
+    evidence,
+    k_hat_limit,
+    smooth,
+)
+from swesbi.posterior.refine import FittedProposal, LogitSpace
+from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.student import fitted_mixture
+from swesbi.prior import BoxPrior, draw_prior, log_density
+from swesbi.seeds import generator, integer_seed
+
+FIRST_DRAWS: Final = 1000  # of the prior
+SEARCH_DRAWS: Final = 300  # of a proposal on the way, while fewer than ``FOUND_DRAWS`` are effective
+FOUND_DRAWS: Final = 60
+ROUND_DRAWS: Final = 1500  # of a proposal that is near the posterior
+MOST_ROUNDS: Final = 30
+
+
+@dataclass(frozen=True)
+class PriorProposal:
+    """The prior as the first proposal."""
+
+    prior: BoxPrior
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        """Draw phi; shape (draws, d)."""
+        return draw_prior(self.prior, draws, generator(seed, "prior"))
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        """Return log p(phi), per unit of phi, of phi (n, d); shape (n,)."""
+        return log_density(phi, self.prior)
+
+
+@dataclass(frozen=True)
+class AdaptedDraws:
+    """The draws so far, and whether their weights are reliable.
+
+    Attributes:
+        weighted: All draws with their weights.
+        reliable: Pareto shape and effective draws meet the criteria of exact posteriors.
+    """
+
+    weighted: WeightedDraws
+    reliable: bool
+
+
+def adaptive_rounds(model: LikelihoodModel, settings: ExactSettings, seed: int) -> Iterator[AdaptedDraws]:
+    """Yield the draws after each round, until their weights are reliable or rounds are used up.
+
+    Args:
+        model: Prior and exact likelihood of the recording.
+        settings: Give the criteria of reliable weights.
+        seed: Seed of everything.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw of the prior.
+    """
+    prior = model.settings.prior
+    parts: list[Proposal] = [PriorProposal(prior)]
+    phi = parts[0].draw(FIRST_DRAWS, integer_seed(seed, "adaptive", "prior"))
+    counts, log_parts = [FIRST_DRAWS], [parts[0].log_density(phi)]
+    log_likelihood = model.log_likelihood(phi)
+    for number in range(MOST_ROUNDS + 1):
+        weighted = weighted_by_all(phi, log_likelihood, log_parts, counts)
+        reliable = is_reliable(weighted, settings)
+        yield AdaptedDraws(weighted, reliable)
+        if reliable or number == MOST_ROUNDS:
+            return
+        stream = integer_seed(seed, "adaptive", number)
+        found = weighted.efficiency * len(phi) >= FOUND_DRAWS
+        proposal = fitted_in_logit(weighted, prior, stream)
+        drawn = proposal.draw(ROUND_DRAWS if found else SEARCH_DRAWS, integer_seed(stream, "draws"))
+        # what is known of earlier draws is kept: each part meets the new ones, the new part meets all
+        log_parts = [
+            np.concatenate([known, part.log_density(drawn)])
+            for known, part in zip(log_parts, parts, strict=True)
+        ]
+        phi = np.concatenate([phi, drawn])
+        log_likelihood = np.concatenate([log_likelihood, model.log_likelihood(drawn)])
+        parts.append(proposal)
+        counts.append(len(drawn))
+        log_parts.append(proposal.log_density(phi))
+
+
+def weighted_by_all(
+    phi: FloatArray,
+    log_likelihood: FloatArray,
+    log_parts: Sequence[FloatArray],
+    counts: Sequence[int],
+) -> WeightedDraws:
+    """Weight draws by the mixture of all that they come from.
+
+    Args:
+        phi: Draws, those of the prior first; shape (n, d).
+        log_likelihood: Of each; shape (n,).
+        log_parts: Log densities of the prior, then of each proposal, at every draw; (n,) each.
+        counts: Draws of the prior, and of each proposal.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw.
+    """
+    shares = np.array(counts)[:, None] / len(phi)
+    log_ratio = log_parts[0] + log_likelihood - logsumexp(np.stack(log_parts), axis=0, b=shares)
+    if not np.isfinite(log_ratio).any():
+        raise NoLikelihoodError(
+            f"none of {len(phi)} draws has a likelihood: every simulation failed; check the context"
+        )
+    log_weight, k_hat = smooth(log_ratio)
+    log_evidence, error = evidence(log_ratio)
+    return WeightedDraws(
+        phi=phi,
+        from_prior=np.arange(len(phi)) < counts[0],
+        log_likelihood=log_likelihood,
+        log_weight=log_weight,
+        k_hat=k_hat,
+        efficiency=float(np.exp(-logsumexp(2.0 * log_weight)) / len(phi)),
+        log_evidence=log_evidence,
+        log_evidence_se=error,
+    )
+
+
+def is_reliable(weighted: WeightedDraws, settings: ExactSettings) -> bool:
+    """Tell whether Pareto shape and effective draws are those of a reliable posterior."""
+    draws = len(weighted.phi)
+    enough = weighted.efficiency * draws >= settings.min_effective_draws
+    return bool(enough and weighted.k_hat <= k_hat_limit(draws, settings.max_k_hat))
+
+
+def fitted_in_logit(weighted: WeightedDraws, prior: BoxPrior, seed: int) -> FittedProposal:
+    """Return a mixture of Student distributions in the logit of the prior's box, fitted to weighted draws."""
+    space = LogitSpace(prior)
+    eta, _ = space.place(weighted.phi)
+    return FittedProposal(fitted_mixture(eta, weighted.log_weight, seed), space)
