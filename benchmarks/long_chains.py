@@ -152,7 +152,9 @@ class Answerer:
         start = starting_points(model, exact.weighted, mcmc.start_points, rng)
         stream = integer_seed(self.seed, STREAM, "mcmc", subject)
         # as `reference_draws` does it, but a heart whose chains do not converge ends no run
-        return sample_mcmc(model, start, mcmc, stream, least_effective=2 * self.local.two_sample_draws)
+        least = 2 * self.local.two_sample_draws
+        network = flow_proposal(self.flow, model.recording)
+        return sample_mcmc(model, start, mcmc, stream, least_effective=least, space=network)
 
 
 def answerer(study: Study, finished: FinishedPopulation, options: argparse.Namespace) -> Answerer:

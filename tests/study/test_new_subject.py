@@ -25,7 +25,8 @@ from swesbi.base import Settings
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.importance import weigh
-from swesbi.posterior.refine import FittedProposal, LogitSpace, refine
+from swesbi.posterior.refine import FittedProposal, refine
+from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
