@@ -224,8 +224,8 @@ def main() -> None:
     ]
     answer_missing(asked, store, keys, options.cores)
     rows = store.read(keys)
-    for row in rows[rows["failure"] != ""].itertuples():
-        print(f"no answer: {row.shares}, {row.variant}, pair {row.number + 1}: {row.failure}")
+    for row in rows[rows["failure"] != ""].to_dict("records"):
+        print(f"no answer: {row['shares']}, {row['variant']}, pair {row['number'] + 1}: {row['failure']}")
     for ending, table in tables(rows, configured).items():
         print(table.to_string(index=False, float_format="%.3g"), end="\n\n")
         if options.out:

@@ -301,6 +301,8 @@ class Clock:
 @lru_cache(maxsize=1)
 def knowledge_of(finished: FinishedPopulation) -> Knowledge:
     """Read what answers all hearts, once a process; null recordings where a verdict is asked for."""
-    flow = load_spline(finished.estimator)[0]
-    contexts = read_null(finished.null).contexts if finished.null.is_file() else ()
-    return Knowledge(partial(flow_proposal, flow), contexts, lambda: read_null(finished.null).pooled)
+    proposal = partial(flow_proposal, load_spline(finished.estimator)[0])
+    if not finished.null.is_file():  # nothing is judged then
+        return Knowledge(proposal, (), lambda: read_null(finished.null).pooled)
+    population = read_null(finished.null)
+    return Knowledge(proposal, population.contexts, lambda: population.pooled)

@@ -84,7 +84,7 @@ def _of_quantity(part: pd.DataFrame, rule: ChangeRuleSettings) -> dict[str, obje
     supported = (part["supported"] == "yes").to_numpy()
     promised = promised_power(true, part["sd_log"].to_numpy(), rule)[beyond]
     return {
-        **part[["shares", "variant", "quantity"]].iloc[0].to_dict(),
+        **{name: part[name].iloc[0] for name in ("shares", "variant", "quantity")},
         "pairs": len(part),
         "supported_pairs": int(supported.sum()) if judged else None,
         **share(covered, "coverage_90"),
