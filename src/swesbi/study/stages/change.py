@@ -95,10 +95,10 @@ def person_change(
     models = [speed_model(measured_speeds(each, known), settings.model) for each in observed]
     contexts = [read_observation(path).context for path in pooled_observations]
     own = [
-        _own(read_exact_posterior(path), model, estimator, contexts)
+        own_posterior(read_exact_posterior(path), model, estimator, contexts)
         for path, model in zip(posteriors, models, strict=True)
     ]
-    both = _both(models, observed, settings)
+    both = both_visits(models, observed, settings)
     names = (settings.person, *(each.subject for each in observed))
     found = infer_change(both, own, settings.changes, origin.seed, *names)
     judged = [read_support(path) for path in supports]
@@ -131,18 +131,27 @@ def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> N
         )
 
 
-def _own(
+def own_posterior(
     exact: ExactPosterior, model: SpeedModel, estimator: Path, contexts: Sequence[Context]
 ) -> OwnPosterior:
+    """Return what the joint posterior takes of a visit's own one.
+
+    Args:
+        exact: The posterior.
+        model: Of its recording.
+        estimator: The network that answered it.
+        contexts: Contexts that the network was trained on; none where that was a population.
+    """
     by_weights = exact.sampler == "importance"
     effective = exact.efficiency * len(exact.weighted.phi) if by_weights else exact.effective_draws.min()
     space = network_proposal(estimator, contexts, model.recording)
     return OwnPosterior(exact.phi, float(min(effective, len(exact.phi))), exact.log_evidence, space)
 
 
-def _both(
+def both_visits(
     models: Sequence[SpeedModel], observed: Sequence[Observation], settings: PersonChangeStageSettings
 ) -> VisitsModel:
+    """Return the model of both visits under the shares of the settings."""
     shares = settings.changes.shares
     return visits_model(
         models,
