@@ -27,6 +27,7 @@ COMMANDS = {
     "new-subject": "swesbi.study.new_subject",
     "change": "swesbi.study.change",
     "exam": "swesbi.study.exam",
+    "verify": "swesbi.study.verify",
     "inspect": "swesbi.study.inspect.command",
 }
 
