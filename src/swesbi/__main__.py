@@ -28,6 +28,7 @@ COMMANDS = {
     "change": "swesbi.study.change",
     "exam": "swesbi.study.exam",
     "verify": "swesbi.study.verify",
+    "crate": "swesbi.study.crate",
     "inspect": "swesbi.study.inspect.command",
 }
 
