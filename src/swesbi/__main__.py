@@ -27,6 +27,8 @@ COMMANDS = {
     "new-subject": "swesbi.study.new_subject",
     "change": "swesbi.study.change",
     "exam": "swesbi.study.exam",
+    "verify": "swesbi.study.verify",
+    "crate": "swesbi.study.crate",
     "inspect": "swesbi.study.inspect.command",
 }
 
