@@ -214,8 +214,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m swesbi plan",
         description="Say how many persons a study needs to find an effect, by number of repeats. Persons are "
         "simulated, recorded and answered as `change` and the study answer real ones, by the network of a "
-        "population; many studies are drawn from them. Answering a person takes half a minute of one core for "
-        "each number of repeats; persons that are answered are kept under <results>/<experiment>/plan/banks.",
+        "population; many studies are drawn from them. Answering a person takes half a minute of one core "
+        "for each number of repeats; answered persons are kept under <results>/<experiment>/plan/banks.",
     )
     parser.add_argument("--effect", required=True, help="of one parameter: k_sr=-20%% (k0, k_atp, k_sr)")
     parser.add_argument(

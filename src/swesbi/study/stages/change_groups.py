@@ -95,12 +95,12 @@ def change_groups(
         LOGGER.info("%s", line)
 
 
-class ChangeGroupsTableStageSettings(Settings):
+class ChangesGroupsTableStageSettings(Settings):
     """The table depends on its rows alone."""
 
 
 def changes_groups_table(
-    *, tables: Sequence[Path], table: Path, settings: ChangeGroupsTableStageSettings, origin: Origin
+    *, tables: Sequence[Path], table: Path, settings: ChangesGroupsTableStageSettings, origin: Origin
 ) -> None:
     """Join the tables of what has changed in groups; the experiment is told by where each lies."""
     parts = [pd.read_csv(path).assign(experiment=path.parent.name) for path in tables]
