@@ -499,7 +499,9 @@ def test_a_bank_depends_on_what_is_planned_and_on_what_answers_do() -> None:
     assert (parts["change"], parts["repeats"], parts["repeat_noise"]) == (-0.2, 3, 0.03)
     assert parts["exact"] == SHIPPED["experiments"]["calibrated"]["exact"]
     assert parts["persons"] == SHIPPED["plan"]["persons"]
-    with pytest.raises(ConfigError, match="say which repeat_noise"):
+    with pytest.raises(
+        ConfigError, match="plan_bank: repeat_noise is not said; banks are made by `python -m swesbi plan`"
+    ):
         stage_settings(study, "plan_bank", **asked)
 
 

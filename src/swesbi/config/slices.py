@@ -277,16 +277,28 @@ def _change_groups(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return own | _fields(study, wildcards, "prior=joint_prior change_groups cohort_posterior")
 
 
+PLANNED: Final = ("design", "parameter", "change", "repeats", "repeat_noise")
+"""What `python -m swesbi plan` says of a bank."""
+
+
 def _plan_bank(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what the bank of a planned study depends on."""
+    """Return what the bank of a planned study depends on.
+
+    Raises:
+        ConfigError: It is not said what is planned.
+    """
     section = study.config.plan
+    if unsaid := [name for name in PLANNED if name not in wildcards]:
+        raise ConfigError(
+            f"plan_bank: {unsaid[0]} is not said; banks are made by `python -m swesbi plan`, which says it"
+        )
     experiment = wildcards.get("experiment", section.experiment)
     asked = {
-        "design": wildcard(wildcards, "design"),
-        "parameter": wildcard(wildcards, "parameter"),
-        "change": float(wildcard(wildcards, "change")),
-        "repeats": int(wildcard(wildcards, "repeats")),
-        "repeat_noise": float(wildcard(wildcards, "repeat_noise")),
+        "design": wildcards["design"],
+        "parameter": wildcards["parameter"],
+        "change": float(wildcards["change"]),
+        "repeats": int(wildcards["repeats"]),
+        "repeat_noise": float(wildcards["repeat_noise"]),
         "persons": section.persons.to_plain(),
         "recycled_draws": section.studies.recycled_draws,
     }

@@ -19,9 +19,9 @@ from typing import Final
 import numpy as np
 from scipy.special import log_ndtr
 
-from swesbi import prior as of_box
 from swesbi.arrays import FloatArray
 from swesbi.prior import BoxPrior, ParameterPrior, PriorSettings, in_bounds
+from swesbi.prior import log_density as log_density_of_box
 
 ROOT_TWO: Final = float(np.sqrt(2.0))
 LOG_ROOT_TWO_PI: Final = 0.5 * float(np.log(2.0 * np.pi))
@@ -77,7 +77,7 @@ def log_density(values: FloatArray, prior: BoxPrior | RatioPrior) -> FloatArray:
     """Return the log density, per unit of each value, of values (n, 3) under either prior; shape (n,)."""
     if isinstance(prior, RatioPrior):
         return prior.log_density(values)
-    return of_box.log_density(values, prior)
+    return log_density_of_box(values, prior)
 
 
 def log_normal_mass(low: FloatArray, high: FloatArray) -> FloatArray:
