@@ -40,7 +40,7 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.study.new_subject import FinishedPopulation
 from swesbi.study.stages.answers import Answer, Knowledge
-from swesbi.study.stages.change import PersonChangeStageSettings, both_visits, own_posterior
+from swesbi.study.stages.change import both_visits, network_proposal, own_posterior
 from swesbi.study.stages.exam import ExamAnswersStageSettings
 from swesbi.study.stages.new_subject import STREAM, noise_test_of
 from swesbi.study.stages.origin import Origin
@@ -125,7 +125,8 @@ class Answerer:
         with tempfile.TemporaryDirectory(prefix="swesbi-pairs-") as folder:
             posterior = Path(folder) / "posterior.h5"
             efficiency = answer.infer(posterior)
-            own = own_posterior(read_exact_posterior(posterior), model, self.finished.estimator, ())
+            network = network_proposal(self.finished.estimator, (), model.recording)
+            own = own_posterior(read_exact_posterior(posterior), network)
             clock.stop("cost_own_s")
             verdict = ""
             if self.verdicts:
@@ -177,11 +178,8 @@ class Answerer:
         names: Sequence[str],
     ) -> list[dict[str, object]]:
         """Infer both visits together, as a person's change is."""
-        settings = PersonChangeStageSettings(
-            model=self.model, changes=changes, person=names[0], visits=("first", "second"), cohort_title=""
-        )
         observed = [each.made.observation for each in visits]
-        model = both_visits([each.model for each in visits], observed, settings)
+        model = both_visits([each.model for each in visits], observed, changes)
         change = infer_change(model, [each.own for each in visits], changes, self.seed, *names)
         return [of_test(change.one_person) | row for row in of_change(change, visits)]
 

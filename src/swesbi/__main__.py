@@ -26,6 +26,7 @@ COMMANDS = {
     "template": "swesbi.recording.template",
     "new-subject": "swesbi.study.new_subject",
     "change": "swesbi.study.change",
+    "plan": "swesbi.study.plan",
     "exam": "swesbi.study.exam",
     "verify": "swesbi.study.verify",
     "crate": "swesbi.study.crate",

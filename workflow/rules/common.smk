@@ -6,7 +6,7 @@ from pathlib import Path
 
 from snakemake.io import expand as expand_names
 
-from swesbi.config.pairs import pairs_of
+from swesbi.config.pairs import answered_pairs, pairs_of
 from swesbi.config.read import ConfigError
 from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
@@ -541,15 +541,51 @@ def stage_of_person(wildcards):
     return stage("person_change")(wildcards) | {"subject": wildcards.person}
 
 
-def tables_of_persons(wildcards):
-    """Return the tables of all persons who came twice, of every experiment that runs and can answer."""
+def check_persons():
+    """Refuse a folder of new subjects in which nobody came twice."""
     if not PAIRS:
         raise ValueError(
             f"new_subjects.cohort = {CONFIG.new_subjects.cohort}: no person has two visits; its subjects.csv "
             "needs the columns person and visit, with a row for each visit (docs/own-data.md)"
         )
-    return expand(
-        f"{OF_PERSON}/change.csv",
-        experiment=[*SPEED_EXPERIMENTS, *POPULATIONS],
-        person=list(PAIRS),
-    )
+
+
+def tables_of_persons(wildcards):
+    """Return the tables of all persons with two answered visits, by every experiment that runs and can answer."""
+    check_persons()
+    return [
+        OF_PERSON.format(experiment=experiment, person=pair.person) + "/change.csv"
+        for experiment in (*SPEED_EXPERIMENTS, *POPULATIONS)
+        for pair in answered_pairs(STUDY, experiment)
+    ]
+
+
+def of_pairs(file):
+    """Return the function that gives a file of the change of every person with two answered visits."""
+
+    def files(wildcards):
+        return [
+            OF_PERSON.format(experiment=wildcards.experiment, person=pair.person)
+            + f"/{file}"
+            for pair in answered_pairs(STUDY, wildcards.experiment)
+        ]
+
+    return files
+
+
+def earlier_observations(wildcards):
+    """Return the observed curve of the earlier visit of each of them."""
+    return [
+        f"{RESULTS}/{wildcards.experiment}/new/{pair.subjects[0]}/observation.h5"
+        for pair in answered_pairs(STUDY, wildcards.experiment)
+    ]
+
+
+def tables_of_groups(wildcards):
+    """Return the tables of what has changed in groups, of every experiment that answers a pair."""
+    check_persons()
+    return [
+        f"{RESULTS}/{experiment}/changes_groups.csv"
+        for experiment in (*SPEED_EXPERIMENTS, *POPULATIONS)
+        if answered_pairs(STUDY, experiment)
+    ]

@@ -12,6 +12,7 @@ from swesbi.checks.readings.settings import ReadingsSettings
 from swesbi.checks.settings import CmaesSettings, DiscrepancyStudySettings, Variant
 from swesbi.config.experiments import Name
 from swesbi.exam.settings import ExamSettings
+from swesbi.planning.settings import PlanSettings
 
 
 class CmaesStudySettings(Settings):
@@ -54,6 +55,12 @@ class ExamChoiceSettings(ExamSettings):
     sat: str | None = Field(
         min_length=1, description="table of the exam that was sat, shown once it exists; null: none is shown"
     )
+
+
+class PlanChoiceSettings(PlanSettings):
+    """Planned studies, answered by the network of one experiment."""
+
+    experiment: Name = Field(description="an experiment over a population")
 
 
 class NewSubjectsSettings(Settings):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from swesbi.config.pairs import visit_pair
+from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, value_of, wildcard
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
@@ -82,6 +82,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "tables": "cohort_title",
     "truth": "",
     "changes_table": "",
+    "changes_groups_table": "",
 }
 """Fields of each stage's settings: ``field=source``, or the source alone where it ends on the field's name.
 
@@ -263,6 +264,53 @@ def _person_change(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return own | title | _fields(study, wildcards, "model changes")
 
 
+def _change_groups(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the change in groups depends on beside the changes: groups, and who is left out why."""
+    experiment = named(study, wildcards, "experiment")
+    group_of = {person.name: person.group for person in study.outside.persons}
+    pairs = answered_pairs(study, experiment)
+    own = {
+        "groups": {pair.person: group_of[pair.person] for pair in pairs if group_of[pair.person]},
+        "left_out": list(left_out(study, experiment)),
+        "cohort_title": study.config.new_subjects.cohort_title,
+    }
+    return own | _fields(study, wildcards, "prior=joint_prior change_groups cohort_posterior")
+
+
+PLANNED: Final = ("design", "parameter", "change", "repeats", "repeat_noise")
+"""What `python -m swesbi plan` says of a bank."""
+
+
+def _plan_bank(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return what the bank of a planned study depends on.
+
+    Raises:
+        ConfigError: It is not said what is planned.
+    """
+    section = study.config.plan
+    if unsaid := [name for name in PLANNED if name not in wildcards]:
+        raise ConfigError(
+            f"plan_bank: {unsaid[0]} is not said; banks are made by `python -m swesbi plan`, which says it"
+        )
+    experiment = wildcards.get("experiment", section.experiment)
+    asked = {
+        "design": wildcards["design"],
+        "parameter": wildcards["parameter"],
+        "change": float(wildcards["change"]),
+        "repeats": int(wildcards["repeats"]),
+        "repeat_noise": float(wildcards["repeat_noise"]),
+        "persons": section.persons.to_plain(),
+        "recycled_draws": section.studies.recycled_draws,
+    }
+    return asked | _fields(
+        study,
+        {"experiment": experiment},
+        "model experiment.exact changes acquisition recording measurement.grid_points population.population "
+        "lvesv_fraction=experiment.misspecification.rule.volumes.lvesv_tolerance_fraction "
+        "stage.train_population",
+    )
+
+
 def _exam_answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what the answers to the hearts of one generator depend on, but which of them are asked for."""
     section = study.config.exam
@@ -308,7 +356,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     }
     # where results lie, how the work is split and who else is answered change no result of the study
     printed = config.to_plain()
-    for key in ("resources", "results", "new_subjects", "changes"):
+    for key in ("resources", "results", "new_subjects", "changes", "change_groups", "plan"):
         del printed[key]
     return {
         "cohort_title": config.cohort_title,
@@ -326,6 +374,8 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "person_change": _person_change,
+    "change_groups": _change_groups,
+    "plan_bank": _plan_bank,
     "discrepancy": _discrepancy,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,

@@ -23,6 +23,7 @@ from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
+from swesbi.posterior.space import Space
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.recording.protocol import read_repeats
@@ -95,10 +96,10 @@ def person_change(
     models = [speed_model(measured_speeds(each, known), settings.model) for each in observed]
     contexts = [read_observation(path).context for path in pooled_observations]
     own = [
-        own_posterior(read_exact_posterior(path), model, estimator, contexts)
+        _own(read_exact_posterior(path), model, estimator, contexts)
         for path, model in zip(posteriors, models, strict=True)
     ]
-    both = both_visits(models, observed, settings)
+    both = both_visits(models, observed, settings.changes)
     names = (settings.person, *(each.subject for each in observed))
     found = infer_change(both, own, settings.changes, origin.seed, *names)
     judged = [read_support(path) for path in supports]
@@ -131,32 +132,28 @@ def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> N
         )
 
 
-def own_posterior(
+def _own(
     exact: ExactPosterior, model: SpeedModel, estimator: Path, contexts: Sequence[Context]
 ) -> OwnPosterior:
-    """Return what the joint posterior takes of a visit's own one.
+    return own_posterior(exact, network_proposal(estimator, contexts, model.recording))
 
-    Args:
-        exact: The posterior.
-        model: Of its recording.
-        estimator: The network that answered it.
-        contexts: Contexts that the network was trained on; none where that was a population.
-    """
+
+def own_posterior(exact: ExactPosterior, space: Space) -> OwnPosterior:
+    """Return what the joint posterior begins with: a visit's own, and the space of its network."""
     by_weights = exact.sampler == "importance"
     effective = exact.efficiency * len(exact.weighted.phi) if by_weights else exact.effective_draws.min()
-    space = network_proposal(estimator, contexts, model.recording)
     return OwnPosterior(exact.phi, float(min(effective, len(exact.phi))), exact.log_evidence, space)
 
 
 def both_visits(
-    models: Sequence[SpeedModel], observed: Sequence[Observation], settings: PersonChangeStageSettings
+    models: Sequence[SpeedModel], observed: Sequence[Observation], settings: ChangeSettings
 ) -> VisitsModel:
-    """Return the model of both visits under the shares of the settings."""
-    shares = settings.changes.shares
+    """Return the model of two visits of one person, in what they share as configured."""
+    shares = settings.shares
     return visits_model(
         models,
         [each.phase_index[each.measured] for each in observed],
-        shares.of(settings.model.prior.names),
+        shares.of(models[0].settings.prior.names),
         shares.discrepancy,
     )
 
