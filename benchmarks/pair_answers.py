@@ -40,9 +40,9 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.study.new_subject import FinishedPopulation
 from swesbi.study.stages.answers import Answer, Knowledge
-from swesbi.study.stages.change import both_visits, network_proposal, own_posterior
+from swesbi.study.stages.change import both_visits, own_posterior
 from swesbi.study.stages.exam import ExamAnswersStageSettings
-from swesbi.study.stages.new_subject import STREAM, noise_test_of
+from swesbi.study.stages.new_subject import STREAM, network_proposal, noise_test_of
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import SUPPORTED, status
 from swesbi.verdict.pooled import read_null
