@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from study_copy import ROOT, StudyCopy, copy_study
 
-from swesbi.study.new_subject import OUTPUTS
+from swesbi.study.answering import OUTPUTS
 
 PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -58,7 +58,7 @@ def test_a_trained_network_answers_as_the_page_says(own_study: StudyCopy) -> Non
     assert typed(f"{by_hand[0]} --overlay {study.config}", study).stdout.startswith("S-101: ")
     (study.folder / "new.yaml").write_text(blocks("yaml")[1], encoding="utf-8")
     typed(by_workflow[0].replace("--configfile ", f"--configfile {study.config} "), study)
-    answers = study.results / "calibrated" / "new"
+    answers = study.results / "calibrated" / "new" / "septum_12"
     assert sorted(path.name for path in answers.iterdir()) == ["S-101", "S-102"]
     for subject in ("S-101", "S-102"):
         assert xr.load_dataset(answers / subject / "observation.h5", engine="h5netcdf").sizes["phase"] == 12

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import signal
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -76,8 +77,8 @@ class AnswerFiles:
 
     Attributes:
         observation: Observed curve.
-        passive_baseline: Passive baseline of the reference fit.
-        reference_fit: CMA-ES fit.
+        passive_baseline: Passive baseline of the reference fit; one file, or none where none is asked for.
+        reference_fit: CMA-ES fit, likewise.
         shard: Simulations from the prior.
         posterior: Exact posterior.
         support: Verdict.
@@ -88,8 +89,8 @@ class AnswerFiles:
     """
 
     observation: Path
-    passive_baseline: Path
-    reference_fit: Path
+    passive_baseline: Sequence[Path]
+    reference_fit: Sequence[Path]
     shard: Path
     posterior: Path
     support: Path
@@ -122,7 +123,9 @@ def _answer(
         informed = [worker.submit(_with_pressures, answer, path, settings) for path in files.with_pressures]
         efficiency = answer.infer(files.posterior)
         quality = settings.ingest.recording
-        samples = read_samples(recording, quality.phases, quality.density_kg_m3)
+        samples = read_samples(
+            recording, quality.phases, quality.density_kg_m3, settings.ingest.layout, origin.subject
+        )
         noise_test = noise_test_of(samples, repeats, components, quality, settings.noise_level)
         judged = answer.judge(files.posterior, files.support, reference.result(), efficiency, [noise_test])
         LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
@@ -152,25 +155,21 @@ def worker_process() -> ProcessPoolExecutor:
 def one_thread() -> None:
     """Let libraries use one thread: those that their parent had started do not exist in a forked process.
 
-    torch keeps a number of its own, and would wait for ever for them.
+    torch keeps a number of its own, and would wait for ever for them. Of Ctrl-C only the parent speaks.
     """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(limits=1)
     torch.set_num_threads(1)
 
 
 def _fit(files: AnswerFiles, settings: OneAnswerSettings, origin: Origin) -> None:
-    """Simulate from the prior, and make the reference fit."""
+    """Simulate from the prior, and make the reference fit, if it is asked for."""
     simulate(shard=files.shard, settings=settings.simulate, origin=origin)
-    passive(
-        observation=files.observation,
-        passive=files.passive_baseline,
-        settings=settings.passive,
-        origin=origin,
-    )
-    cmaes(
-        observation=files.observation, passive=files.passive_baseline, cmaes=files.reference_fit,
-        settings=settings.cmaes, origin=origin,
-    )  # fmt: skip
+    for baseline, fit in zip(files.passive_baseline, files.reference_fit, strict=True):
+        passive(observation=files.observation, passive=baseline, settings=settings.passive, origin=origin)
+        cmaes(
+            observation=files.observation, passive=baseline, cmaes=fit, settings=settings.cmaes, origin=origin
+        )
 
 
 def _with_pressures(answer: Answer, posterior: Path, settings: OneAnswerSettings) -> None:
