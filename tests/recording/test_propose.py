@@ -38,8 +38,8 @@ def test_a_column_a_sample_and_standard_errors_are_recognised() -> None:
     proposal = propose(["Phase", "mu ROI 1 (kPa)", "mu ROI 2 (kPa)", "mu ROI 3 (kPa)", "speed SE"])
     assert proposal.spreads == ("speed SE",)
     assert "sample" not in propose(["Phase", "SWS 1", "SWS 2", "SWS 3"]).missing
-    assert propose(["Phase", "SWS 1", "SWS 2", "SWS 3"]).columns[SPEED] == "SWS*"
-    assert propose(["Phase", "mu 1", "mu 2", "mu 3"]).columns[SHEAR_MODULUS] == "mu*"
+    assert propose(["Phase", "SWS 1", "SWS 2", "SWS 3"]).columns[SPEED] == "SWS *"
+    assert propose(["Phase", "mu 1", "mu 2", "mu 3"]).columns[SHEAR_MODULUS] == "mu *"
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".xlsx"])

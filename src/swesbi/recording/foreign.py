@@ -6,7 +6,6 @@ refused later is told with the file's own column and value.
 
 from __future__ import annotations
 
-import fnmatch
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -130,7 +129,8 @@ def _matching(
         return source
     if "*" not in source:
         return (source,)
-    names = tuple(name for name in known if name and fnmatch.fnmatchcase(name, source))
+    pattern = re.compile(".*".join(map(re.escape, source.split("*"))), re.DOTALL)
+    names = tuple(name for name in known if name and pattern.fullmatch(name))
     if not names:
         reason = f"stands for {column}, and matches no column; the table has {', '.join(filter(None, known))}"
         raise RecordingError(Problem(str(path), reason, SEE_LAYOUT, value=source))

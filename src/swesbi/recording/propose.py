@@ -30,7 +30,7 @@ WORDS: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """Words in the names of columns, the columns in the order in which they choose."""
 SPREADS: Final = ("se", "sem", "sd", "std", "stderr", "stdev")
-NUMBERED: Final = re.compile(r"(.*?)[\s_.-]*\d+", re.DOTALL)
+NUMBERED: Final = re.compile(r"(.*?)\d+\s*(?:[(\[][^()\[\]]*[)\]])?", re.DOTALL)
 LEAST_WIDE: Final = 3
 NEEDED: Final = tuple(name for name in COLUMNS if name != SPEED)
 CONSTANTS: Final = {"status": "ok", "fit_r2": "1", "sample": "counted", "phase_index": "counted"}
@@ -89,7 +89,8 @@ def propose(names: Sequence[str]) -> Proposal:
         if found is not None:
             columns[column] = found
             left.remove(found)
-    units = {column: unit for column, name in columns.items() if (unit := _unit(column, name))}
+    stated = {column: wide[1][0] if wide and name == wide[0] else name for column, name in columns.items()}
+    units = {column: unit for column, name in stated.items() if (unit := _unit(column, name))}
     missing = [name for name in NEEDED if name not in columns and not (wide and name == "sample")]
     if not any(name in columns for name in MEASURED):
         missing.append(SPEED)
