@@ -16,7 +16,7 @@ import speed_case
 from cohorts import snapshot
 from misspecification_case import Bank, settings, subject_checks
 from numpy.typing import NDArray
-from recordings import make_samples
+from recordings import RECORDING, make_samples
 from study_copy import StudyCopy
 
 from swesbi.__main__ import main
@@ -138,6 +138,16 @@ def test_a_good_proposal_is_left_alone(model: SpeedModel) -> None:
     again = refine(model, good, REFINEMENT.model_copy(update={"min_efficiency": 0.1}), 1)
     assert again.proposal is good
     assert len(again.efficiency) == 1
+
+
+def test_other_limits_of_quality_control_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stage, limits = new_subject_stage, RECORDING.to_plain()
+    provenance = Provenance("noise", settings={"recording": limits | {"phases": 24}})
+    monkeypatch.setattr(stage, "load", lambda *_: (None, provenance))
+    stage.check_quality(tmp_path, RECORDING)
+    looser = RECORDING.model_copy(update={"min_fit_r2": 0.1})
+    with pytest.raises(stage.OtherNetworkError, match="was told under recording.min_fit_r2 = .* has 0.1"):
+        stage.check_quality(tmp_path, looser)
 
 
 def test_noise_like_the_cohort_s_is_accepted_and_other_noise_found() -> None:

@@ -16,6 +16,7 @@ import torch
 from pydantic import Field
 from threadpoolctl import threadpool_limits
 
+from swesbi.artefacts import load
 from swesbi.base import Settings
 from swesbi.context import Context
 from swesbi.measurement.clinical import with_pressures
@@ -25,6 +26,7 @@ from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline, load_spline_provenance
 from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.importance import FlowProposal, flow_proposal
+from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.noise import compare_noise, read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.recording.protocol import Repeats, read_repeats
@@ -110,6 +112,7 @@ def _answer(
     origin: Origin,
 ) -> None:
     """Ingest the recording of ``origin.subject``, infer it, judge and draw it; errors as of the stages."""
+    check_quality(noise, settings.ingest.recording)
     ingest(recording=recording, observation=files.observation, settings=settings.ingest, origin=origin)
     repeats, components = read_repeats(protocol), read_noise(noise).components
     known = known_noise(repeats, components)
@@ -206,6 +209,25 @@ def check_network(estimator: Path, settings: Settings) -> None:
             raise OtherNetworkError(
                 f"{estimator}: was trained with {key} = {there.get(key)}, the configuration has "
                 f"{here.get(key)}; run the study again, or use the configuration that it was trained with"
+            )
+
+
+def check_quality(noise: Path, quality: RecordingSettings) -> None:
+    """Refuse other limits of quality control than those under which the noise of the cohort was told.
+
+    The number of phases is each folder's own.
+
+    Raises:
+        OtherNetworkError: Names the first limit that differs.
+        ArtefactError: The file is not the noise of a cohort.
+    """
+    stored = load(noise, NOISE)[1].settings["recording"]
+    here, there = flatten(quality.to_plain()), flatten(stored)
+    for key in sorted((here.keys() | there.keys()) - {"phases"}):
+        if here.get(key, ABSENT) != there.get(key, ABSENT):
+            raise OtherNetworkError(
+                f"{noise}: was told under recording.{key} = {there.get(key)}, the configuration has "
+                f"{here.get(key)}; run the study again, or use the configuration that it was run with"
             )
 
 
