@@ -21,6 +21,7 @@ from swesbi.recording.observation import same_recording
 from swesbi.recording.reader import read_samples
 from swesbi.show.answers_table import Asked, answers_table, explanations, read_answers, write_answers
 from swesbi.study.answering import OtherAnswerError, check_untouched, choose_experiment, experiments_to_ask
+from swesbi.study.new_subject import check_table
 from swesbi.verdict.answers import Answer
 
 ROOT = Path(__file__).parents[2]
@@ -126,6 +127,14 @@ def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path)
     assert [cell.value for cell in answers[1]] == list(explanations())
     assert answers["A3"].value == "=S-2" and answers["A3"].data_type == "s"
     assert [row[0].value for row in meanings.iter_rows(min_row=2)] == list(explanations())
+
+
+def test_a_table_of_another_folder_of_the_same_name_is_not_written_over(tmp_path: Path) -> None:
+    check_table(tmp_path / "answers.csv", ["S-1"])
+    write_answers(answers_table(rows()), tmp_path / "answers.csv", tmp_path / "answers.xlsx")
+    check_table(tmp_path / "answers.csv", ["S-1", "=S-2", "S-3"])
+    with pytest.raises(OtherAnswerError, match="has the answers of =S-2, who are not in this cohort"):
+        check_table(tmp_path / "answers.csv", ["S-1"])
 
 
 def test_the_workbook_is_the_same_bytes_whenever_it_is_written(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ FIRST: Final = {
     "interval_mass": "probability that lies between the limits of each interval; 1",
 }
 LAST: Final = {
-    "k_hat": "Pareto shape of the importance weights; reliable below 0.7; 1",
+    "k_hat": "Pareto shape of the importance weights, the smaller the more reliable; 1",
     "efficiency": "effective share of the weighted draws; 1",
     "sampler": "what gave the draws: importance or mcmc",
 }

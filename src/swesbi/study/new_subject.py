@@ -18,6 +18,7 @@ from swesbi.study.answering import (
     OUTPUTS,
     REFERENCE,
     WITH_PRESSURES,
+    OtherAnswerError,
     add_answering,
     answer_into,
     check_new_subject,
@@ -103,6 +104,8 @@ def _answer(request: Request, subject: str, out: Path | None) -> Given:
 def _answer_all(request: Request) -> int:
     """Answer every subject of the cohort, one after the other, and write the table; no refusal stops it."""
     study = request.study
+    if not request.force:
+        check_table(_tables(request)["table"], (*study.new_rows, *study.new_refused))
     given: dict[str, Given] = {}
     refused = dict(study.new_refused)
     for subject in study.new_rows:
@@ -124,6 +127,29 @@ def _answer_all(request: Request) -> int:
     return EXIT_REFUSED if refused else 0
 
 
+def check_table(path: Path, subjects: Sequence[str]) -> None:
+    """Refuse to write over a table that has answers to other subjects: that of another folder of the same name.
+
+    Raises:
+        OtherAnswerError: Names them.
+    """
+    from swesbi.show.answers_table import read_answers
+
+    others = (
+        [name for name in read_answers(path)["subject"] if name not in subjects] if path.is_file() else []
+    )
+    if others:
+        raise OtherAnswerError(
+            f"{path}: has the answers of {', '.join(dict.fromkeys(others))}, who are not in this cohort; name "
+            "another folder by --out, or write over it by --force"
+        )
+
+
+def _tables(request: Request) -> dict[str, Path]:
+    folder = request.out or Path(request.study.config.results) / "new" / request.study.new_cohort_name
+    return {name: folder / file for name, file in TABLE.items()}
+
+
 def _is_everyones(error: ValueError) -> bool:
     """Tell whether an error is of the network, and not of the subject."""
     from swesbi.study.stages.new_subject import OtherNetworkError
@@ -139,8 +165,7 @@ def _write_table(
     from swesbi.study.stages.new_answers import answered
 
     study = request.study
-    folder = request.out or Path(study.config.results) / "new" / study.new_cohort_name
-    paths = {name: folder / file for name, file in TABLE.items()}
+    paths = _tables(request)
     rows = []
     for subject in (*study.new_rows, *study.new_refused):
         if subject in given:
