@@ -128,20 +128,19 @@ def _answer_all(request: Request) -> int:
 
 
 def check_table(path: Path, subjects: Sequence[str]) -> None:
-    """Refuse to write over a table that has answers to other subjects: that of another folder of the same name.
+    """Refuse to write over a table with other subjects: that of another folder of the same name.
 
     Raises:
         OtherAnswerError: Names them.
     """
     from swesbi.show.answers_table import read_answers
 
-    others = (
-        [name for name in read_answers(path)["subject"] if name not in subjects] if path.is_file() else []
-    )
+    answered = read_answers(path)["subject"] if path.is_file() else []
+    others = dict.fromkeys(name for name in answered if name not in subjects)
     if others:
         raise OtherAnswerError(
-            f"{path}: has the answers of {', '.join(dict.fromkeys(others))}, who are not in this cohort; name "
-            "another folder by --out, or write over it by --force"
+            f"{path}: has the answers of {', '.join(others)}, who are not in this cohort; name another "
+            "folder by --out, or write over it by --force"
         )
 
 
