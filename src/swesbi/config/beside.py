@@ -71,6 +71,7 @@ class NewSubjectsSettings(Settings):
         ge=8, le=60, description="gated phases of their recordings; null: as configured"
     )
     cohort_title: str = Field(min_length=1, description="what their figures call them")
+    reference_fit: bool = Field(description="whether an answer waits for a CMA-ES fit, drawn beside it")
     margin_fraction: float = Field(
         ge=0.0, lt=1.0, description="how far beyond the contexts trained on, as a fraction of their limits"
     )

@@ -150,7 +150,10 @@ def check_acquisition(config: Config) -> None:
     for name in ("phases", "density_kg_m3"):
         made, read = getattr(config.acquisition, name), getattr(config.recording, name)
         if made != read:
-            raise ValueError(f"acquisition.{name} = {made} must equal recording.{name} = {read}")
+            raise ValueError(
+                f"acquisition.{name} = {made} must equal recording.{name} = {read}; set acquisition.{name} "
+                f"in the file that sets recording.{name}"
+            )
     if config.acquisition.missing_phases:
         raise ValueError(
             f"acquisition.missing_phases = {list(config.acquisition.missing_phases)} must be empty: each "

@@ -11,13 +11,14 @@ from typing import Any, Final
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, value_of, wildcard
 from swesbi.config.read import ConfigError
+from swesbi.config.refusals import refusals
 from swesbi.config.study import Study
 from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
 
 SOURCES: Final[Mapping[str, str]] = {
-    "ingest": "context clinical=clinical_of_subject recording measurement",
-    "ingest_batch": "contexts=contexts_of_batch clinical=clinical_of_batch recording measurement",
-    "noise": "recording noise",
+    "ingest": "context clinical=clinical_of_subject recording measurement layout",
+    "ingest_batch": "contexts=contexts_of_batch clinical=clinical_of_batch recording measurement layout",
+    "noise": "recording noise layout",
     "passive": "prior=reference_prior forward_model passive measurement",
     "simulate": "draws=draws_of_shard context prior=prior_simulated forward_model",
     "population_simulate": "contexts=contexts_of_shard population.simulations.draws_per_context "
@@ -254,6 +255,19 @@ def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return parts
 
 
+def _new_answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    """Return who outside the study is asked by every experiment that runs, and who is refused."""
+    experiments = study.answering_experiments
+    refused = refusals(study, experiments)
+    asked = [*study.new_rows, *study.new_refused]
+    rows = [
+        {"subject": subject, "experiment": name, "refused": refused.get((name, subject), "")}
+        for subject in asked
+        for name in experiments
+    ]
+    return {"asked": rows}
+
+
 def _person_change(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return what a person's change depends on: the model, what visits share, whose visits they are."""
     pair = visit_pair(
@@ -373,6 +387,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
+    "new_answers": _new_answers,
     "person_change": _person_change,
     "change_groups": _change_groups,
     "plan_bank": _plan_bank,

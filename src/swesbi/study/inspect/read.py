@@ -171,7 +171,7 @@ def read(path: Path) -> Content:
             not described.
     """
     if path.is_dir():
-        remedy = f"name files in it, or look at all its artefacts by: python -m swesbi inspect --check {path}"
+        remedy = f"name files in it, or check all its artefacts by: swesbi inspect --check {path}"
         raise ArtefactError(f"{path}: is a folder; {remedy}")
     if not path.is_file():
         raise ArtefactError(f"{path}: no such file")
