@@ -60,7 +60,7 @@ from swesbi.config.study import Study, load_study
 from swesbi.exam.pairs import VARIANTS, Spreads
 from swesbi.progress import Progress
 from swesbi.show.csv import write_csv
-from swesbi.study.new_subject import check_finished, finished_population
+from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.registry import stage_code
 from swesbi.study.stages.exam import ExamAnswersStageSettings
 from swesbi.study.stages.new_subject import check_network, one_thread

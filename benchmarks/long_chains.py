@@ -49,7 +49,7 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator, integer_seed
 from swesbi.show.csv import write_csv
-from swesbi.study.new_subject import FinishedPopulation, check_finished, finished_population
+from swesbi.study.finished import FinishedPopulation, check_finished, finished_population
 from swesbi.study.stages.exam import ExamAnswersStageSettings
 from swesbi.study.stages.new_subject import STREAM as ANSWER_STREAM
 from swesbi.study.stages.new_subject import check_network

@@ -38,7 +38,7 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.protocol import Repeats
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
-from swesbi.study.new_subject import FinishedPopulation
+from swesbi.study.finished import FinishedPopulation
 from swesbi.study.stages.answers import Answer, Knowledge
 from swesbi.study.stages.change import both_visits, own_posterior
 from swesbi.study.stages.exam import ExamAnswersStageSettings

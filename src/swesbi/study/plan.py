@@ -15,7 +15,7 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.planning.asked import Effect, check_effect, parse_effect, parse_percent, parse_repeats
 from swesbi.planning.settings import DESIGNS, PAIRED
-from swesbi.study.new_subject import check_finished, finished_population
+from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.registry import stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
