@@ -5,11 +5,11 @@ r"""Whether trials of the size that `plan` names have the power that it promises
 
 Persons are without hearts: the logarithm of each parameter is measured at each visit with normal errors as
 large as the widths of posteriors, so that everybody's posterior is known in closed form
-(tests/helpers/plan_case.py). A bank of 60 of them is planned with, by the settings of `config.yaml`; then
-trials of the size that is needed are drawn afresh, and each is analysed by the posterior of the change in
-groups, or of the cohort, as a real one is. Printed: the power reached with its Monte Carlo interval, trials
-without an effect that find one, and how often the 90 % interval holds the effect. `--first` goes on with a
-file that was begun.
+(tests/helpers/plan_case.py). A bank of them is planned with, by the settings of `config.yaml`; then trials of
+the size that is needed are drawn afresh, and each is analysed by the posterior of the change in groups, or of
+the cohort, as a real one is. Printed: the power reached with its Monte Carlo interval, trials without an
+effect that find one, and how often the 90 % interval holds the effect. `--first` goes on with a file that was
+begun.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ from swesbi.hierarchy.hyperprior import hyperprior_of  # noqa: E402
 from swesbi.hierarchy.infer import Inferred, Posed, infer_population  # noqa: E402
 from swesbi.planning.asked import log_factor  # noqa: E402
 from swesbi.planning.hyperdraws import Recycling, evaluate_bank, planned_design  # noqa: E402
+from swesbi.planning.luck import luck_of  # noqa: E402
 from swesbi.planning.power import PowerCurve, power_curve  # noqa: E402
 from swesbi.planning.settings import GROUPS, PAIRED  # noqa: E402
 
-PERSONS: Final = 60
 OF_TRIALS: Final = 50_000
 """Seeds of trials begin here, those of the bank below."""
 
@@ -57,11 +57,12 @@ def planned(config: Config, by: Recycling, design: str) -> PowerCurve:
     """Plan with a bank of persons, and print what is needed."""
     settings = config.plan.studies
     start = time.process_time()
-    bank = plan_case.bank(PERSONS, design, 1, settings.recycled_draws)
+    bank = plan_case.bank(config.plan.persons.number, design, 1, settings.recycled_draws)
     found = evaluate_bank(bank, design, settings, by, config.seed)
     evaluated = time.process_time()
     rule = (config.plan.probability, config.plan.power)
-    curve = power_curve(found, plan_case.EFFECT, 3, settings, rule, config.seed)
+    luck = luck_of(bank, design, plan_case.EFFECT, by)
+    curve = power_curve(found, luck, plan_case.EFFECT, 3, settings, rule, config.seed)
     studies = 3 * settings.studies * len(settings.sizes)
     print(
         f"{design}, {plan_case.EFFECT.words}: {curve.needed} persons for a power of {config.plan.power:.0%}; "
@@ -78,7 +79,12 @@ def trial(design: str, persons: int, effect: float, by: Recycling, seed: int) ->
         return infer_change_groups(members, case.THETA_PRIOR, by.changes, by.cohort, seed)
     draws = np.concatenate(
         [
-            plan_case.level_draws(plan_case.log_levels(persons, shift, rng), by.cohort.draws, seed + number)
+            plan_case.level_draws(
+                plan_case.log_levels(persons, shift, rng),
+                rng.standard_normal((persons, 3)),
+                by.cohort.draws,
+                seed + number,
+            )
             for number, shift in ((0, 0.0), (7, effect))
         ]
     )

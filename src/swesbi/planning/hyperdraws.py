@@ -62,18 +62,42 @@ class Likelihoods:
     """Persons of a bank at common hyperparameters eta, m of them.
 
     Attributes:
-        log_effect: Logarithm of the hyperparameters that the effect is told by, by parameter; shape (m, 3).
-        log_base: log p(eta) - log q(eta); shape (m,).
+        eta: Shape (m, k).
+        prior: p(eta).
+        log_drawn: log q(eta), of what they were drawn from; shape (m,).
+        told_by: Columns of eta that the effect is told by, one a parameter.
         changing: Of each person as one who has the effect or, in the arm without, as one of whom it is asked;
             by arm, (m, N) each. Ratios without an effect come twice, (m, 2 N): as they are, and with both
             visits the other way round.
         control: Of each person as one of the control group; shape (m, N); of width 0 where there is none.
     """
 
-    log_effect: FloatArray
-    log_base: FloatArray
+    eta: FloatArray
+    prior: Hyperprior
+    log_drawn: FloatArray
+    told_by: range
     changing: dict[str, FloatArray]
     control: FloatArray
+
+    def displaced(self, number: int, by: float) -> tuple[FloatArray, FloatArray]:
+        """Return what studies are told by where all likelihoods lie elsewhere.
+
+        Likelihoods that lie higher by c in a log parameter are, at a median or factor higher by c, what they
+        were: the hyperdraws move with them, and their prior alone is evaluated anew. (Bounds at which the
+        population is truncated would move too; its persons hardly reach them.)
+
+        Args:
+            number: Of the parameter.
+            by: c, of the persons who have the effect.
+
+        Returns:
+            Logarithm of what the effect is told by, and log p - log q; shape (m,) each.
+        """
+        column = self.told_by[number]
+        moved = self.eta.copy()
+        moved[:, column] *= np.exp(by)
+        # densities are per unit of eta, which stretches as it moves: by one factor, that weights do not show
+        return np.log(moved[:, column]), log_density(moved, self.prior) - self.log_drawn
 
 
 def evaluate_bank(
@@ -90,7 +114,7 @@ def evaluate_bank(
     """
     prior = _hyperprior(design, by)
     proposals = _proposals(bank, design, prior, settings, by, seed)
-    eta, log_base = _draw(proposals, prior, settings, seed)
+    eta, log_drawn = _draw(proposals, prior, settings, seed)
     progress = Progress("likelihood of the bank's persons", 3 if design == GROUPS else 2, unit="part")
 
     def evaluated(arm: str, treated: bool) -> FloatArray:
@@ -100,8 +124,10 @@ def evaluate_bank(
         return values
 
     return Likelihoods(
-        log_effect=np.log(eta[:, :3] if design == PAIRED else eta[:, 6:9]),
-        log_base=log_base,
+        eta=eta,
+        prior=prior,
+        log_drawn=log_drawn,
+        told_by=range(3) if design == PAIRED else range(6, 9),
         changing={arm: evaluated(arm, treated=True) for arm in ARMS},
         control=evaluated(NONE, treated=False) if design == GROUPS else np.empty((len(eta), 0)),
     )
@@ -186,7 +212,7 @@ def _whole(bank: Bank, arm: str, design: str, prior: Hyperprior, by: Recycling) 
 def _draw(
     proposals: Sequence[Proposal], prior: Hyperprior, settings: PlannedStudiesSettings, seed: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return eta (m, k) of the mixture of all proposals and the hyperprior, with log p - log q."""
+    """Return eta (m, k) of the mixture q of all proposals and the hyperprior, with log q (m,)."""
     drawn = [
         proposal.draw(settings.hyperdraws, integer_seed(seed, STREAM, "hyperdraws", number))
         for number, proposal in enumerate(proposals)
@@ -195,6 +221,5 @@ def _draw(
     drawn.append(draw_prior(prior, of_prior, generator(seed, STREAM, "hyperprior")))
     eta = np.concatenate(drawn)
     share = np.array([len(rows) for rows in drawn]) / len(eta)
-    log_prior = log_density(eta, prior)
-    parts = np.stack([*(proposal.log_density(eta) for proposal in proposals), log_prior])
-    return eta, np.asarray(log_prior - logsumexp(parts, axis=0, b=share[:, None]))
+    parts = np.stack([*(proposal.log_density(eta) for proposal in proposals), log_density(eta, prior)])
+    return eta, np.asarray(logsumexp(parts, axis=0, b=share[:, None]))

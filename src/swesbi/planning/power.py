@@ -1,11 +1,11 @@
 """Power by the number of persons: many studies drawn from a bank, each analysed at common hyperparameters.
 
 Persons of a study are drawn from the bank with replacement: the bank's persons stand for the population, also
-where a study has more of them. Studies of one bank share its luck, which grows with n over the bank's size.
-How much that is the same studies of resampled banks say (bootstrap): its variance is added to that of the
-number of studies. A bank without an effect would by its luck have one; it is made to have none: visits are
-alike there, so that each person counts a second time with the visits the other way round, and of two groups
-both are drawn from the same persons.
+where a study has more of them. What is known of the bank's luck is taken off (``planning.luck``). How much
+is left the same studies of resampled banks say, each with its own luck taken off (bootstrap): its variance is
+added to that of the number of studies. A bank without an effect would by its luck have one; it is made to
+have none: visits are alike there, so that each person counts a second time with the visits the other way
+round, and of two groups both are drawn from the same persons.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from swesbi.hierarchy.model import thread_pools
 from swesbi.planning.asked import Effect
 from swesbi.planning.bank import EFFECT, NONE
 from swesbi.planning.hyperdraws import STREAM, Likelihoods
+from swesbi.planning.luck import Luck
 from swesbi.planning.settings import PlannedStudiesSettings
 from swesbi.progress import Progress
 from swesbi.seeds import generator
@@ -75,7 +76,12 @@ class PowerCurve:
 
 
 def judge_studies(
-    likelihoods: Likelihoods, counts: FloatArray, control: FloatArray, arm: str, effect: Effect
+    likelihoods: Likelihoods,
+    counts: FloatArray,
+    control: FloatArray,
+    arm: str,
+    effect: Effect,
+    displacement: float = 0.0,
 ) -> Judged:
     """Analyse studies.
 
@@ -85,17 +91,22 @@ def judge_studies(
         control: Likewise of the control group; not read where there is none.
         arm: With the effect, or without.
         effect: In whose direction a study looks.
+        displacement: By which the likelihoods of those asked for are moved along the log parameter.
     """
-    log_effect = likelihoods.log_effect[:, effect.number]
+    log_effect, log_base = likelihoods.displaced(effect.number, displacement)
     side = log_effect > 0.0 if effect.rises else log_effect < 0.0
     parts: list[Judged] = []
     for start in range(0, counts.shape[1], AT_ONCE):
         of = slice(start, start + AT_ONCE)
         with thread_pools().limit(limits=1):  # sums split over threads differ in the last bit
-            log_weight = likelihoods.log_base[:, None] + likelihoods.changing[arm] @ counts[:, of]
+            log_weight = log_base[:, None] + likelihoods.changing[arm] @ counts[:, of]
             if likelihoods.control.shape[1]:
                 log_weight += likelihoods.control @ control[:, of]
             parts.append(_judged(log_weight, side))
+    return _together(parts)
+
+
+def _together(parts: Sequence[Judged]) -> Judged:
     return Judged(
         *(np.concatenate(values) for values in zip(*(vars(one).values() for one in parts), strict=True))
     )
@@ -110,24 +121,18 @@ def _judged(log_weight: FloatArray, side: BoolArray) -> Judged:
 
 
 def draw_counts(
-    persons: int, size: int, studies: int, resamples: int, rng: np.random.Generator
+    bank: NDArray[np.int_], persons: int, size: int, studies: int, rng: np.random.Generator
 ) -> FloatArray:
     """Draw studies of so many persons from a bank, with replacement; shape (persons, studies).
 
     Args:
-        persons: N of the bank.
+        bank: Whom it holds, by their places; one may be there several times.
+        persons: Places there are.
         size: Of a study.
         studies: How many.
-        resamples: 0: from the bank as it is; else in so many equal parts, each from a bank that is itself
-            drawn from it with replacement.
         rng: Source.
     """
-    if resamples == 0:
-        chosen = rng.integers(persons, size=(size, studies))
-    else:
-        banks = rng.integers(persons, size=(resamples, persons))
-        of_study = np.arange(studies) * resamples // studies
-        chosen = banks[of_study, rng.integers(persons, size=(size, studies))]
+    chosen = bank[rng.integers(len(bank), size=(size, studies))]
     counts = np.zeros((persons, studies))
     np.add.at(counts, (chosen, np.arange(studies)), 1.0)
     return counts
@@ -135,6 +140,7 @@ def draw_counts(
 
 def power_curve(
     likelihoods: Likelihoods,
+    luck: Luck,
     effect: Effect,
     repeats: int,
     settings: PlannedStudiesSettings,
@@ -145,6 +151,7 @@ def power_curve(
 
     Args:
         likelihoods: Of the bank's persons.
+        luck: Theirs.
         effect: To be found.
         repeats: Of the bank's recordings.
         settings: Sizes, studies.
@@ -152,13 +159,17 @@ def power_curve(
         seed: The study's seed.
     """
     probability, power = rule
+    everyone = np.arange(len(luck.weight))
     rows = []
     progress = Progress(f"studies with {repeats} repeats", len(settings.sizes), unit="size")
     for size in settings.sizes:
-        found, none, resampled = (
-            _studies(likelihoods, effect, size, settings, arm, resamples, (seed, repeats))
-            for arm, resamples in ((EFFECT, 0), (NONE, 0), (EFFECT, settings.resamples))
-        )
+        rng = [
+            generator(seed, STREAM, "studies", repeats, size, what)
+            for what in ("effect", "none", "bootstrap")
+        ]
+        found = _with_effect(likelihoods, luck, effect, size, settings.studies, everyone, rng[0])
+        none = _without(likelihoods, effect, size, settings.studies, rng[1])
+        resampled = _resampled(likelihoods, luck, effect, size, settings, rng[2])
         called = found.probability > probability
         rows.append(
             (
@@ -177,19 +188,45 @@ def power_curve(
     return PowerCurve(repeats, sizes, share, error, false, rough, (middle, fewest, most))
 
 
-def _studies(
+def _with_effect(
     likelihoods: Likelihoods,
+    luck: Luck,
+    effect: Effect,
+    size: int,
+    studies: int,
+    bank: NDArray[np.int_],
+    rng: np.random.Generator,
+) -> Judged:
+    """Analyse studies of a bank's persons with the effect, its luck taken off."""
+    counts, control = (draw_counts(bank, len(luck.weight), size, studies, rng) for _ in range(2))
+    return judge_studies(likelihoods, counts, control, EFFECT, effect, luck.displacement(bank))
+
+
+def _without(
+    likelihoods: Likelihoods, effect: Effect, size: int, studies: int, rng: np.random.Generator
+) -> Judged:
+    """Analyse studies of the bank's persons without the effect."""
+    persons = likelihoods.changing[NONE].shape[1]
+    counts, control = (draw_counts(np.arange(persons), persons, size, studies, rng) for _ in range(2))
+    return judge_studies(likelihoods, counts, control, NONE, effect)
+
+
+def _resampled(
+    likelihoods: Likelihoods,
+    luck: Luck,
     effect: Effect,
     size: int,
     settings: PlannedStudiesSettings,
-    arm: str,
-    resamples: int,
-    seeds: tuple[int, int],
+    rng: np.random.Generator,
 ) -> Judged:
-    rng = generator(seeds[0], STREAM, "studies", seeds[1], size, arm, resamples)
-    persons = likelihoods.changing[arm].shape[1]
-    counts, control = (draw_counts(persons, size, settings.studies, resamples, rng) for _ in range(2))
-    return judge_studies(likelihoods, counts, control, arm, effect)
+    """Analyse studies with the effect in equal parts, each of a bank drawn from the bank with replacement."""
+    persons, each = len(luck.weight), max(1, settings.studies // settings.resamples)
+    return _together(
+        [
+            _with_effect(likelihoods, luck, effect, size, each, rng.integers(persons, size=persons), rng)
+            for _ in range(settings.resamples)
+        ]
+    )
 
 
 def _error(called: BoolArray, resampled: BoolArray, resamples: int) -> float:

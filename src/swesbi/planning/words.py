@@ -120,7 +120,8 @@ def assumption_lines(planned: Planned) -> list[str]:
         "which the model supports: plan some more persons for those refused or lost",
         f"- a study finds the effect where the probability of its direction is above "
         f"{planned.settings.probability:g}; {studies.studies} studies of each size, drawn with replacement "
-        f"from {persons.number} simulated persons, whose own luck is part of the Monte Carlo error",
+        f"from {persons.number} simulated persons; what is known of their luck is taken off, the rest is "
+        "part of the Monte Carlo error",
     ]
 
 

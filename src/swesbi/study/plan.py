@@ -166,6 +166,7 @@ def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Pa
     from swesbi.planning.bank import read_bank
     from swesbi.planning.hyperdraws import Recycling, evaluate_bank
     from swesbi.planning.individuals import one_person_power
+    from swesbi.planning.luck import luck_of
     from swesbi.planning.power import power_curve
     from swesbi.planning.words import Planned
 
@@ -177,7 +178,8 @@ def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Pa
     for repeats, path in banks.items():
         bank = read_bank(path)[0]
         found = evaluate_bank(bank, asked.design, plan.studies, by, config.seed)
-        curves.append(power_curve(found, asked.effect, repeats, plan.studies, rule, config.seed))
+        luck = luck_of(bank, asked.design, asked.effect, by)
+        curves.append(power_curve(found, luck, asked.effect, repeats, plan.studies, rule, config.seed))
         individuals[repeats] = one_person_power(bank, asked.effect, config.changes.rule.probability)
     return Planned(
         effect=asked.effect,
@@ -214,8 +216,9 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m swesbi plan",
         description="Say how many persons a study needs to find an effect, by number of repeats. Persons are "
         "simulated, recorded and answered as `change` and the study answer real ones, by the network of a "
-        "population; many studies are drawn from them. Answering a person takes half a minute of one core "
-        "for each number of repeats; answered persons are kept under <results>/<experiment>/plan/banks.",
+        "population; many studies are drawn from them. Answering a person (three recordings, two pairs) "
+        "takes one to two minutes of one core for each number of repeats; answered persons are kept under "
+        "<results>/<experiment>/plan/banks.",
     )
     parser.add_argument("--effect", required=True, help="of one parameter: k_sr=-20%% (k0, k_atp, k_sr)")
     parser.add_argument(

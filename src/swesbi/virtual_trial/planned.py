@@ -1,4 +1,8 @@
-"""Persons of a planned study: drawn as those of the virtual trial, recorded with the effect and without."""
+"""Persons of a planned study: drawn as those of the virtual trial, recorded with the effect and without.
+
+Both recordings have the same heart rate, errors of clinical measures and noise of repeats and samples: nobody
+is ever in one study twice, and what both have in common says how a bank errs (``swesbi.planning.luck``).
+"""
 
 from __future__ import annotations
 
@@ -99,9 +103,8 @@ def draw_planned(
     """
     reasons = []
     for attempt in range(MAX_ATTEMPTS):
-        rng = generator(source.seed, STREAM, "person", number, attempt)
         try:
-            person = _drawn(number, design, effect, response_spread, source, rng)
+            person = _drawn(number, design, effect, response_spread, source, (number, attempt))
         except DrawnAgain as reason:
             reasons.append(str(reason))
         else:
@@ -118,8 +121,9 @@ def _drawn(
     effect: Effect,
     response_spread: float,
     source: TrialSource,
-    rng: np.random.Generator,
+    stream: tuple[int, int],
 ) -> PlannedPerson:
+    rng = generator(source.seed, STREAM, "person", *stream)
     context = draw_one(number, source.population, rng).context
     own = dict(zip(source.model.prior.names, sample(1, source.model.prior, rng)[0].tolist(), strict=True))
     earlier, before = None, dict.fromkeys(THETA_NAMES, 1.0)
@@ -131,9 +135,11 @@ def _drawn(
     response = effect.factor * float(np.exp(response_spread * rng.standard_normal()))
     changed = phi | {effect.parameter: response * phi[effect.parameter]}
     check_bounds(changed, source.bounds)
+    # Both arms have one day and one noise: what the bank errs by is the same in both, and known from one.
+    day, same_day = (generator(source.seed, STREAM, "recording", *stream) for _ in range(2))
     arms = (
-        _observed(context, visit, phi, f"{number}-none", source, rng),
-        _observed(context, AFTER, changed, f"{number}-effect", source, rng),
+        _observed(context, visit, phi, f"{number}-none", source, day),
+        _observed(context, AFTER, changed, f"{number}-effect", source, same_day),
     )
     return PlannedPerson(number, earlier, arms, _theta(before), np.stack([_theta(phi), _theta(changed)]), 0)
 
