@@ -260,6 +260,10 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     }
 
 
+def _outside(name: str, study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return OUTSIDE[name](study, wildcards, _fields)
+
+
 COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "discrepancy": _discrepancy,
     "sensitivity_run": _sensitivity_run,
@@ -272,6 +276,6 @@ COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "readings": _readings,
     "paper_comparison": _paper_comparison,
     "report": _report,
-    **{name: partial(composed, fields=_fields) for name, composed in OUTSIDE.items()},
+    **{name: partial(_outside, name) for name in OUTSIDE},
 }
 """Stages whose settings are more than values of the configuration side by side."""

@@ -135,7 +135,7 @@ def check_table(path: Path, subjects: Sequence[str]) -> None:
     """
     from swesbi.show.answers_table import read_answers
 
-    answered = read_answers(path)["subject"] if path.is_file() else []
+    answered = list(read_answers(path)["subject"]) if path.is_file() else []
     others = dict.fromkeys(name for name in answered if name not in subjects)
     if others:
         raise OtherAnswerError(
