@@ -601,7 +601,7 @@ def of_pairs(file):
 def earlier_observations(wildcards):
     """Return the observed curve of the earlier visit of each of them."""
     return [
-        f"{RESULTS}/{wildcards.experiment}/new/{pair.subjects[0]}/observation.h5"
+        f"{RESULTS}/{wildcards.experiment}/new/{NEW_COHORT}/{pair.subjects[0]}/observation.h5"
         for pair in answered_pairs(STUDY, wildcards.experiment)
     ]
 
