@@ -41,6 +41,7 @@ import argparse
 import hashlib
 import json
 import logging
+import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, replace
@@ -54,7 +55,7 @@ from pair_rates import costs, flags, one_row_a_pair, rates
 
 from swesbi.artefacts import write_json
 from swesbi.change.settings import DISCREPANCY, ChangeSettings
-from swesbi.config.read import add_options, read_merged, snakemake_options
+from swesbi.config.read import add_options, in_words, parsed, read_merged, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.exam.pairs import VARIANTS, Spreads
@@ -211,7 +212,9 @@ def main() -> None:
     """Answer the pairs that are asked for, print what they come to, and write it."""
     options = _options()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    study = load_study(read_merged(options.config, options.overlay), str(options.config))
+    study = load_study(
+        read_merged(options.config, options.overlay), in_words(options.config, options.overlay)
+    )
     configured, asked = study.config.changes, answerer(study, options)
     store = Store(
         asked.finished.estimator.parent / "change_pairs" / options.stream, made_of(asked, configured)
@@ -247,7 +250,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--verdicts", action="store_true", help="judge each recording; takes null.h5")
     parser.add_argument("--out", type=Path, help="main table to write")
     add_options(parser)
-    options = parser.parse_args()
+    options = parsed(parser, sys.argv[1:])
     if options.shares and options.stream != DEVELOPMENT:
         parser.error("--shares: they are chosen on pairs of development alone; add --stream development")
     if options.pairs < 1:

@@ -18,7 +18,7 @@ from rocrate.rocrate import ROCrate
 
 from swesbi import __version__
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import add_options, read_merged, read_yaml
+from swesbi.config.read import add_options, in_words, parsed, read_merged, read_yaml
 from swesbi.config.study import Study, load_study
 
 VERSION: Final = "1.1"
@@ -71,8 +71,10 @@ def main(arguments: Sequence[str]) -> int:
         ConfigError: The configuration is wrong.
         ArtefactError: The study is not finished.
     """
-    options = _parser().parse_args(arguments)
-    study = load_study(read_merged(options.config, options.overlay), str(options.config))
+    options = parsed(_parser(), arguments)
+    study = load_study(
+        read_merged(options.config, options.overlay), in_words(options.config, options.overlay)
+    )
     folder = options.out or Path(study.config.results) / "crate"
     packed = files_of(study, tuple(path for path in (options.config, options.overlay) if path))
     write_crate(packed, folder)
@@ -182,7 +184,7 @@ def _file(crate: ROCrate, path: Path, licence: str = "") -> Entity:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi crate",
+        prog="swesbi crate",
         description="Pack a finished study as an RO-Crate: a folder with workflow, configuration, "
         "environment, recordings, tables and figures, and ro-crate-metadata.json, which says what each of "
         "them is and that this workflow made these results of these recordings (profile Workflow Run Crate "

@@ -10,7 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_type_hints
 
 from swesbi.artefacts.atomic import atomic_path
-from swesbi.config.read import ConfigError, add_options, overlay, read_merged, snakemake_options
+from swesbi.config.read import (
+    ConfigError,
+    add_options,
+    in_words,
+    overlay,
+    parsed,
+    read_merged,
+    snakemake_options,
+)
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.planning.asked import Effect, check_effect, parse_effect, parse_percent, parse_repeats
@@ -57,11 +65,11 @@ def main(arguments: Sequence[str]) -> int:
         ValueError: What is asked for is no effect, or cannot be recorded or answered.
         OSError: The study has not been run, or the answer cannot be written.
     """
-    options = _parser().parse_args(arguments)
+    options = parsed(_parser(), arguments)
     raw = read_merged(options.config, options.overlay)
     if options.bank is not None:
         raw = overlay(raw, {"plan": {"persons": {"number": options.bank}}})
-    study = load_study(raw, str(options.config))
+    study = load_study(raw, in_words(options.config, options.overlay))
     asked = asked_for(options, study)
     experiment = options.experiment or study.config.plan.experiment
     if experiment not in study.config.population_experiments:
@@ -213,7 +221,7 @@ def _written(planned: Planned, folder: Path) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi plan",
+        prog="swesbi plan",
         description="Say how many persons a study needs to find an effect, by number of repeats. Persons are "
         "simulated, recorded and answered as `change` and the study answer real ones, by the network of a "
         "population; many studies are drawn from them. Answering a person (three recordings, two pairs) "

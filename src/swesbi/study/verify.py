@@ -9,7 +9,7 @@ from typing import Final, get_args
 
 import pandas as pd
 
-from swesbi.config.read import add_options, read_merged
+from swesbi.config.read import add_options, parsed, read_merged
 from swesbi.config.study import load_study
 from swesbi.show.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
 from swesbi.show.claims.manifest import Study, read_manifest
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str]) -> int:
         ConfigError: The configuration is wrong.
         ArtefactError: The manifest is wrong, or the study that is asked is not finished.
     """
-    options = _parser().parse_args(arguments)
+    options = parsed(_parser(), arguments)
     findings = verified(options.config, options.overlay, options.study, options.manifest)
     table = table_of(findings)
     if options.out:
@@ -78,7 +78,7 @@ def _cell(text: str, width: int) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi verify",
+        prog="swesbi verify",
         description="Find every number that README and documentation claim, in the table, setting or "
         "constant that gives it, as the manifest says (docs/claims.yaml). A number that rounds otherwise, "
         "words that are no longer there, a number of the README that no claim accounts for and a marked part "
