@@ -13,10 +13,11 @@ import yaml
 from cohorts import columns, recording
 from scipy.io import savemat
 
+from swesbi.recording.columns import SPEED
 from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import SPEED, Samples
+from swesbi.recording.samples import Samples
 
 PHASES, DENSITY = 20, 1000.0
 NAMES = {

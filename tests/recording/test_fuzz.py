@@ -19,12 +19,13 @@ from recordings import CONTEXT, DENSITY, RECORDING
 from scipy.io import savemat
 
 from swesbi.recording.cohort import read_subject_table, read_subjects
+from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, MODULUS
 from swesbi.recording.ingest import ingest
 from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.protocol import read_protocol
 from swesbi.recording.reader import OWN_FORM, read_samples
-from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, Samples
+from swesbi.recording.samples import Samples
 
 PHASES = 8
 FAST, SLOW, EXHAUSTIVE = 300, 2_000, 10_000

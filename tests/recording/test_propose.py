@@ -10,10 +10,10 @@ import yaml
 from cohorts import recording
 
 from swesbi.__main__ import main
+from swesbi.recording.columns import SPEED
 from swesbi.recording.layout import SHEAR_MODULUS, layout_of
 from swesbi.recording.propose import propose
 from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import SPEED
 
 OTHER = {
     "phase_index": "Phase",

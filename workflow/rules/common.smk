@@ -579,7 +579,12 @@ def tables_of_persons(wildcards):
     """Return the tables of all persons with two answered visits, by every experiment that runs and can answer."""
     check_persons()
     return [
-        OF_PERSON.format(experiment=experiment, person=pair.person) + "/change.csv"
+        str(
+            Path(
+                OF_PERSON.format(experiment=experiment, person=pair.person),
+                "change.csv",
+            )
+        )
         for experiment in (*SPEED_EXPERIMENTS, *POPULATIONS)
         for pair in answered_pairs(STUDY, experiment)
     ]
@@ -590,8 +595,14 @@ def of_pairs(file):
 
     def files(wildcards):
         return [
-            OF_PERSON.format(experiment=wildcards.experiment, person=pair.person)
-            + f"/{file}"
+            str(
+                Path(
+                    OF_PERSON.format(
+                        experiment=wildcards.experiment, person=pair.person
+                    ),
+                    file,
+                )
+            )
             for pair in answered_pairs(STUDY, wildcards.experiment)
         ]
 

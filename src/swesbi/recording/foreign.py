@@ -18,6 +18,7 @@ import pandas as pd
 
 from swesbi.arrays import IntArray
 from swesbi.recording.cohort import EXCEL
+from swesbi.recording.columns import COLUMNS, MODULUS, SPEED
 from swesbi.recording.layout import (
     COUNTED,
     MEASURED,
@@ -28,7 +29,6 @@ from swesbi.recording.layout import (
 )
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.samples import COLUMNS, MODULUS, SPEED
 from swesbi.recording.table import Place, TextTable, below_names, csv_rows, with_decimal_points
 from swesbi.recording.workbook import sheet_rows
 

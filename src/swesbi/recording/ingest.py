@@ -9,13 +9,13 @@ import numpy as np
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
+from swesbi.recording.columns import SPEED
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import analysis_grid, locate_phases, to_grid
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.samples import (
     ACCEPTED,
     REASONS,
-    SPEED,
     Samples,
     count_by_phase,
     count_by_repeat,

@@ -14,8 +14,8 @@ from typing import Any, Final
 from pydantic import Field, ValidationError
 
 from swesbi.base import Settings
+from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
 
 SUBJECT: Final = "subject"
 SHEAR_MODULUS: Final = "shear_modulus_kpa"

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.recording.cohort import EXCEL
+from swesbi.recording.columns import COLUMNS, MODULUS, SPEED
 from swesbi.recording.layout import MEASURED, SHEAR_MODULUS, SUBJECT, UNITS
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.samples import COLUMNS, MODULUS, SPEED
 from swesbi.recording.table import csv_rows
 from swesbi.recording.workbook import sheet_rows
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from swesbi.arrays import FloatArray, IntArray
 from swesbi.recording.cohort import EXCEL, SUFFIXES, WORKBOOKS
+from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
 from swesbi.recording.foreign import read_foreign
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK, Samples
+from swesbi.recording.samples import Samples
 from swesbi.recording.speed import shear_wave_speed_m_s, youngs_modulus_kpa
 from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
 
