@@ -35,6 +35,7 @@ LAYERS = (
     "hierarchy",
     "verdict",
     "change",
+    "planning",
     "checks",
     "exam",
     "config",
