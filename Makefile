@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -68,6 +68,15 @@ exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figu
 	for name in exam exam_former_noise exam_pressures; do \
 		cp results/tables/$$name.csv results/tables/$${name}_samplers.csv docs/tables/ || exit; \
 		cp results/figures/$$name.png docs/figures/ || exit; done
+
+verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code
+	$(BIN)/python -m swesbi verify --out results/tables/claims.csv
+
+crate: $(INSTALLED) ## the finished study as an RO-Crate, described for machines: results/crate
+	$(BIN)/python -m swesbi crate
+
+container: ## an image of the project, where podman or docker can build one
+	$$(command -v podman || command -v docker || { echo "neither podman nor docker is here: install one of them" >&2; echo false; }) build --file Containerfile --tag swesbi .
 
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
 	$(BIN)/python -m swesbi.show.docs

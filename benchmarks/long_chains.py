@@ -49,7 +49,7 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator, integer_seed
 from swesbi.show.csv import write_csv
-from swesbi.study.new_subject import FinishedPopulation, check_finished, finished_population
+from swesbi.study.finished import FinishedPopulation, check_finished, finished_population
 from swesbi.study.stages.exam import ExamAnswersStageSettings
 from swesbi.study.stages.new_subject import STREAM as ANSWER_STREAM
 from swesbi.study.stages.new_subject import check_network
@@ -152,7 +152,9 @@ class Answerer:
         start = starting_points(model, exact.weighted, mcmc.start_points, rng)
         stream = integer_seed(self.seed, STREAM, "mcmc", subject)
         # as `reference_draws` does it, but a heart whose chains do not converge ends no run
-        return sample_mcmc(model, start, mcmc, stream, least_effective=2 * self.local.two_sample_draws)
+        least = 2 * self.local.two_sample_draws
+        network = flow_proposal(self.flow, model.recording)
+        return sample_mcmc(model, start, mcmc, stream, least_effective=least, space=network)
 
 
 def answerer(study: Study, finished: FinishedPopulation, options: argparse.Namespace) -> Answerer:

@@ -45,7 +45,7 @@ from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.importance import flow_proposal, weigh
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.settings import RefinementSettings
-from swesbi.study.new_subject import finished_study
+from swesbi.study.finished import finished_study
 from swesbi.study.stages.calibration import CalibrationLocalStageSettings
 from swesbi.verdict.context import nearest_known
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import inspect
 import logging
@@ -11,14 +12,16 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
 
+from swesbi.artefacts.atomic import write_fault
 from swesbi.config.parts import NUMBERED, option_of
-from swesbi.config.read import ConfigError, add_options, read_merged
+from swesbi.config.read import ConfigError, add_options, in_words, parsed, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.study.registry import STAGES, file_arguments, file_types, stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
 EXIT_USAGE = 2
+EXIT_INTERRUPTED = 130  # as shells have it of SIGINT
 WHICH = "which "  # before the name of a wildcard among the parsed options
 WILDCARDS = ("subject", "experiment", "person", "prior", "variant", "structure", "generator", *NUMBERED)
 COMMANDS = {
@@ -26,7 +29,10 @@ COMMANDS = {
     "template": "swesbi.recording.template",
     "new-subject": "swesbi.study.new_subject",
     "change": "swesbi.study.change",
+    "plan": "swesbi.study.plan",
     "exam": "swesbi.study.exam",
+    "verify": "swesbi.study.verify",
+    "crate": "swesbi.study.crate",
     "inspect": "swesbi.study.inspect.command",
 }
 
@@ -37,20 +43,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
     logging.getLogger("swesbi").setLevel(logging.INFO)
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        if given and given[0] in COMMANDS:
-            return int(importlib.import_module(COMMANDS[given[0]]).main(given[1:]))
-        return _run_stage(given[0], given[1:]) if given and given[0] in STAGES else _overview(given)
+        # a command that reads a configuration goes to its folder
+        with contextlib.chdir(Path.cwd()):
+            return _run(given)
     except (ConfigError, ValueError, OSError) as error:
-        print(f"swesbi: {error}", file=sys.stderr)
+        print(f"swesbi: {_message(error)}", file=sys.stderr)
         return EXIT_USAGE
+    except KeyboardInterrupt:
+        print("\nswesbi: interrupted; of what was being made nothing is left behind", file=sys.stderr)
+        return EXIT_INTERRUPTED
+
+
+def _run(given: Sequence[str]) -> int:
+    if given and given[0] in COMMANDS:
+        return int(importlib.import_module(COMMANDS[given[0]]).main(given[1:]))
+    return _run_stage(given[0], given[1:]) if given and given[0] in STAGES else _overview(given)
+
+
+def _message(error: ValueError | OSError) -> str:
+    """Return what is wrong; of what the system refuses to write also what to do."""
+    reason = write_fault(error) if isinstance(error, OSError) else None
+    return f"{getattr(error, 'filename', None)}: cannot be written, {reason}" if reason else str(error)
 
 
 def _overview(given: Sequence[str]) -> int:
     """Show the lists of commands and stages; anything but a call for help is a mistake."""
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi",
+        prog="swesbi",
         description="Commands around a cohort, and the stages of the study, one at a time.\n"
-        "`snakemake --cores 2` runs all stages; `python -m swesbi NAME --help` says what each needs.",
+        "`snakemake --cores 2` runs all stages; `swesbi NAME --help` says what each needs.",
     )
     commands = {name: _summary(module) for name, module in COMMANDS.items()}
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
@@ -73,9 +94,9 @@ def _summary(module: str) -> str:
 
 def _run_stage(name: str, given: Sequence[str]) -> int:
     run = stage_function(name)
-    options = vars(_parser(name, run).parse_args(given))
-    config: Path = options.pop("config")
-    study = load_study(read_merged(config, options.pop("overlay")), str(config))
+    options = vars(parsed(_parser(name, run), given))
+    config, changes = options.pop("config"), options.pop("overlay")
+    study = load_study(read_merged(config, changes), in_words(config, changes))
     chosen = {name: options.pop(WHICH + name) for name in WILDCARDS}
     wildcards = {name: value for name, value in chosen.items() if value is not None}
     settings = get_type_hints(run)["settings"].from_plain(stage_settings(study, name, **wildcards))
@@ -86,7 +107,7 @@ def _run_stage(name: str, given: Sequence[str]) -> int:
 
 def _parser(name: str, run: Callable[..., None]) -> argparse.ArgumentParser:
     """Build a stage's parser: an option for every file of its function, and what chooses its settings."""
-    parser = argparse.ArgumentParser(prog=f"python -m swesbi {name}", description=STAGES[name])
+    parser = argparse.ArgumentParser(prog=f"swesbi {name}", description=STAGES[name])
     add_options(parser)
     parameters = inspect.signature(run).parameters
     for wildcard in WILDCARDS:

@@ -17,7 +17,7 @@ from swesbi.change.ratios import log_ratios, smallest_detectable, summarise_rati
 from swesbi.change.settings import ChangeRuleSettings
 from swesbi.change.transport import JoinedSpace
 from swesbi.change.visits import Coupling
-from swesbi.posterior.refine import LogitSpace
+from swesbi.posterior.space import LogitSpace
 from swesbi.prior import JointPriorSettings, draw_prior
 
 RULE = ChangeRuleSettings(threshold=0.1, probability=0.95, power=0.8, one_person_level=0.05, null_draws=1000)

@@ -21,7 +21,7 @@ from swesbi.config.pairs import pairs_of, visit_pair
 from swesbi.config.read import ConfigError, overlay, read_yaml
 from swesbi.config.study import Study, load_study
 from swesbi.study import change as command
-from swesbi.study.new_subject import finished_population
+from swesbi.study.finished import finished_population
 from swesbi.study.stages.change import check_protocols
 
 if TYPE_CHECKING:

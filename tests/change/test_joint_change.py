@@ -14,7 +14,8 @@ from swesbi.change.joint import Change, OwnPosterior, infer_change
 from swesbi.change.settings import ChangeRuleSettings, ChangeSettings, SharesSettings
 from swesbi.change.visits import visits_model
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.posterior.refine import LogitSpace, refined_posterior
+from swesbi.posterior.refine import refined_posterior
+from swesbi.posterior.space import LogitSpace
 
 NOTHING = dict.fromkeys(SharesSettings.model_fields, 0.0)
 RULE = ChangeRuleSettings(threshold=0.1, probability=0.95, power=0.8, one_person_level=0.05, null_draws=500)

@@ -28,7 +28,7 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
 from swesbi.posterior.importance import FlowProposal
-from swesbi.posterior.refine import Space
+from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, ParameterPrior, in_bounds, log_centre
 from swesbi.show.docs.ladder import PARTS, LadderResults
 from swesbi.show.docs.marks import PART

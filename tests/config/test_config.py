@@ -41,7 +41,14 @@ HEAVY = {
     "xarray",
 }
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base", "structure": "base"}
-OF_OTHERS = ("new_subject", "person_change", "exam_answers", "exam_pressures")
+OF_OTHERS = (
+    "new_subject",
+    "person_change",
+    "change_groups",
+    "plan_bank",
+    "exam_answers",
+    "exam_pressures",
+)
 """Stages of subjects outside the study."""
 WILDCARDS |= {"reading": "base", "shard": "0", "part": "0", "batch": "0"}
 
@@ -460,6 +467,58 @@ def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share
         stage_settings(study, "person_change", experiment="amortised")
     with pytest.raises(ConfigError, match="new_subjects.cohort = null: names no folder"):
         stage_settings(load_study(changed()), "person_change", **chosen)
+
+
+def test_the_change_in_groups_has_groups_hyperpriors_and_who_is_left_out() -> None:
+    trial = changed(new_subjects__cohort="data/virtual_trial")
+    study = load_study(trial)
+    parts = stage_settings(study, "change_groups", experiment="amortised")
+    assert set(parts["groups"].values()) == {"control", "treated"}
+    assert len(parts["groups"]) == 24
+    assert parts["left_out"] == []
+    assert parts["change_groups"] == SHIPPED["change_groups"]
+    narrow = "population_experiments__amortised__population__declared_range__hr_bpm"
+    rows = {name: row.hr_bpm for name, row in study.new_rows.items()}
+    slowest = min(rows, key=lambda name: rows[name])
+    refusing = load_study(
+        changed(**{narrow: [rows[slowest] + 0.5, 130.0], "new_subjects__cohort": "data/virtual_trial"})
+    )
+    left = stage_settings(refusing, "change_groups", experiment="amortised")
+    assert any(f"(recording {slowest}) is refused, hr_bpm = " in sentence for sentence in left["left_out"])
+    assert slowest.split("-")[0] not in left["groups"]
+
+
+def test_those_who_came_once_are_named() -> None:
+    study = load_study(changed(new_subjects__cohort=SHIPPED["cohort"]))
+    left = stage_settings(study, "change_groups", experiment="amortised")["left_out"]
+    assert left == ["left out with one visit, since a change needs two: A, B, C, D, E, F, G, H"]
+
+
+def test_a_bank_depends_on_what_is_planned_and_on_what_answers_do() -> None:
+    study = load_study(SHIPPED)
+    asked = {"design": "paired", "parameter": "k_sr_per_s", "change": "-0.2", "repeats": "3"}
+    parts = stage_settings(study, "plan_bank", repeat_noise="0.03", **asked)
+    assert (parts["change"], parts["repeats"], parts["repeat_noise"]) == (-0.2, 3, 0.03)
+    assert parts["exact"] == SHIPPED["experiments"]["calibrated"]["exact"]
+    assert parts["persons"] == SHIPPED["plan"]["persons"]
+    with pytest.raises(
+        ConfigError, match="plan_bank: repeat_noise is not said; banks are made by `python -m swesbi plan`"
+    ):
+        stage_settings(study, "plan_bank", **asked)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"plan__persons__group": "giants"}, "plan.persons.group = 'giants': the population has adults"),
+        ({"plan__studies__recycled_draws": 9000}, "but posteriors keep 4000 draws"),
+        ({"plan__studies__sizes": [8, 4, 20]}, "list them in ascending order"),
+        ({"plan__experiment": "calibrated"}, "plan.experiment = 'calibrated' is no experiment over a pop"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        load_study(changed(**changes))
 
 
 def test_over_a_population_the_verdict_takes_the_context_ranges_of_the_population() -> None:

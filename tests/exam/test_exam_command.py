@@ -23,7 +23,7 @@ from swesbi.exam.recorded import record_heart
 from swesbi.exam.score import KIND, HeartAnswer, read_answers, refusal, to_dataset
 from swesbi.posterior.result import read_exact_result
 from swesbi.study import exam as command
-from swesbi.study.new_subject import finished_population
+from swesbi.study.finished import finished_population
 from swesbi.study.registry import stage_function
 from swesbi.study.stages import exam, exam_pressures, exam_table
 from swesbi.study.stages.origin import Origin

@@ -312,14 +312,15 @@ SAMPLE_TABLE = {
     "all attempts failed": Case(failed(*range(20)), "no sample is acceptable .no_wave .*; record again"),
     "fewer phases than configured": Case(
         other_protocol(12),
-        "its 12 phases fill the cycle, but recording.phases in config.yaml is 20: .*to 12, or",
+        "its 12 phases fill the cycle, but recording.phases in config.yaml is 20: .*if 12 were",
     ),
     "more phases than configured": Case(
         other_protocol(24),
-        "'phase_index': '20' is outside .0, 19.; this study expects 20 .*set recording.phases",
+        "'phase_index': '20' is outside .0, 19.; this study expects 20 .*by --phases or recording.phases",
     ),
     "phases counted from 1": Case(
-        table(lambda frame: frame.assign(phase_index=frame["phase_index"] + 1)), "'20' .*from 0, not from 1"
+        table(lambda frame: frame.assign(phase_index=frame["phase_index"] + 1)),
+        "'20' .*number them from 0, or say `first_phase: 1`",
     ),
     "phases without rows, in no order": Case(
         table(lambda frame: frame[frame["phase_index"] != 5].replace({"phase_index": {3: 12, 12: 3}})),
@@ -363,11 +364,11 @@ SAMPLE_TABLE = {
 FILES = {
     "no recording": Case(
         replaced(no_matter),
-        r"swe: there is no file S-1.csv or S-1.mat; put it there, or take the subject out",
+        r"swe: there is no file S-1.csv, S-1.mat, S-1.xlsx, S-1.xlsm; put it there, or take the subject out",
     ),
     "a workbook": Case(
-        lambda cohort: (cohort / "swe" / "S-1.csv").rename(cohort / "swe" / "S-1.xlsx"),
-        "S-1.xlsx: is a workbook; save the sheet as 'CSV UTF-8'",
+        lambda cohort: (cohort / "swe" / "S-1.csv").rename(cohort / "swe" / "S-1.ods"),
+        "S-1.ods: is a workbook; save the sheet as 'CSV UTF-8'",
     ),
     "two recordings": Case(
         lambda cohort: write_v5(cohort / "swe" / "S-1.mat", recording()),

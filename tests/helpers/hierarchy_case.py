@@ -16,7 +16,8 @@ from scipy.stats import norm, truncnorm
 from swesbi.context import Context
 from swesbi.hierarchy.cohort import Design, Member, make_member
 from swesbi.hierarchy.hyperprior import in_rows
-from swesbi.hierarchy.model import log_normal_mass, population_law
+from swesbi.hierarchy.model import population_law
+from swesbi.hierarchy.ratio import log_normal_mass
 from swesbi.hierarchy.settings import HierarchySettings, HyperpriorSettings, OutlierSettings
 from swesbi.posterior.settings import ExactSettings, McmcSettings, RefinementSettings
 from swesbi.prior import PriorSettings, bounds

@@ -22,8 +22,9 @@ from swesbi.checks.ladder.quantities import QUANTITIES
 from swesbi.checks.ladder.settings import LadderEffort
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.posterior.refine import FittedProposal, LogitSpace
+from swesbi.posterior.refine import FittedProposal
 from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal
 from swesbi.prior import JointPriorSettings, log_centre, to_logit
 

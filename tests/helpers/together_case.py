@@ -13,7 +13,8 @@ from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.hierarchy.cohort import Member, design_of
 from swesbi.hierarchy.hyperprior import hyperprior_of, in_rows
 from swesbi.hierarchy.infer import infer_cohort
-from swesbi.hierarchy.model import log_normal_mass, population_law
+from swesbi.hierarchy.model import population_law
+from swesbi.hierarchy.ratio import log_normal_mass
 from swesbi.hierarchy.settings import HierarchySettings
 from swesbi.posterior.mcmc import reference_draws
 from swesbi.posterior.settings import McmcSettings

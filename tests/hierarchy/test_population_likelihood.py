@@ -16,9 +16,9 @@ from swesbi.hierarchy.model import (
     CohortModel,
     PopulationSettings,
     equal_draws,
-    log_normal_mass,
     population_law,
 )
+from swesbi.hierarchy.ratio import log_normal_mass
 from swesbi.prior import draw_prior
 
 FloatArray = NDArray[np.float64]

@@ -15,8 +15,9 @@ from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.posterior.extended import ExtendedProposal, OnePrior, extended_proposal
 from swesbi.posterior.importance import FlowProposal, HasPrior, flow_proposal, weigh
-from swesbi.posterior.refine import LogitSpace, Space, refine
+from swesbi.posterior.refine import refine
 from swesbi.posterior.settings import RefinementSettings
+from swesbi.posterior.space import LogitSpace, Space
 from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, level, log_density, quantile
 
 FACTOR = speed_case.shipped().clinical.stressed_volume_factor

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import emcee
 import numpy as np
 import pytest
@@ -12,7 +14,6 @@ from scipy.signal import lfilter
 from swesbi.posterior.importance import weigh
 from swesbi.posterior.mcmc import (
     McmcDraws,
-    SideBySide,
     effective_draws,
     gather,
     overdispersed,
@@ -21,7 +22,9 @@ from swesbi.posterior.mcmc import (
     split_r_hat,
     starting_points,
 )
+from swesbi.posterior.moves import NearNormal, SideBySide
 from swesbi.posterior.settings import McmcSettings
+from swesbi.posterior.space import LogitSpace
 from swesbi.prior import to_logit
 
 SHORT = MCMC.model_copy(update={"steps": 60, "max_steps": 60, "min_effective_draws": 1})
@@ -206,3 +209,67 @@ def test_walkers_that_start_in_a_trap_do_not_stay_there() -> None:
     assert draws.converged
     assert draws.steps == MCMC.steps
     check_posterior(draws.phi.reshape(-1, 4), draws.effective_draws.min())
+
+
+@dataclass(frozen=True)
+class ShiftedSpace:
+    """A space in which the known posterior is normal, but off by half a standard deviation and too wide."""
+
+    def place(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return u (n, 4) and log |du / dphi|."""
+        eta, log_slope = LogitSpace(PRIOR).place(phi)
+        return (eta - self.centre) / self.scale + 0.5, log_slope - 4 * np.log(self.scale)
+
+    def at(self, u: np.ndarray) -> np.ndarray:
+        """Return phi (n, 4)."""
+        return LogitSpace(PRIOR).at((u - 0.5) * self.scale + self.centre)
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Of the known posterior."""
+        return to_logit(np.exp(known_mean())[None], PRIOR)[0]
+
+    @property
+    def scale(self) -> float:
+        """Smaller than the posterior, which is therefore wider than one."""
+        return 0.6 * self.width
+
+    @property
+    def width(self) -> float:
+        """Of the known posterior, in eta."""
+        wide = np.exp(known_mean() + LOG_SD * np.array([-1.0, 1.0])[:, None])
+        return float(np.ptp(to_logit(wide, PRIOR), axis=0).mean() / 2.0)
+
+
+def sampled_in_a_shifted_space() -> McmcDraws:
+    start = proposal(0.3, 3.0).draw(MCMC.start_points, seed=5)
+    return sample_mcmc(ToyModel(), start, MCMC, seed=7, space=ShiftedSpace())
+
+
+def test_the_sampler_finds_the_known_posterior_in_a_space_that_is_near_normal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    draws = sampled_in_a_shifted_space()
+    assert draws.converged
+    check_posterior(draws.phi.reshape(-1, 4), draws.effective_draws.min())
+
+    right = NearNormal.get_proposal
+    monkeypatch.setattr(
+        NearNormal, "get_proposal", lambda *given: (right(*given)[0], np.zeros(len(given[1])))
+    )
+    wrong = sampled_in_a_shifted_space()  # steps that keep the normal distribution pull the posterior to it
+    with pytest.raises(AssertionError):
+        check_posterior(wrong.phi.reshape(-1, 4), wrong.effective_draws.min())
+
+
+def test_steps_keep_the_standard_normal_distribution() -> None:
+    """Whatever is proposed is then accepted, and stays as far from zero."""
+    move, random = NearNormal(), np.random.RandomState(2)
+    walkers = random.normal(size=(20000, 6))
+    proposals, log_factor = move.get_proposal(walkers, [], random)
+    np.testing.assert_allclose(
+        log_factor, 0.5 * (proposals**2 - walkers**2).sum(axis=1), rtol=1e-12, atol=1e-12
+    )
+    assert (proposals**2).mean() == pytest.approx(1.0, abs=0.02)
+    correlation = (walkers * proposals).mean()
+    assert 0.3 < correlation < 0.9

@@ -7,9 +7,10 @@ import pytest
 from exact_case import SETTINGS, ToyModel, check_posterior, known_log_evidence, proposal
 from scipy.stats import chi2
 
-from swesbi.posterior.importance import log_posterior_of_logit, weigh
+from swesbi.posterior.importance import weigh
 from swesbi.posterior.mode import mode_proposal
-from swesbi.posterior.refine import LOST_EFFICIENCY, FittedProposal, LogitSpace, refine
+from swesbi.posterior.refine import LOST_EFFICIENCY, FittedProposal, refine
+from swesbi.posterior.space import LogitSpace, log_posterior_of_logit
 from swesbi.prior import draw_prior, to_logit
 
 MODEL = ToyModel()

@@ -18,12 +18,12 @@ from swesbi.posterior.importance import FlowProposal, Proposal, flow_proposal, w
 from swesbi.posterior.refine import (
     LOST_EFFICIENCY,
     FittedProposal,
-    LogitSpace,
     PairProposal,
     fit_in_nearest,
     refine,
     refined_posterior,
 )
+from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal, fitted_mixture
 from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, log_density
 

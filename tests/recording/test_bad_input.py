@@ -89,7 +89,7 @@ def test_a_fault_of_every_row_is_told_in_a_few_lines(
     CASES["samples: RR in s"].broken(cohort)
     assert main(["validate", str(cohort)]) == 2
     shown = shown_by(capsys, "likewise in 715 more rows, the last of them 721: is outside")
-    assert len(shown.splitlines()) == 8
+    assert len(shown.splitlines()) == 9
 
 
 def test_a_subject_that_only_the_configuration_knows(

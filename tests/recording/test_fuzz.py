@@ -19,11 +19,13 @@ from recordings import CONTEXT, DENSITY, RECORDING
 from scipy.io import savemat
 
 from swesbi.recording.cohort import read_subject_table, read_subjects
+from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, MODULUS
 from swesbi.recording.ingest import ingest
+from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.protocol import read_protocol
-from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, Samples
+from swesbi.recording.reader import OWN_FORM, read_samples
+from swesbi.recording.samples import Samples
 
 PHASES = 8
 FAST, SLOW, EXHAUSTIVE = 300, 2_000, 10_000
@@ -58,10 +60,10 @@ def valid(samples: Samples) -> None:
     assert len(np.unique(triples, axis=1).T) == shape[0]
 
 
-def read(path: Path) -> bool:
+def read(path: Path, layout: TableLayout = OWN_FORM) -> bool:
     """Read a recording; tell whether it was accepted."""
     try:
-        samples = read_samples(path, PHASES, DENSITY)
+        samples = read_samples(path, PHASES, DENSITY, layout, "S")
     except RecordingError as error:
         assert str(path) in str(error)
         assert error.problems
@@ -229,6 +231,64 @@ def matlab_values(folder: Path, examples: int) -> None:
     check()
 
 
+@functools.cache
+def good_workbook() -> bytes:
+    buffer = io.BytesIO()
+    good_table().to_excel(buffer, index=False)
+    return buffer.getvalue()
+
+
+def damaged_workbook(folder: Path, examples: int) -> None:
+    @settings(max_examples=examples, **KNOBS)
+    @given(edited(good_workbook()))
+    def check(raw: bytes) -> None:
+        (folder / "S.xlsx").write_bytes(raw)
+        read(folder / "S.xlsx")
+
+    check()
+
+
+def other_layouts(folder: Path, examples: int) -> None:
+    """Good and bad tables under mappings that fit and that do not."""
+    names = st.one_of(
+        st.sampled_from([*COLUMNS, MODULUS, "shear_modulus_kpa", "subject"]), st.text(max_size=6)
+    )
+    sources = st.one_of(names, st.just("shear*"), st.text(max_size=4), st.lists(names, max_size=3))
+    units = st.sampled_from(["m/s", "cm/s", "mm/s", "kPa", "Pa", "s", "ms", "%", "furlongs"])
+    constants = st.one_of(st.sampled_from(["ok", "counted", "0"]), st.integers(-1, 9), NUMBERS)
+    table = st.fixed_dictionaries(
+        {},
+        optional={
+            "first_phase": st.integers(-1, 2),
+            "header_row": st.integers(-1, 4),
+            "statuses": st.dictionaries(STATUSES, STATUSES, max_size=2),
+            "values": st.dictionaries(names, constants, max_size=2),
+        },
+    )
+    said = st.fixed_dictionaries(
+        {},
+        optional={
+            "columns": st.dictionaries(names, sources, max_size=2),
+            "units": st.dictionaries(names, units, max_size=2),
+            "table": table,
+        },
+    )
+
+    @settings(max_examples=examples, **KNOBS)
+    @given(said, csv_texts(), st.booleans())
+    def check(plain: dict[str, object], text: str, good: bool) -> None:
+        path = folder / "S.csv"
+        path.write_bytes(good_bytes("csv") if good else text.encode("utf-8", "surrogatepass"))
+        try:
+            layout = layout_of(plain, folder / "recording.yaml")
+        except RecordingError as error:
+            assert "recording.yaml" in str(error)
+            return
+        read(path, layout)
+
+    check()
+
+
 def any_subjects(folder: Path, examples: int) -> None:
     good = "\n".join([HEADER, *ROWS.values()]).encode()
     cells = st.one_of(NUMBERS, STATUSES, st.sampled_from(["F", "M", "S-1", "60", "90", "34", "0.8"]))
@@ -306,6 +366,8 @@ PARSERS: dict[Callable[[Path, int], None], float] = {
     damaged_v73: 0.1,
     allowed_values: 0.05,
     matlab_values: 0.05,
+    damaged_workbook: 0.05,
+    other_layouts: 0.2,
     any_subjects: 0.1,
     any_measures: 0.1,
     any_protocol: 0.05,

@@ -12,6 +12,7 @@ from swesbi.artefacts import load
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.recording.clinical import ClinicalRow
 from swesbi.recording.ingest import ingest
+from swesbi.recording.layout import TableLayout
 from swesbi.recording.observation import read_observation
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import REASONS, Samples, rejection
@@ -241,6 +242,7 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
         clinical=ClinicalRow(sbp_mmhg=121.0, dbp_mmhg=78.0),
         recording=RECORDING,
         measurement=MeasurementSettings(grid_points=100, active_stiffness_map="identity"),
+        layout=TableLayout(),
     )
     stage.ingest(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
     direct, read = ingest(samples, CONTEXT, RECORDING, 100), read_observation(artefact)

@@ -20,6 +20,7 @@ from swesbi.recording.components import (
     repeat_levels,
 )
 from swesbi.recording.ingest import ingest
+from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import KIND, fit_noise, read_noise, relative_se, to_dataset
 from swesbi.recording.observation import read_contexts
 from swesbi.recording.samples import ACCEPTED, Samples, rejection
@@ -34,7 +35,9 @@ from swesbi.virtual_cohort.acquisition import acquire
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, true_curve
 
 TRUE = NoiseComponents(0.04, 0.08)
-SETTINGS = stage.NoiseStageSettings(recording=RECORDING, noise=NoiseSettings(interval=0.9))
+SETTINGS = stage.NoiseStageSettings(
+    recording=RECORDING, noise=NoiseSettings(interval=0.9), layout=TableLayout()
+)
 
 
 def levels_of(samples: Samples) -> RepeatLevels:

@@ -16,6 +16,7 @@ from swesbi.__main__ import main
 from swesbi.artefacts import load, save, to_groups
 from swesbi.recording.components import LARGEST_SD, RepeatLevels, fit_components, log_restricted_likelihood
 from swesbi.recording.ingest import ingest
+from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import (
     KIND,
     compare_noise,
@@ -47,7 +48,9 @@ from swesbi.virtual_cohort.volunteers import VOLUNTEERS, TruthCurve, true_curve
 TRUE = NoiseComponents(0.04, 0.08, 0.05)
 OWN = {"repeat_sd_fraction": 0.04, "sample_sd_fraction": 0.08, "scale_fraction": 0.0}
 """Of recordings with these components, but sweeps."""
-SETTINGS = stage.NoiseStageSettings(recording=RECORDING, noise=NoiseSettings(interval=0.9))
+SETTINGS = stage.NoiseStageSettings(
+    recording=RECORDING, noise=NoiseSettings(interval=0.9), layout=TableLayout()
+)
 
 
 def levels_of_table(table: pd.DataFrame) -> SweepLevels:

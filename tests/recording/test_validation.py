@@ -42,7 +42,7 @@ def test_the_summary_says_what_quality_control_found(
             (read_samples(cohort / f"swe/{observed.subject}.csv", 20, 1e3).status == "no_wave").sum()
         )
         assert f"no_wave {no_wave}," in " ".join(cells) + ","
-    assert "note: config.yaml has `cohort: data/virtual_volunteers`; set it to" in lines[-1]
+    assert "note: config.yaml has `cohort: data/virtual_volunteers`, whose network answers these" in lines[-1]
 
 
 def test_the_configured_cohort_needs_no_note(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -147,7 +147,7 @@ def test_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         main([command, "--help"])
     assert ended.value.code == 0
-    assert f"python -m swesbi {command}" in capsys.readouterr().out
+    assert f"usage: swesbi {command}" in capsys.readouterr().out
     with pytest.raises(SystemExit):
         main(["--help"])
     assert f"  {command} " in capsys.readouterr().out

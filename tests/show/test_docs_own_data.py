@@ -9,11 +9,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
+import yaml
 from study_copy import ROOT, StudyCopy, copy_study
 
-from swesbi.study.new_subject import OUTPUTS
+from swesbi.__main__ import main
+from swesbi.recording.layout import layout_of
+from swesbi.recording.reader import read_samples
+from swesbi.show.answers_table import read_answers
+from swesbi.study.answering import OUTPUTS
 
 PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -49,16 +55,21 @@ def walked(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyCopy, dict[st
 def test_a_trained_network_answers_as_the_page_says(own_study: StudyCopy) -> None:
     study = own_study
     (study.folder / "fill.py").write_text(blocks("python")[0], encoding="utf-8")
-    typed(".venv/bin/python -m swesbi template data/septum_12", study)
+    typed(".venv/bin/swesbi template data/septum_12", study)
     typed(".venv/bin/python fill.py", study)
-    by_hand = re.search(r"^\S+ -m swesbi new-subject .*$", PAGE, re.MULTILINE)
+    by_hand = re.search(r"^\S+/swesbi new-subject .*--subject.*$", PAGE, re.MULTILINE)
+    whole = re.search(r"^\S+/swesbi new-subject .*--all.*$", PAGE, re.MULTILINE)
     by_workflow = re.search(r"^\S+snakemake .* -- new_subjects$", PAGE, re.MULTILINE)
-    assert by_hand and by_workflow
+    assert by_hand and whole and by_workflow
     # the page's network is that of the full study; this one is the smoke study's
     assert typed(f"{by_hand[0]} --overlay {study.config}", study).stdout.startswith("S-101: ")
+    typed(f"{whole[0]} --overlay {study.config}", study)
+    table = read_answers(study.results / "new" / "septum_12" / "answers.csv")
+    assert table["subject"].tolist() == ["S-101", "S-102"]
+    assert table["k0_kpa_median"].notna().all()
     (study.folder / "new.yaml").write_text(blocks("yaml")[1], encoding="utf-8")
     typed(by_workflow[0].replace("--configfile ", f"--configfile {study.config} "), study)
-    answers = study.results / "calibrated" / "new"
+    answers = study.results / "calibrated" / "new" / "septum_12"
     assert sorted(path.name for path in answers.iterdir()) == ["S-101", "S-102"]
     for subject in ("S-101", "S-102"):
         assert xr.load_dataset(answers / subject / "observation.h5", engine="h5netcdf").sizes["phase"] == 12
@@ -87,6 +98,25 @@ def test_both_ways_give_the_same_observed_curve(walked: tuple[StudyCopy, dict[st
     xr.testing.assert_identical(by_hand, by_workflow)
     assert by_hand.sizes["phase"] == 12
     assert xr.load_dataset(made / "S-102" / "observation.h5", engine="h5netcdf").attrs["subject"] == "S-102"
+
+
+def test_the_mapping_of_the_page_reads_the_table_of_another_tool(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data" / "septum_12" / "swe").mkdir(parents=True)
+    exec(compile(blocks("python")[0], "fill.py", "exec"), {})
+    said = yaml.safe_load(next(block for block in blocks("") if block.startswith("columns:")))
+    layout = layout_of(said, tmp_path / "recording.yaml")
+    for patient in ("S-103", "S-104"):
+        samples = read_samples(tmp_path / "tool.csv", 12, 1000.0, layout, patient)
+        assert samples.speed_m_s.shape == (12 * 4 * 4,)
+        assert 1.0 < np.nanmedian(samples.speed_m_s) < 4.0
+        assert samples.trigger_delay_ms.max() > 800.0
+    assert main(["template", "--like", "tool.csv"]) == 0
+    proposed = yaml.safe_load(capsys.readouterr().out)
+    assert proposed["columns"] == said["columns"]
+    assert proposed["units"] == said["units"]
 
 
 def test_what_the_page_says_of_one_missing_phase_is_so() -> None:

@@ -34,6 +34,7 @@ from swesbi.show.tables.experiments import (
     recovery_table,
     training_table,
 )
+from swesbi.show.tables.subjects import score_table
 
 SUBJECTS = "ADF"
 
@@ -227,3 +228,13 @@ def test_a_page_without_truth_or_reported_subjects_can_be_written(documented: Ca
     texts = {name: part(nobody) for name, part in PARTS.items()}
     assert "no known true parameters" in texts["truth"]
     assert "3 unsupported" in texts["answer"] and "nan" not in "".join(texts.values())
+
+
+def test_a_strained_row_is_marked_and_left_out_of_the_mean_of_the_supported() -> None:
+    experiment = make_exact_experiment()
+    rows = score_table(experiment, TITLE).rows
+    strained = {name for name in SUBJECTS if STATUS.get(name) == "strained"}
+    assert strained
+    assert {str(row.cells[0]) for row in rows if row.strained} == strained
+    assert strained.isdisjoint(experiment.supported["subject"])
+    assert len(experiment.supported)

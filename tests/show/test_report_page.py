@@ -16,6 +16,7 @@ from swesbi.show.numbers import (
     component,
     estimate,
     fixed,
+    in_sentences,
     mean_sd,
     percent,
     protocol_entry,
@@ -37,6 +38,7 @@ from swesbi.show.tables.experiments import (
     training_table,
 )
 from swesbi.show.tables.subjects import (
+    beside_the_measured,
     derived_table,
     feature_table,
     posterior_table,
@@ -77,6 +79,7 @@ def test_a_narrow_interval_has_the_digits_that_show_its_width() -> None:
     assert estimate(40.0, 16.4, 69.6) == ("40.0", "16.4 to 69.6")
     assert estimate(114.2, 114.11, 114.31) == ("114.20", "114.11 to 114.31")
     assert estimate(2.0, 2.0, 2.0) == ("2.00", "2.00 to 2.00")
+    assert estimate(113.97, 113.9678, 113.9745, most_decimals=0) == ("114", "114 to 114")
     assert estimate(math.nan, math.nan, math.nan) == ("–", "–")
 
 
@@ -93,6 +96,21 @@ def test_names_are_words() -> None:
     assert protocol_entry("push_frequency_mhz", 4.0) == "push frequency 4 MHz"
     assert protocol_entry("probe", "GE 6S-D") == "probe GE 6S-D"
     assert with_symbols("k_ATP < k_0") == "<i>k</i><sub>ATP</sub> &lt; <i>k</i><sub>0</sub>"
+
+
+def test_sentences_have_no_names_of_columns() -> None:
+    said = in_sentences("trajectory_02_kpa (z = 4.09), hr_bpm (z = 3.20), maximum_kpa; k_0 as it is")
+    assert (
+        said == "stiffness at point 3 of the curve (z = 4.09), heart rate (z = 3.20), maximum; k_0 as it is"
+    )
+
+
+def test_a_predicted_quantity_beside_the_measured_says_so_in_words() -> None:
+    row = {"median": 0.724, "ci_low": 0.690, "ci_high": 0.743}
+    assert beside_the_measured(row | {"measured": 0.619}) == "predicted above measured"
+    assert beside_the_measured(row | {"measured": 0.8}) == "predicted below measured"
+    assert beside_the_measured(row | {"measured": 0.7}) == "holds the measured"
+    assert beside_the_measured(row | {"measured": math.nan}) == "–"
 
 
 def test_a_row_of_another_length_is_refused() -> None:

@@ -36,6 +36,7 @@ LAYERS = (
     "hierarchy",
     "verdict",
     "change",
+    "planning",
     "checks",
     "exam",
     "config",

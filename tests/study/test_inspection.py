@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from study_copy import StudyCopy
 
-from swesbi.artefacts import ArtefactError
+from swesbi.artefacts import ArtefactError, write_json
 from swesbi.artefacts.files import LENGTH, append_checksum
 from swesbi.study.inspect.command import as_lines, main
 from swesbi.study.inspect.diff import compare_arrays, compare_runs
-from swesbi.study.inspect.read import READERS, Array, flatten, read
+from swesbi.study.inspect.read import READERS, Array, Content, flatten, read
 
 Shown = pytest.CaptureFixture[str]
 
@@ -90,7 +90,8 @@ def test_a_file_that_cannot_be_shown_does_not_hide_the_others(
     assert main([str(cut), *(str(tmp_path / name) for name in names), str(good)]) == 2
     shown = capsys.readouterr()
     assert "cut.h5: has no checksum at its end: it was cut off" in shown.err
-    assert "rm -f" in shown.err
+    assert "it is no result of a study, and is left as it is" in shown.err
+    assert "rm -f" not in shown.err
     assert "nowhere.h5: no such file" in shown.err
     assert "broken.json: cannot be read as JSON" in shown.err
     assert "notes.txt: .txt is not among the formats shown: .h5, .pt, .csv, .json, .yaml" in shown.err
@@ -101,7 +102,7 @@ def test_check_compares_every_artefact_with_its_checksum(runs: tuple[Path, Path]
     _, other = runs
     assert main(["--check", str(other)]) == 0
     whole = capsys.readouterr().out.splitlines()
-    assert len(whole) == len([*other.rglob("*.h5"), *other.rglob("*.pt")])
+    assert len(whole) == len([path for ending in ("h5", "pt", "json") for path in other.rglob(f"*.{ending}")])
     shard = other / "simulations" / "paper" / "A" / "shard-0.h5"
     content = bytearray(shard.read_bytes())
     content[5000] ^= 1
@@ -110,6 +111,7 @@ def test_check_compares_every_artefact_with_its_checksum(runs: tuple[Path, Path]
     shown = capsys.readouterr()
     assert len(shown.out.splitlines()) == len(whole) - 1
     assert f"{shard}: does not match its checksum" in shown.err
+    assert "delete it and rerun: rm -f" in shown.err
 
 
 @pytest.mark.parametrize("arguments", [[], ["a.h5", "--diff", "b", "c"]])
@@ -208,7 +210,7 @@ def test_a_folder_is_told_from_a_file_that_is_missing(tmp_path: Path, capsys: Sh
     assert main([str(tmp_path)]) == 2
     shown = capsys.readouterr().err
     assert f"{tmp_path}: is a folder; " in shown
-    assert f"python -m swesbi inspect --check {tmp_path}" in shown
+    assert f"swesbi inspect --check {tmp_path}" in shown
     assert "no such file" not in shown
 
 
@@ -259,3 +261,44 @@ def test_arrays_are_compared_in_numbers(
 def test_nested_settings_become_dotted_keys() -> None:
     plain = {"prior": {"low": 2}, "levels": [0.5, 0.9], "runs": [{"seed": 1}], "none": None}
     assert flatten(plain) == {"prior.low": "2", "levels": "0.5, 0.9", "runs[0].seed": "1", "none": "None"}
+
+
+def test_what_is_advised_depends_on_whose_file_it_is(tmp_path: Path, capsys: Shown) -> None:
+    results = tmp_path / "results"
+    own, answer = (
+        results / "paper" / "pool.h5",
+        results / "amortised" / "new" / "clinic" / "S-1" / "posterior.h5",
+    )
+    raw = tmp_path / "data" / "raw.h5"
+    for folder in (results / "logs", results / "cohort", own.parent, answer.parent, raw.parent):
+        folder.mkdir(parents=True, exist_ok=True)
+    for path, advice in (
+        (own, "delete it and rerun: rm -f"),
+        (answer, "ask again with --force: `swesbi new-subject --help`"),
+        (raw, "it is no result of a study, and is left as it is"),
+    ):
+        path.write_bytes(b"not HDF5")
+        assert main(["--check", str(path)]) == 2
+        shown = capsys.readouterr().err
+        assert advice in shown
+        assert ("rm -f" in shown) == (path == own)
+
+
+def test_a_changed_json_is_found(tmp_path: Path, capsys: Shown) -> None:
+    path = tmp_path / "support.json"
+    write_json(path, {"status": "strained", "k_hat": 0.3})
+    assert main(["--check", str(path)]) == 0
+    path.write_text(path.read_text().replace("strained", "supported"))
+    assert main(["--check", str(path)]) == 2
+    assert "does not match its checksum" in capsys.readouterr().err
+
+
+def test_values_of_several_units_have_a_row_each() -> None:
+    theta = Array("theta", ("draw", "parameter"), np.array([[1.0, 10.0], [3.0, 30.0]]), "kPa, s-1")
+    lines = as_lines(Content(Path("x.h5"), "draws", {}, (theta,)))
+    rows = [line.split() for line in lines if "theta[" in line]
+    assert [row[:5] for row in rows] == [
+        ["theta[0]", "draw", "2", "kPa", "0"],
+        ["theta[1]", "draw", "2", "s-1", "0"],
+    ]
+    assert [row[5:9] for row in rows] == [["1", "2", "2", "3"], ["10", "20", "20", "30"]]

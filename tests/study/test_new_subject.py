@@ -16,7 +16,7 @@ import speed_case
 from cohorts import snapshot
 from misspecification_case import Bank, settings, subject_checks
 from numpy.typing import NDArray
-from recordings import make_samples
+from recordings import RECORDING, make_samples
 from study_copy import StudyCopy
 
 from swesbi.__main__ import main
@@ -25,13 +25,14 @@ from swesbi.base import Settings
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.importance import weigh
-from swesbi.posterior.refine import FittedProposal, LogitSpace, refine
+from swesbi.posterior.refine import FittedProposal, refine
+from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.noise import compare_noise, mean_errors
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.new_subject import OUTPUTS, WITH_PRESSURES
+from swesbi.study.answering import OUTPUTS, WITH_PRESSURES
 from swesbi.study.stages import new_subject as new_subject_stage
 from swesbi.study.stages.new_subject import known_noise
 from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
@@ -138,6 +139,16 @@ def test_a_good_proposal_is_left_alone(model: SpeedModel) -> None:
     again = refine(model, good, REFINEMENT.model_copy(update={"min_efficiency": 0.1}), 1)
     assert again.proposal is good
     assert len(again.efficiency) == 1
+
+
+def test_other_limits_of_quality_control_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stage, limits = new_subject_stage, RECORDING.to_plain()
+    provenance = Provenance("noise", settings={"recording": limits | {"phases": 24}})
+    monkeypatch.setattr(stage, "load", lambda *_: (None, provenance))
+    stage.check_quality(tmp_path, RECORDING)
+    looser = RECORDING.model_copy(update={"min_fit_r2": 0.1})
+    with pytest.raises(stage.OtherNetworkError, match="was told under recording.min_fit_r2 = .* has 0.1"):
+        stage.check_quality(tmp_path, looser)
 
 
 def test_noise_like_the_cohort_s_is_accepted_and_other_noise_found() -> None:
@@ -283,7 +294,9 @@ def test_a_context_that_the_network_does_not_know_is_refused_and_nothing_written
 
 def test_an_experiment_that_cannot_answer_is_named(refused: Typed) -> None:
     cohort = ("--cohort", "data/virtual_volunteers", "--subject", "C")
-    assert "is of kind 'features'" in refused(*cohort, "--experiment", "paper").stderr
+    paper = refused(*cohort, "--experiment", "paper").stderr
+    assert "--experiment = 'paper': infers from features" in paper
+    assert "calibrated and amortised can" in paper
     assert "experiment = 'nope': unknown" in refused(*cohort, "--experiment", "nope").stderr
 
 
@@ -292,7 +305,8 @@ def test_mistakes_are_told_before_anything_runs(refused: Typed, tmp_path: Path) 
     assert "subject = 'Z'" in refused(*cohort, "--subject", "Z").stderr
     assert "is in the cohort that the network was trained on" in refused(*cohort, "--subject", "A").stderr
     absent = refused("--cohort", str(tmp_path / "none"), "--subject", "C")
-    assert "new_subjects.cohort" in absent.stderr
+    assert "--cohort = " in absent.stderr
+    assert "there is no such folder" in absent.stderr
     assert absent.returncode == 2
 
 
@@ -357,12 +371,13 @@ def test_the_workflow_gives_the_same_answer_and_reruns_nothing_else(
     assert {job.rule for job in jobs} == {
         "new_subject_with_pressures",
         "new_subject_of_population_with_pressures",
+        "new_answers",
     }
     assert study.planned() == set()
     study.run("new_subjects")
     assert cohort.is_dir()
     for experiment, folder in by_hand.items():
-        made = study.results / experiment / "new" / "C"
-        names = ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "cmaes.h5")
+        made = study.results / experiment / "new" / "other" / "C"
+        names = ("observation.h5", "posterior.h5", "support.json", "predictive.h5")
         for name in (*names, WITH_PRESSURES):
             assert (made / name).read_bytes() == (folder / name).read_bytes(), (experiment, name)

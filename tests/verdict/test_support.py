@@ -89,7 +89,7 @@ def test_nan_never_counts_as_support() -> None:
 def test_support_file_has_the_fixed_keys_and_reads_back(tmp_path: Path) -> None:
     support, path = judged(1, 5000), tmp_path / "support.json"
     write_json(path, support.to_json())
-    assert list(json.loads(path.read_text())) == KEYS
+    assert list(json.loads(path.read_text())) == [*KEYS, "sha256"]
     assert read_support(path) == support
     path.write_text("{}")
     with pytest.raises(ArtefactError, match=r"support\.json"):

@@ -156,6 +156,8 @@ def test_volumes_and_context_strain_and_only_extreme_volumes_do_more(
 
 class Made:
     npe_phi = np.tile([60.0, 6.0, 29.0, 2.2], (50, 1))
+    phi = np.tile([61.0, 6.1, 29.1, 2.1], (50, 1))
+    interval_mass = 0.9
     sampler = "mcmc"
     converged = False
     reasons = "MCMC has not converged"

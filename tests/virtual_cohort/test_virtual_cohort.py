@@ -15,10 +15,11 @@ from recordings import CONTEXT, RECORDING
 from study_copy import ROOT
 
 from swesbi.recording.cohort import read_subjects
+from swesbi.recording.columns import FAILED_STATUSES
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import FAILED_STATUSES, Samples
+from swesbi.recording.samples import Samples
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.acquisition import acquire, read_true_theta, record
 from swesbi.virtual_cohort.files import write_cohort

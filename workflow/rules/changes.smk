@@ -67,7 +67,50 @@ rule changes_table:
         "../scripts/stage.py"
 
 
+rule change_groups:
+    """What has changed in groups: mean and spread between persons, and how groups differ."""
+    input:
+        changes=of_pairs("change.h5"),
+        observations=earlier_observations,
+    output:
+        groups=f"{RESULTS}/{{experiment}}/changes_groups.h5",
+        table=f"{RESULTS}/{{experiment}}/changes_groups.csv",
+        persons=f"{RESULTS}/{{experiment}}/changes_persons.csv",
+        figure_pdf=f"{RESULTS}/figures/changes_groups-{{experiment}}.pdf",
+        figure_png=f"{RESULTS}/figures/changes_groups-{{experiment}}.png",
+    log:
+        f"{RESULTS}/logs/change_groups/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/change_groups/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=f"{SPEEDS}|{OVER_POPULATION}",
+    params:
+        stage=stage("change_groups"),
+    message:
+        "What has changed in groups of persons, by '{wildcards.experiment}'"
+    script:
+        "../scripts/stage.py"
+
+
+rule changes_groups_table:
+    input:
+        tables=tables_of_groups,
+    output:
+        table=f"{RESULTS}/tables/changes_groups.csv",
+    log:
+        f"{RESULTS}/logs/changes_groups_table.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/changes_groups_table.tsv"
+    params:
+        stage=stage("changes_groups_table"),
+    message:
+        "Table of what has changed in groups"
+    script:
+        "../scripts/stage.py"
+
+
 rule changes:
-    """Every person of `new_subjects.cohort` who came twice, first visit to last."""
+    """Every person of `new_subjects.cohort` who came twice, first visit to last, and what groups of them say."""
     input:
         rules.changes_table.output.table,
+        rules.changes_groups_table.output.table,

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from snakemake.io import expand as expand_names
 
-from swesbi.config.pairs import pairs_of
-from swesbi.config.read import ConfigError
+from swesbi.config.pairs import answered_pairs, pairs_of
+from swesbi.config.read import ConfigError, relocate
 from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
 from swesbi.show.figures.registry import captions, figure_of, names_of
@@ -16,7 +16,10 @@ from swesbi.study.running import RUN
 from swesbi.study.running import current_run, guard_execution
 from swesbi.study.registry import stage_code
 
+# Snakemake has merged the files of --configfile; the paths in those from elsewhere count from their own folders.
 try:
+    for file in workflow.overwrite_configfiles:
+        relocate(config, Path(file), Path.cwd())
     STUDY = load_study(
         config, "configuration (config.yaml with what is merged over it)"
     )
@@ -524,6 +527,28 @@ def shards_of_experiment(wildcards):
     return shards_of(experiment, STUDY.subjects_of(experiment))
 
 
+# Answers to subjects outside the study lie under the name of their folder.
+NEW_COHORT = STUDY.new_cohort_name or "none"
+
+
+def of_answered_outside(file):
+    """Return the function that gives a file of every subject outside the study who is not refused."""
+
+    def files(wildcards):
+        if CONFIG.new_subjects.cohort is None:
+            raise WorkflowError(
+                "new_subjects.cohort = null: name the folder of the subjects to be answered"
+            )
+        asked = stage_settings(STUDY, "new_answers")["asked"]
+        return [
+            f"{RESULTS}/{one['experiment']}/new/{NEW_COHORT}/{one['subject']}/{file}"
+            for one in asked
+            if not one["refused"]
+        ]
+
+    return files
+
+
 # Visits of one person outside the study: the first and the last are compared.
 PAIRS = {pair.person: pair for pair in pairs_of(STUDY)} if STUDY.new_rows else {}
 PERSONS = "|".join(map(re.escape, PAIRS)) or NONE
@@ -536,7 +561,7 @@ def of_visits(file):
     def files(wildcards):
         subjects = PAIRS[wildcards.person].subjects
         return [
-            f"{RESULTS}/{wildcards.experiment}/new/{subject}/{file}"
+            f"{RESULTS}/{wildcards.experiment}/new/{NEW_COHORT}/{subject}/{file}"
             for subject in subjects
         ]
 
@@ -548,15 +573,62 @@ def stage_of_person(wildcards):
     return stage("person_change")(wildcards) | {"subject": wildcards.person}
 
 
-def tables_of_persons(wildcards):
-    """Return the tables of all persons who came twice, of every experiment that runs and can answer."""
+def check_persons():
+    """Refuse a folder of new subjects in which nobody came twice."""
     if not PAIRS:
         raise ValueError(
             f"new_subjects.cohort = {CONFIG.new_subjects.cohort}: no person has two visits; its subjects.csv "
             "needs the columns person and visit, with a row for each visit (docs/own-data.md)"
         )
-    return expand(
-        f"{OF_PERSON}/change.csv",
-        experiment=[*SPEED_EXPERIMENTS, *POPULATIONS],
-        person=list(PAIRS),
-    )
+
+
+def tables_of_persons(wildcards):
+    """Return the tables of all persons with two answered visits, by every experiment that runs and can answer."""
+    check_persons()
+    return [
+        str(
+            Path(
+                OF_PERSON.format(experiment=experiment, person=pair.person),
+                "change.csv",
+            )
+        )
+        for experiment in (*SPEED_EXPERIMENTS, *POPULATIONS)
+        for pair in answered_pairs(STUDY, experiment)
+    ]
+
+
+def of_pairs(file):
+    """Return the function that gives a file of the change of every person with two answered visits."""
+
+    def files(wildcards):
+        return [
+            str(
+                Path(
+                    OF_PERSON.format(
+                        experiment=wildcards.experiment, person=pair.person
+                    ),
+                    file,
+                )
+            )
+            for pair in answered_pairs(STUDY, wildcards.experiment)
+        ]
+
+    return files
+
+
+def earlier_observations(wildcards):
+    """Return the observed curve of the earlier visit of each of them."""
+    return [
+        f"{RESULTS}/{wildcards.experiment}/new/{NEW_COHORT}/{pair.subjects[0]}/observation.h5"
+        for pair in answered_pairs(STUDY, wildcards.experiment)
+    ]
+
+
+def tables_of_groups(wildcards):
+    """Return the tables of what has changed in groups, of every experiment that answers a pair."""
+    check_persons()
+    return [
+        f"{RESULTS}/{experiment}/changes_groups.csv"
+        for experiment in (*SPEED_EXPERIMENTS, *POPULATIONS)
+        if answered_pairs(STUDY, experiment)
+    ]

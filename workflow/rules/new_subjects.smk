@@ -1,10 +1,11 @@
 """Subjects of `new_subjects.cohort`, answered by the network as it is; not part of the study."""
 
-OF_NEW = f"{RESULTS}/{{experiment}}/new/{{new_subject}}"
+OF_NEW = f"{RESULTS}/{{experiment}}/new/{NEW_COHORT}/{{new_subject}}"
+WITH_FIT = CONFIG.new_subjects.reference_fit
 OUTPUTS_OF_NEW = {
     "observation": f"{OF_NEW}/observation.h5",
-    "passive_baseline": f"{OF_NEW}/passive.h5",
-    "reference_fit": f"{OF_NEW}/cmaes.h5",
+    "passive_baseline": f"{OF_NEW}/passive.h5" if WITH_FIT else [],
+    "reference_fit": f"{OF_NEW}/cmaes.h5" if WITH_FIT else [],
     "shard": f"{OF_NEW}/simulations.h5",
     "posterior": f"{OF_NEW}/posterior.h5",
     "support": f"{OF_NEW}/support.json",
@@ -98,11 +99,27 @@ use rule new_subject_of_population as new_subject_of_population_with_pressures w
         new_subject="|".join(NEW_WITH_PRESSURES) or NONE,
 
 
-rule new_subjects:
-    """Every subject of `new_subjects.cohort`, in every experiment that runs and can answer."""
+rule new_answers:
+    """A row for each subject and experiment; a refused subject is a row with its reason, and no job."""
     input:
-        expand(
-            f"{OF_NEW}/support.json",
-            experiment=[*SPEED_EXPERIMENTS, *POPULATIONS],
-            new_subject=list(STUDY.new_rows),
-        ),
+        posteriors=of_answered_outside("posterior.h5"),
+        supports=of_answered_outside("support.json"),
+    output:
+        table=f"{RESULTS}/new/{NEW_COHORT}/answers.csv",
+        workbook=f"{RESULTS}/new/{NEW_COHORT}/answers.xlsx",
+    log:
+        f"{RESULTS}/logs/new_answers/{NEW_COHORT}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/new_answers/{NEW_COHORT}.tsv"
+    params:
+        stage=stage("new_answers"),
+    message:
+        "Table of the answers to the subjects of '{NEW_COHORT}'"
+    script:
+        "../scripts/stage.py"
+
+
+rule new_subjects:
+    """Every subject of `new_subjects.cohort`, in every experiment that runs and can answer, and their table."""
+    input:
+        rules.new_answers.output.table,

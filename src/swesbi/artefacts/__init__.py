@@ -1,6 +1,6 @@
 """HDF5 artefacts: named, dimensioned arrays with units and provenance, written whole or not at all."""
 
-from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path
+from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path, folder_made_whole
 from swesbi.artefacts.files import load, save, write_json
 from swesbi.artefacts.provenance import Provenance, read_provenance
 from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_dataset, register
@@ -26,6 +26,7 @@ __all__ = [
     "arranged",
     "atomic_path",
     "build_dataset",
+    "folder_made_whole",
     "from_dataset",
     "from_groups",
     "from_rows",

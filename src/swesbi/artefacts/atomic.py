@@ -5,7 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import shlex
+import shutil
 import socket
+import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -15,9 +17,9 @@ from typing import Final
 REMEDIES: Final = {
     errno.ENOSPC: "the disk is full: free some space, then run the same command again",
     errno.EDQUOT: "the disk quota is used up: free some space, then run the same command again",
-    errno.EROFS: "the folder is on a read-only file system: make it writable, or name another `results:`",
-    errno.EACCES: "permission denied: make the folder writable, or name another `results:`",
-    errno.EPERM: "not permitted: make the folder writable, or name another `results:`",
+    errno.EROFS: "the folder is on a read-only file system: name another folder (`results:`, `--out`)",
+    errno.EACCES: "permission denied: make the folder writable, or name another one (`results:`, `--out`)",
+    errno.EPERM: "not permitted: make the folder writable, or name another one (`results:`, `--out`)",
     errno.EIO: "the disk reports an input/output error: look at the disk before running again",
 }
 
@@ -56,7 +58,13 @@ def repair_command(path: Path, options: str = "") -> str:
 
 def make_command(paths: Sequence[Path], options: str = "") -> str:
     """Return the shell command that makes files of the study that do not exist; arguments as above."""
-    return " ".join(filter(None, ("snakemake --cores 2", *map(_target, paths), options)))
+    return " ".join(filter(None, (f"{_snakemake()} --cores 2", *map(_target, paths), options)))
+
+
+def _snakemake() -> str:
+    """Return how Snakemake is called here: by its path where the shell does not know it."""
+    beside = Path(sys.executable).with_name("snakemake")
+    return "snakemake" if shutil.which("snakemake") or not beside.exists() else _target(beside)
 
 
 def _target(path: Path) -> str:
@@ -137,3 +145,26 @@ def _settle(temporary: Path) -> None:
     temporary.chmod(0o644)
     with temporary.open("rb") as file:
         os.fsync(file.fileno())
+
+
+@contextmanager
+def folder_made_whole(folder: Path) -> Iterator[Path]:
+    """Yield a temporary folder whose files go into ``folder`` when the block ends without error.
+
+    What else lies there stays. After an error, or Ctrl-C, nothing is left behind.
+
+    Raises:
+        ArtefactError: The folder cannot be written: disk full, folder read-only or not permitted.
+    """
+    existing = next(path for path in folder.absolute().parents if path.is_dir())
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=existing) as made:
+            yield Path(made)
+            for path in sorted(file for file in Path(made).rglob("*") if file.is_file()):
+                kept = folder / path.relative_to(made)
+                kept.parent.mkdir(parents=True, exist_ok=True)
+                path.replace(kept)
+    except OSError as error:
+        if (reason := write_fault(error)) is None:
+            raise
+        raise ArtefactError(f"{folder}: cannot be written, {reason}; nothing was left behind") from error

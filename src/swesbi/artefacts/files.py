@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 UNREADABLE = (OSError, KeyError, TypeError, ValueError, RuntimeError)
+CHECKSUM: Final = "sha256"
 PREFIX: Final = b"\nswesbi sha256 "
 DIGITS: Final = 64
 LENGTH: Final = len(PREFIX) + DIGITS + 1
@@ -127,9 +128,10 @@ def _examined(path: Path, stamp: tuple[int, ...]) -> Provenance:
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write a JSON file atomically, indented, in the order given."""
+    """Write a JSON file atomically, indented, in the order given, its checksum last."""
+    whole = {**content, CHECKSUM: _checksum(content)}
     with atomic_path(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        temporary.write_text(json.dumps(whole, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def check_whole(path: Path, read: Callable[[Path], Provenance] = hdf5_provenance) -> None:
@@ -192,6 +194,27 @@ def _labelled(dataset: xr.Dataset) -> xr.Dataset:
     """Give labels and indices the units of what has none."""
     bare = {name: label for name, label in dataset.coords.items() if "units" not in label.attrs}
     return dataset.assign_coords({name: label.assign_attrs(units="1") for name, label in bare.items()})
+
+
+def check_json(path: Path) -> None:
+    """Compare a file of :func:`write_json` with the checksum in it.
+
+    Raises:
+        ArtefactError: It cannot be read, or has no checksum.
+        DamagedArtefactError: It has changed since it was written.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        stated = content.pop(CHECKSUM)
+    except (OSError, ValueError, AttributeError, KeyError) as error:
+        raise ArtefactError(f"{path}: is no JSON with a checksum, so what it says is not checked") from error
+    if stated != _checksum(content):
+        fault = "does not match its checksum: its content has changed since it was written"
+        raise DamagedArtefactError(path, fault)
+
+
+def _checksum(content: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def append_checksum(path: Path) -> None:

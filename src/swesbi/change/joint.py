@@ -15,7 +15,8 @@ from swesbi.change.settings import ChangeSettings
 from swesbi.change.transport import joined_proposal
 from swesbi.change.visits import VisitsModel
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
-from swesbi.posterior.refine import Space, refine
+from swesbi.posterior.refine import refine
+from swesbi.posterior.space import Space
 from swesbi.seeds import generator, integer_seed
 
 STREAM = "change"

@@ -11,6 +11,7 @@ from pydantic import Field
 from swesbi.arrays import FloatArray
 from swesbi.base import Level, Settings
 from swesbi.posterior.settings import ExactSettings
+from swesbi.prior import ParameterPrior
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 DISCREPANCY: Final = "discrepancy"
@@ -63,3 +64,21 @@ class ChangeSettings(Settings):
     shares: SharesSettings
     rule: ChangeRuleSettings
     exact: ExactSettings
+
+
+class RatioHyperpriorSettings(Settings):
+    """Bounded log-Gaussian hyperpriors of what has changed between two visits, each of every parameter."""
+
+    median: ParameterPrior = Field(description="of the ratio of later to earlier, of the middle person")
+    spread: ParameterPrior = Field(description="of the standard deviation of the log ratio between persons")
+    group_factor: ParameterPrior = Field(description="of a group's ratio over that of the first group")
+
+
+class ChangeGroupsSettings(Settings):
+    """What has changed in groups of persons; outliers and effort are those of the posterior of a cohort."""
+
+    draws: int = Field(ge=50, description="draws recycled of each person's joint posterior")
+    least_effective: float = Field(
+        gt=1.0, description="of these under the population; a person with fewer is named"
+    )
+    hyperprior: RatioHyperpriorSettings

@@ -22,7 +22,7 @@ from swesbi.arrays import FloatArray
 from swesbi.change.proposal import LOG_ROOT_TWO_PI, PlacedStudent
 from swesbi.change.visits import Coupling, VisitsModel, VisitsPrior, normal_scores
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.posterior.refine import Space
+from swesbi.posterior.space import Space
 from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
 from swesbi.prior import JointPriorSettings, log_density
 

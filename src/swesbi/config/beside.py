@@ -12,6 +12,7 @@ from swesbi.checks.readings.settings import ReadingsSettings
 from swesbi.checks.settings import CmaesSettings, DiscrepancyStudySettings, Variant
 from swesbi.config.experiments import Name
 from swesbi.exam.settings import ExamSettings
+from swesbi.planning.settings import PlanSettings
 
 
 class CmaesStudySettings(Settings):
@@ -56,6 +57,12 @@ class ExamChoiceSettings(ExamSettings):
     )
 
 
+class PlanChoiceSettings(PlanSettings):
+    """Planned studies, answered by the network of one experiment."""
+
+    experiment: Name = Field(description="an experiment over a population")
+
+
 class NewSubjectsSettings(Settings):
     """Recordings that the trained network answers without being trained on them."""
 
@@ -64,6 +71,7 @@ class NewSubjectsSettings(Settings):
         ge=8, le=60, description="gated phases of their recordings; null: as configured"
     )
     cohort_title: str = Field(min_length=1, description="what their figures call them")
+    reference_fit: bool = Field(description="whether an answer waits for a CMA-ES fit, drawn beside it")
     margin_fraction: float = Field(
         ge=0.0, lt=1.0, description="how far beyond the contexts trained on, as a fraction of their limits"
     )

@@ -12,7 +12,7 @@ from typing import Final, Literal, Self
 from pydantic import Field, model_validator
 
 from swesbi.base import Settings
-from swesbi.change.settings import ChangeSettings
+from swesbi.change.settings import ChangeGroupsSettings, ChangeSettings
 from swesbi.checks.settings import BASE, AcquisitionSeedsSettings
 from swesbi.config.beside import (
     CmaesStudySettings,
@@ -20,6 +20,7 @@ from swesbi.config.beside import (
     ExamChoiceSettings,
     LadderChoiceSettings,
     NewSubjectsSettings,
+    PlanChoiceSettings,
     ReadingsChoiceSettings,
     ResourceSettings,
     SensitivitySettings,
@@ -149,7 +150,10 @@ def check_acquisition(config: Config) -> None:
     for name in ("phases", "density_kg_m3"):
         made, read = getattr(config.acquisition, name), getattr(config.recording, name)
         if made != read:
-            raise ValueError(f"acquisition.{name} = {made} must equal recording.{name} = {read}")
+            raise ValueError(
+                f"acquisition.{name} = {made} must equal recording.{name} = {read}; set acquisition.{name} "
+                f"in the file that sets recording.{name}"
+            )
     if config.acquisition.missing_phases:
         raise ValueError(
             f"acquisition.missing_phases = {list(config.acquisition.missing_phases)} must be empty: each "
@@ -210,11 +214,28 @@ def check_kinds(config: Config) -> None:
         ("sensitivity", config.sensitivity.experiment, config.speed_experiments, "of kind speeds"),
         ("readings", config.readings.experiment, config.feature_experiments, "of kind features"),
         ("exam", config.exam.experiment, config.population_experiments, "over a population"),
+        ("plan", config.plan.experiment, config.population_experiments, "over a population"),
     )
     for section, name, known, kind in asked:
         if name not in known:
             listed = ", ".join(known) or "none"
             raise ValueError(f"{section}.experiment = {name!r} is no experiment {kind}; known: {listed}")
+
+
+def check_plan(config: Config) -> None:
+    """A planned study recycles no more draws than posteriors keep, of a group that the population has."""
+    plan = config.plan
+    population = config.population_experiments[plan.experiment].population
+    if plan.persons.group not in population.groups:
+        known = ", ".join(population.groups)
+        raise ValueError(f"plan.persons.group = {plan.persons.group!r}: the population has {known}")
+    own = config.speed_experiments[config.base_of(plan.experiment)].exact.draws
+    kept = min(own, config.changes.exact.draws)
+    if plan.studies.recycled_draws > kept:
+        raise ValueError(
+            f"plan.studies.recycled_draws = {plan.studies.recycled_draws}, but posteriors keep {kept} draws "
+            "(changes.exact.draws, and exact.draws of the experiment)"
+        )
 
 
 def check_sensitivity(config: Config) -> None:
@@ -246,6 +267,7 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_calibration_draws,
     check_population_experiments,
     check_kinds,
+    check_plan,
     check_sensitivity,
     check_ladder,
 )
@@ -283,6 +305,8 @@ class Config(Settings):
     readings: ReadingsChoiceSettings
     exam: ExamChoiceSettings
     changes: ChangeSettings
+    change_groups: ChangeGroupsSettings
+    plan: PlanChoiceSettings
     new_subjects: NewSubjectsSettings
     resources: ResourceSettings
 

@@ -1,4 +1,4 @@
-"""Which two visits of which person are compared, and that they can be."""
+"""Which two visits of which person are compared, that they can be, and who is left out."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Final
 
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
+from swesbi.population.settings import in_declared_range
 from swesbi.recording.cohort import SUBJECTS
 from swesbi.recording.visits import Person
 
@@ -33,6 +34,41 @@ def pairs_of(study: Study) -> tuple[VisitPair, ...]:
     """Return the first and last visit of every person outside the study who came twice or more."""
     came = [person for person in study.outside.persons if len(person.subjects) >= LEAST_VISITS]
     return tuple(visit_pair(study, person.name) for person in came)
+
+
+def answered_pairs(study: Study, experiment: str) -> tuple[VisitPair, ...]:
+    """Return those pairs of which an experiment answers both visits."""
+    refused = _refused(study, experiment)
+    return tuple(pair for pair in pairs_of(study) if not any(each in refused for each in pair.subjects))
+
+
+def left_out(study: Study, experiment: str) -> tuple[str, ...]:
+    """Return a sentence on those who came once, and one on each visit that an experiment refuses."""
+    once = [person.name for person in study.outside.persons if len(person.subjects) < LEAST_VISITS]
+    sentences = [f"left out with one visit, since a change needs two: {', '.join(once)}"] if once else []
+    refused = _refused(study, experiment)
+    for pair in pairs_of(study):
+        sentences += [
+            f"{pair.person} is left out: visit {visit!r} (recording {subject}) is refused, {refused[subject]}"
+            for visit, subject in zip(pair.visits, pair.subjects, strict=True)
+            if subject in refused
+        ]
+    return tuple(sentences)
+
+
+def _refused(study: Study, experiment: str) -> dict[str, str]:
+    """Return those outside the study whom the network of an experiment does not know, and why."""
+    from swesbi.verdict.context import outside  # scipy.stats, which no start of Snakemake need wait for
+
+    contexts = {name: row.to_context() for name, row in study.new_rows.items()}
+    if experiment in study.config.population_experiments:
+        population = study.config.population_experiments[experiment].population
+        problems = {name: in_declared_range(context, population) for name, context in contexts.items()}
+    else:
+        trained = [study.context_rows[name].to_context() for name in study.subjects_of(experiment)]
+        margin = study.config.new_subjects.margin_fraction
+        problems = {name: tuple(outside(context, trained, margin)) for name, context in contexts.items()}
+    return {name: "; ".join(reasons) for name, reasons in problems.items() if reasons}
 
 
 def visit_pair(study: Study, person: str, earlier: str | None = None, later: str | None = None) -> VisitPair:

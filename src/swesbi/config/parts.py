@@ -223,6 +223,7 @@ def _name_of_population(study: Study, wildcards: Wildcards) -> str:
 
 NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "context": lambda study, by: study.context_rows[named(study, by, "subject")].to_plain(),
+    "layout": lambda study, _: study.layout.to_plain(),
     "clinical_of_subject": lambda study, by: study.clinical_of(named(study, by, "subject")).to_plain(),
     "clinical_of_batch": _clinical_of_batch,
     "contexts_of_experiment": _contexts_of_experiment,

@@ -5,16 +5,21 @@ from __future__ import annotations
 import argparse
 import difflib
 import json
+import os
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, Final, get_args, get_origin
 
 import yaml
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from swesbi.config.models import Config
+
+CONFIGURATION: Final = "config.yaml"
+FOLDERS: Final = (("cohort",), ("results",), ("new_subjects", "cohort"))
+"""The keys of the configuration that name folders."""
 
 
 class ConfigError(ValueError):
@@ -85,17 +90,73 @@ def read_yaml(path: Path) -> dict[str, Any]:
     """
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except OSError as error:
+        raise ConfigError(f"{path}: {_unreadable(path, error)}") from error
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
         raise ConfigError(f"{path}: cannot be read as YAML: {error}") from error
     if not isinstance(content, dict):
         raise ConfigError(f"{path}: holds {type(content).__name__}, expected keys with values")
     return content
 
 
+def _unreadable(path: Path, error: OSError) -> str:
+    if isinstance(error, FileNotFoundError):
+        return "there is no such file; correct the path, or name the configuration by --config"
+    if isinstance(error, IsADirectoryError):
+        return f"is a folder; name the file in it ({path / CONFIGURATION})"
+    return f"cannot be read ({error.strerror or error}); check the file's permissions"
+
+
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--config`` and ``--overlay``, whose values :func:`read_merged` takes."""
-    parser.add_argument("--config", type=Path, default=Path("config.yaml"), help="default: config.yaml")
+    parser.add_argument(
+        "--config",
+        type=Path,
+        help="default: config.yaml, of this folder or else of the installed project; the study's paths count "
+        "from its folder",
+    )
     parser.add_argument("--overlay", type=Path, help="configuration merged over it (tests/smoke.yaml, say)")
+
+
+def parsed(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> argparse.Namespace:
+    """Parse the arguments of a command that reads the configuration, and go to the configuration's folder.
+
+    There the paths in it mean what they mean to the workflow. Those of the command line count from where it
+    was typed.
+
+    Raises:
+        ConfigError: There is no configuration.
+    """
+    options = parser.parse_args(arguments)
+    typed_in = Path.cwd()
+    config = found_configuration(options.config)
+    if (home := config.parent.resolve()) != typed_in.resolve():
+        for name, value in vars(options).items():
+            setattr(options, name, _from(typed_in, value))
+        os.chdir(home)
+    options.config = Path(config.name)
+    return options
+
+
+def _from(folder: Path, value: object) -> object:
+    """Return a path, or a list of them, as seen from anywhere; other values as they are."""
+    if isinstance(value, list):
+        return [_from(folder, item) for item in value]
+    return folder / value if isinstance(value, Path) else value
+
+
+def found_configuration(given: Path | None) -> Path:
+    """Return the configuration: the given one, or that of this folder, or that of the installed project.
+
+    Raises:
+        ConfigError: There is none.
+    """
+    if given is not None:
+        return given
+    here, installed = Path(CONFIGURATION), Path(__file__).parents[3] / CONFIGURATION
+    if here.exists() or not installed.is_file():
+        return here
+    return installed
 
 
 def read_merged(config: Path, changes: Path | None) -> dict[str, Any]:
@@ -105,12 +166,55 @@ def read_merged(config: Path, changes: Path | None) -> dict[str, Any]:
         ConfigError: A file cannot be read, is not YAML, or is not a mapping.
     """
     raw = read_yaml(config)
-    return overlay(raw, read_yaml(changes)) if changes else raw
+    return overlay(raw, read_overlay(changes, config.parent)) if changes else raw
+
+
+def read_overlay(path: Path, home: Path) -> dict[str, Any]:
+    """Read what is merged over the configuration of the folder ``home``; folders as of :func:`relocate`.
+
+    Raises:
+        ConfigError: The file cannot be read, is not YAML, or is not a mapping.
+    """
+    raw = read_yaml(path)
+    relocate(raw, path, home)
+    return raw
+
+
+def relocate(merged: dict[str, Any], path: Path, home: Path) -> None:
+    """Have the folders that a file names count from its own, if it lies outside ``home``, in place.
+
+    Those of a file within count from ``home``, as in the workflow.
+
+    Args:
+        merged: The configuration; what other files or the command line say in it stays.
+        path: A file that was merged into it.
+        home: Folder of ``config.yaml``.
+    """
+    if path.resolve().is_relative_to(home.resolve()):
+        return
+    own = read_yaml(path)
+    for sections in FOLDERS:
+        here, there = _section(merged, sections[:-1]), _section(own, sections[:-1])
+        said, key = there.get(sections[-1]), sections[-1]
+        if isinstance(said, str) and here.get(key) == said:
+            here[key] = str(path.resolve().parent / said)
+
+
+def _section(raw: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
+    for key in keys:
+        below = raw.get(key)
+        raw = below if isinstance(below, dict) else {}
+    return raw
+
+
+def in_words(config: Path, changes: Path | None) -> str:
+    """Return where a configuration stands, for messages."""
+    return f"{config} with {changes} merged over it" if changes else str(config)
 
 
 def snakemake_options(config: Path, changes: Path | None) -> str:
     """Return what Snakemake, which reads ``config.yaml`` by itself, is given for the same configuration."""
-    given = [path for path in (config, changes) if path and path != Path("config.yaml")]
+    given = [path for path in (config, changes) if path and path != Path(CONFIGURATION)]
     return shlex.join(["--configfile", *map(str, given)]) if given else ""
 
 

@@ -6,18 +6,18 @@ Every slice is plain data with the fields of the stage's own settings class.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Final
 
-from swesbi.config.pairs import visit_pair
-from swesbi.config.parts import Wildcards, named, value_of, wildcard
+from swesbi.config.parts import Wildcards, named, value_of
 from swesbi.config.read import ConfigError
+from swesbi.config.slices_outside import OUTSIDE
 from swesbi.config.study import Study
-from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
 
 SOURCES: Final[Mapping[str, str]] = {
-    "ingest": "context clinical=clinical_of_subject recording measurement",
-    "ingest_batch": "contexts=contexts_of_batch clinical=clinical_of_batch recording measurement",
-    "noise": "recording noise",
+    "ingest": "context clinical=clinical_of_subject recording measurement layout",
+    "ingest_batch": "contexts=contexts_of_batch clinical=clinical_of_batch recording measurement layout",
+    "noise": "recording noise layout",
     "passive": "prior=reference_prior forward_model passive measurement",
     "simulate": "draws=draws_of_shard context prior=prior_simulated forward_model",
     "population_simulate": "contexts=contexts_of_shard population.simulations.draws_per_context "
@@ -83,6 +83,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "explorer": "model experiment.exact experiment=name cohort_title=title_of_experiment",
     "truth": "",
     "changes_table": "",
+    "changes_groups_table": "",
 }
 """Fields of each stage's settings: ``field=source``, or the source alone where it ends on the field's name.
 
@@ -223,71 +224,6 @@ def _readings(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return shown | {"readings": {name: reading.to_plain() for name, reading in readings.items()}}
 
 
-def _new_subject(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what the answer for a subject outside the pool depends on."""
-    return _answer(study, wildcards) | _fields(
-        study, wildcards, "stage.train_flow new_subjects.margin_fraction"
-    )
-
-
-def _new_subject_of_population(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what the answer of a population's network for a subject outside the study depends on."""
-    own = _fields(study, wildcards, "stage.train_population population.population")
-    return _answer(study, wildcards) | own
-
-
-def _answer(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what the chain of stages for a subject outside the study depends on, a part a stage."""
-    new = study.config.new_subjects
-    parts = _fields(
-        study.outside,
-        wildcards,
-        "stage.ingest stage.passive stage.cmaes stage.exact_posterior stage.verdict stage.predictive_speeds "
-        "stage.exact_subject_figures clinical new_subjects.noise_level "
-        "experiment.misspecification.synthetic.reference_recordings",
-    )
-    simulated = "context prior forward_model draws=experiment.predictive.draws"
-    parts["simulate"] = _fields(study.outside, wildcards, simulated)
-    parts["simulate"]["draws"] = [0, parts["simulate"]["draws"]]
-    parts["ingest"]["recording"]["phases"] = new.phases or study.config.recording.phases
-    parts["exact_subject_figures"]["cohort_title"] = new.cohort_title
-    return parts
-
-
-def _person_change(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what a person's change depends on: the model, what visits share, whose visits they are."""
-    pair = visit_pair(
-        study, wildcard(wildcards, "person"), wildcards.get("from_visit"), wildcards.get("to_visit")
-    )
-    own = {"person": pair.person, "visits": list(pair.visits)}
-    title = {"cohort_title": study.config.new_subjects.cohort_title}
-    return own | title | _fields(study, wildcards, "model changes")
-
-
-def _exam_answers(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what the answers to the hearts of one generator depend on, but which of them are asked for."""
-    section = study.config.exam
-    letter, stream = wildcards.get("generator", ""), wildcards.get("stream", EXAM)
-    listed = {str(key): number for key, number in section.hearts_of(stream).items()}
-    noise = FORMER_NOISE if wildcards.get("noise") == FORMER_NOISE else COHORT_NOISE
-    asked = {"generator": letter, "stream": stream, "hearts": listed.get(letter, 1)}
-    asked |= {"noise": noise, "noise_factor": section.noise_factor(noise)}
-    return asked | _fields(
-        study,
-        {"experiment": section.experiment},
-        "exam.made prior stage.exact_posterior stage.verdict stage.predictive_speeds "
-        "new_subjects.noise_level experiment.misspecification.synthetic.reference_recordings "
-        "stage.train_population population.population acquisition recording measurement.grid_points clinical",
-    )
-
-
-def _exam_table(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what the tables and the figure of the exam depend on."""
-    chosen = {"experiment": study.config.exam.experiment}
-    shown = _fields(study, chosen, "exam.score experiment.exact.interval")
-    return shown | {"pressures": wildcards.get("pressures") == WITH_PRESSURES}
-
-
 def _paper_comparison(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     names = ("observation_model", "estimator", "support", "predictive", "recovery")
     own = _fields(study, wildcards, " ".join(["prior", *(f"experiment.{name}" for name in names)]))
@@ -309,7 +245,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     }
     # where results lie, how the work is split and who else is answered change no result of the study
     printed = config.to_plain()
-    for key in ("resources", "results", "new_subjects", "changes"):
+    for key in ("resources", "results", "new_subjects", "changes", "change_groups", "plan"):
         del printed[key]
     return {
         "cohort_title": config.cohort_title,
@@ -325,8 +261,11 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     }
 
 
+def _outside(name: str, study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    return OUTSIDE[name](study, wildcards, _fields)
+
+
 COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
-    "person_change": _person_change,
     "discrepancy": _discrepancy,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,
@@ -336,12 +275,8 @@ COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "readings_seeds": _readings_seeds,
     "readings_cmaes": _readings_cmaes,
     "readings": _readings,
-    "exam_answers": _exam_answers,
-    "exam_pressures": _exam_answers,
-    "exam_table": _exam_table,
-    "new_subject": _new_subject,
-    "new_subject_of_population": _new_subject_of_population,
     "paper_comparison": _paper_comparison,
     "report": _report,
+    **{name: partial(_outside, name) for name in OUTSIDE},
 }
 """Stages whose settings are more than values of the configuration side by side."""

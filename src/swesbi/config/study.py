@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,15 +17,19 @@ from swesbi.recording.cohort import (
     SUBJECTS,
     SubjectTable,
     check_file,
+    examine_subjects,
     find_recording,
     read_subject_table,
 )
+from swesbi.recording.layout import TableLayout
 from swesbi.recording.problems import Problem, RecordingError, listed
+from swesbi.recording.protocol import read_layout
 from swesbi.recording.settings import ContextRow
 from swesbi.recording.visits import Person, Visit, persons_of
 
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
+FOLDER_NAME: Final = re.compile(r"[\w. -]+")
 LEAST_SHARED: Final = 8
 """Subjects of a job that serves several: starting up costs as much as two or three of them."""
 
@@ -42,6 +46,9 @@ class Study:
         new_clinical_rows: The same of those outside.
         visit_rows: Whose recordings these are.
         new_visit_rows: The same of those outside.
+        layout: How the cohort's tables differ from this project's form.
+        new_layout: The same of those outside.
+        new_refused: Those outside whose row or recording cannot be used, and why; they have no row here.
     """
 
     config: Config
@@ -51,6 +58,9 @@ class Study:
     new_clinical_rows: Mapping[str, ClinicalRow] = field(default_factory=dict)
     visit_rows: Mapping[str, Visit] = field(default_factory=dict)
     new_visit_rows: Mapping[str, Visit] = field(default_factory=dict)
+    layout: TableLayout = field(default_factory=TableLayout)
+    new_layout: TableLayout = field(default_factory=TableLayout)
+    new_refused: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def subjects(self) -> tuple[str, ...]:
@@ -80,6 +90,7 @@ class Study:
             context_rows=self.new_rows,
             clinical_rows=self.new_clinical_rows,
             visit_rows=self.new_visit_rows,
+            layout=self.new_layout,
         )
 
     @property
@@ -120,7 +131,7 @@ class Study:
         Raises:
             RecordingError: There is no such file, more than one, or it leads out of the cohort.
         """
-        return find_recording(self.cohort, subject)
+        return find_recording(self.cohort, subject, self.layout.table.file)
 
     def new_recording(self, subject: str) -> Path:
         """Return the path of the raw samples of a subject outside the cohort.
@@ -128,12 +139,29 @@ class Study:
         Raises:
             RecordingError: There is no such file, more than one, or it leads out of its folder.
         """
-        return find_recording(Path(self.config.new_subjects.cohort or ""), subject)
+        return find_recording(self.new_cohort, subject, self.new_layout.table.file)
+
+    @property
+    def new_cohort(self) -> Path:
+        """The folder of the recordings outside the cohort."""
+        return Path(self.config.new_subjects.cohort or "")
+
+    @property
+    def new_cohort_name(self) -> str:
+        """The name of that folder, under which the answers lie."""
+        return self.new_cohort.resolve().name if self.config.new_subjects.cohort else ""
+
+    @property
+    def answering_experiments(self) -> tuple[str, ...]:
+        """The experiments that run and answer subjects outside the cohort, those on the cohort first."""
+        config = self.config
+        on_speeds = (name for name in config.experiments_run if name in config.speed_experiments)
+        return (*on_speeds, *config.populations_run)
 
     @property
     def new_protocol(self) -> Path:
         """What is said of how the recordings of subjects outside the cohort were made."""
-        return Path(self.config.new_subjects.cohort or "") / PROTOCOL
+        return self.new_cohort / PROTOCOL
 
     def answered(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects within the declared range of an experiment over a population."""
@@ -169,8 +197,15 @@ class Study:
         return replace(self, config=parse_config(overlay(self.config.to_plain(), changes), source))
 
 
-def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
+def load_study(raw: Mapping[str, Any], source: str = "config.yaml", new_cohort: str = "") -> Study:
     """Validate a raw configuration and the cohort it names, before anything runs.
+
+    Of subjects outside the cohort, one that cannot be used does not stop the others.
+
+    Args:
+        raw: The configuration.
+        source: Where it stands, for messages.
+        new_cohort: Where ``new_subjects.cohort`` was said, if not there ("--cohort").
 
     Raises:
         ConfigError: The configuration, the table of subjects, or a subject's file is missing or wrong.
@@ -178,24 +213,52 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml") -> Study:
     config = parse_config(raw, source)
     table = _read_table(config.cohort, f"{source}: cohort")
     rows = _select(config, table.rows, source)
-    study = Study(config, rows, clinical_rows=table.clinical, visit_rows=table.visits)
+    layout = _check_protocol(Path(config.cohort), f"{source}: cohort")
+    study = Study(config, rows, clinical_rows=table.clinical, visit_rows=table.visits, layout=layout)
     _check_lists(study, table.rows, source)
-    _check_files(study.cohort, study.subjects, f"{source}: cohort")
+    _check_files(study, f"{source}: cohort")
     if config.new_subjects.cohort is None:
         return study
-    key = f"{source}: new_subjects.cohort"
-    new = _read_table(config.new_subjects.cohort, key)
-    _check_files(Path(config.new_subjects.cohort), tuple(new.rows), key)
-    return replace(study, new_rows=new.rows, new_clinical_rows=new.clinical, new_visit_rows=new.visits)
+    return _with_new_subjects(study, new_cohort or f"{source}: new_subjects.cohort")
 
 
-def _read_table(cohort: str, key: str) -> SubjectTable:
+def _with_new_subjects(study: Study, key: str) -> Study:
+    """Return the study with the subjects of ``new_subjects.cohort``, those that cannot be used apart."""
+    cohort = study.new_cohort
+    if not FOLDER_NAME.fullmatch(study.new_cohort_name):
+        raise ConfigError(
+            f"{key} = {str(cohort)!r}: answers lie in a folder of its name, which may have letters, "
+            "digits, spaces and . _ - alone; rename it"
+        )
+    new = _read_table(str(cohort), key, examine_subjects)
+    layout = _check_protocol(cohort, key)
+    refused = dict(new.refused)
+    for subject in new.rows:
+        try:
+            find_recording(cohort, subject, layout.table.file)
+        except RecordingError as error:
+            refused.setdefault(subject, str(error))
+    usable = [subject for subject in new.rows if subject not in refused]
+    return replace(
+        study,
+        new_rows={subject: new.rows[subject] for subject in usable},
+        new_clinical_rows={subject: new.clinical[subject] for subject in usable},
+        new_visit_rows={subject: new.visits[subject] for subject in usable},
+        new_layout=layout,
+        new_refused=refused,
+    )
+
+
+def _read_table(
+    cohort: str, key: str, read: Callable[[Path], SubjectTable] = read_subject_table
+) -> SubjectTable:
     table = Path(cohort) / SUBJECTS
     try:
         check_file(table, table.parent)
-        return read_subject_table(table)
+        return read(table)
     except RecordingError as error:
-        raise ConfigError(f"{key} = {cohort!r}: {error}") from error
+        absent = "" if Path(cohort).is_dir() else "there is no such folder; "
+        raise ConfigError(f"{key} = {cohort!r}: {absent}{error}") from error
 
 
 def _select(config: Config, known: Mapping[str, ContextRow], source: str) -> dict[str, ContextRow]:
@@ -231,14 +294,21 @@ def _check_lists(study: Study, known: Mapping[str, ContextRow], source: str) -> 
             )
 
 
-def _check_files(cohort: Path, subjects: Sequence[str], key: str) -> None:
+def _check_protocol(cohort: Path, key: str) -> TableLayout:
+    """Return how a cohort's tables differ, once its ``recording.yaml`` is there and says so plainly."""
+    try:
+        check_file(cohort / PROTOCOL, cohort)
+        return read_layout(cohort / PROTOCOL)
+    except RecordingError as error:
+        raise ConfigError(f"{key} = {str(cohort)!r}: {error}") from error
+
+
+def _check_files(study: Study, key: str) -> None:
     problems: list[Problem] = []
-    checks: list[Callable[[], object]] = [partial(find_recording, cohort, subject) for subject in subjects]
-    checks.append(partial(check_file, cohort / PROTOCOL, cohort))
-    for check in checks:
+    for subject in study.subjects:
         try:
-            check()
+            study.recording(subject)
         except RecordingError as error:
             problems.extend(error.problems)
     if problems:
-        raise ConfigError(f"{key} = {str(cohort)!r}: {listed(problems)}")
+        raise ConfigError(f"{key} = {str(study.cohort)!r}: {listed(problems)}")

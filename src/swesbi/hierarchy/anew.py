@@ -11,9 +11,10 @@ from swesbi.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import OF_THETA
 from swesbi.posterior.exact import read_exact_posterior
-from swesbi.posterior.refine import LogitSpace, fit_in_nearest, refined_posterior
+from swesbi.posterior.refine import fit_in_nearest, refined_posterior
 from swesbi.posterior.result import MCMC
 from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import LogitSpace
 from swesbi.prior import PriorSettings, log_density
 
 

@@ -104,21 +104,26 @@ class Design:
     notes: tuple[str, ...]
 
 
-def design_of(members: Sequence[Member]) -> Design:
+def design_of(members: Sequence[Member], covariates: Sequence[str] = COVARIATES) -> Design:
     """Return the design of a cohort; what it cannot tell is left out, with a note.
 
     Age counts by ten years, heart rate by ten beats per minute, a man as +1/2 and a woman as -1/2; each is
     centred on the cohort's mean. Groups are in the order of the subjects.
+
+    Args:
+        members: The subjects.
+        covariates: On which slopes are asked for, of ``COVARIATES``.
     """
     raw = np.array([_covariates(member.context) for member in members])
     centres = raw.mean(axis=0)
-    varies = np.ptp(raw, axis=0) > 0.0
+    asked = np.array([name in covariates for name in COVARIATES])
+    varies = (np.ptp(raw, axis=0) > 0.0) & asked
     groups, refused = _groups(members)
     member_groups = np.array([member.group for member in members])
     of_group = [(member_groups == group).astype(float) for group in groups[1:]]
     notes = [
         f"{name.replace('_', ' ')} does not vary over the cohort: no slope on it is inferred"
-        for name, vary in zip(COVARIATES, varies, strict=True)
+        for name, vary in zip(COVARIATES, varies | ~asked, strict=True)
         if not vary
     ]
     steps = np.array([YEARS, 1.0, BEATS_PER_MINUTE])

@@ -12,6 +12,7 @@ from swesbi.arrays import FloatArray
 from swesbi.hierarchy.cohort import Design, Member, design_of
 from swesbi.hierarchy.hyperprior import Hyperprior, HyperpriorProposal, hyperprior_of
 from swesbi.hierarchy.model import CohortModel, PopulationSettings
+from swesbi.hierarchy.ratio import RatioPrior
 from swesbi.hierarchy.refresh import DrawSet, combined, shrunken_prior
 from swesbi.hierarchy.settings import HierarchySettings
 from swesbi.hierarchy.shrinkage import Shrunken, shrink
@@ -28,6 +29,21 @@ GLANCE: Final = 400
 """Draws of the population by which subjects are found that lack draws."""
 Redraw = Callable[[str, PriorSettings, int], FloatArray]
 """Draws theta (n, 3) anew of a subject's posterior under another prior of theta, by a seed."""
+
+
+@dataclass(frozen=True)
+class Posed:
+    """What is asked of some subjects.
+
+    Attributes:
+        design: What the logarithm of a quantity depends on.
+        prior: The hyperprior.
+        quantity: The prior of the quantity under which the subjects' draws were made: theta, or its ratio.
+    """
+
+    design: Design
+    prior: Hyperprior
+    quantity: PriorSettings | RatioPrior
 
 
 @dataclass(frozen=True)
@@ -80,8 +96,15 @@ def infer_cohort(
         raise ValueError("no subject has a posterior: a cohort needs at least one")
     design = design_of(members)
     prior = hyperprior_of(design, theta_prior, settings.hyperprior)
-    sets = [[DrawSet(member.theta, theta_prior)] for member in members]
-    model = _model(members, prior, design, sets, theta_prior, settings)
+    return infer_population(members, Posed(design, prior, theta_prior), settings, redraw, seed)
+
+
+def infer_population(
+    members: Sequence[Member], posed: Posed, settings: HierarchySettings, redraw: Redraw | None, seed: int
+) -> Inferred:
+    """Infer what is asked of some subjects, each person once; arguments as of :func:`infer_cohort`."""
+    sets = [[DrawSet(member.theta, posed.quantity)] for member in members]
+    model = _model(members, posed, sets, settings)
     proposal = _refined(model, _first(model, settings, seed), settings, seed, 0)
     for number in range(settings.refreshes if redraw is not None else 0):
         eta = _glance(model, proposal, settings, seed, number)
@@ -92,14 +115,14 @@ def infer_cohort(
             narrower, name = shrunken_prior(model, eta, subject), members[subject].subject
             anew = redraw(name, narrower, integer_seed(seed, STREAM, "anew", name, number))
             sets[subject].append(DrawSet(anew[: settings.draws], narrower))
-        model = _model(members, prior, design, sets, theta_prior, settings)
+        model = _model(members, posed, sets, settings)
         proposal = _refined(model, proposal, settings, seed, number + 1)
     exact = exact_posterior(model, proposal, settings.exact, integer_seed(seed, STREAM, "exact"))
     eta = exact.phi[: settings.shown_draws]
     return Inferred(
         members=tuple(members),
-        design=design,
-        prior=prior,
+        design=posed.design,
+        prior=posed.prior,
         model=model,
         exact=exact,
         eta=eta,
@@ -143,16 +166,14 @@ def _lacking(model: CohortModel, eta: FloatArray, settings: HierarchySettings, s
 
 def _model(
     members: Sequence[Member],
-    prior: Hyperprior,
-    design: Design,
+    posed: Posed,
     sets: Sequence[Sequence[DrawSet]],
-    theta_prior: PriorSettings,
     settings: HierarchySettings,
 ) -> CohortModel:
     return CohortModel(
-        settings=PopulationSettings(prior),
+        settings=PopulationSettings(posed.prior),
         recycled=tuple(combined(one) for one in sets),
-        design=design.matrix,
+        design=posed.design.matrix,
         outlier=np.array([settings.outliers.of(member.status) for member in members]),
-        theta_prior=theta_prior,
+        theta_prior=posed.quantity,
     )

@@ -7,8 +7,10 @@ subject's posterior, made under the prior pi, say what its data tell of eta (Hog
 
     p(data | eta) / p(data) = sum_n w_n p(theta_n | eta) / pi(theta_n)
 
-Nuisance parameters and passive scale keep their priors, which cancel. With a probability given by its verdict
-a subject is none of the population: then its prior is pi, and the ratio is one.
+Nuisance parameters and passive scale keep their priors, which cancel. What changed between two visits of a
+subject is inferred alike, the ratio of both in the place of theta, with a prior of its own (``ratio``). With
+a probability given by its verdict a subject is none of the population: then its prior is pi, and the ratio is
+one.
 """
 
 from __future__ import annotations
@@ -19,16 +21,16 @@ from functools import cache, cached_property
 from typing import Final
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import logsumexp
 from threadpoolctl import ThreadpoolController
 
 from swesbi.arrays import FloatArray
 from swesbi.hierarchy.hyperprior import Hyperprior, in_rows
-from swesbi.prior import PriorSettings, bounds, log_density
+from swesbi.hierarchy.ratio import LOG_ROOT_TWO_PI, RatioPrior, log_density, log_normal_mass
+from swesbi.prior import PriorSettings, bounds
 
 BLOCK: Final = 256
 """Hyperdraws evaluated together: their matrix of log densities stays within the cache of a core."""
-LOG_ROOT_TWO_PI: Final = 0.5 * float(np.log(2.0 * np.pi))
 
 
 @dataclass(frozen=True)
@@ -60,14 +62,14 @@ class CohortModel:
         recycled: Draws of each of the d subjects.
         design: Rows of the subjects; shape (d, c).
         outlier: Probability of each subject to be none of the population; shape (d,).
-        theta_prior: pi, under which the draws were made.
+        theta_prior: pi, under which the draws were made; of ratios of theta where these are the draws.
     """
 
     settings: PopulationSettings
     recycled: tuple[RecycledDraws, ...]
     design: FloatArray
     outlier: FloatArray
-    theta_prior: PriorSettings
+    theta_prior: PriorSettings | RatioPrior
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(all data | eta) - log p(all data | pi) of eta (m, k); shape (m,)."""
@@ -143,14 +145,6 @@ def population_law(log_rows: FloatArray, design: FloatArray) -> tuple[FloatArray
     """
     slopes = np.einsum("dc,mcj->mdj", design, log_rows[:, 2:])
     return log_rows[:, :1] + slopes, np.exp(log_rows[:, 1])
-
-
-def log_normal_mass(low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return the log probability of a standard normal variable between limits, however far off they lie."""
-    flipped = low > 0.0  # the upper tail is the lower one of minus the variable
-    below, above = np.where(flipped, -high, low), np.where(flipped, -low, high)
-    log_above = log_ndtr(above)
-    return np.asarray(log_above + np.log1p(-np.exp(log_ndtr(below) - log_above)))
 
 
 def _log_sum(log_ratio: FloatArray) -> FloatArray:

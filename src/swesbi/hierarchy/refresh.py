@@ -19,8 +19,9 @@ from scipy.special import logsumexp
 from swesbi.arrays import FloatArray
 from swesbi.hierarchy.hyperprior import in_rows
 from swesbi.hierarchy.model import CohortModel, RecycledDraws, population_law
+from swesbi.hierarchy.ratio import RatioPrior, log_density
 from swesbi.parameters import THETA_NAMES
-from swesbi.prior import ParameterPrior, PriorSettings, bounds, log_density
+from swesbi.prior import ParameterPrior, PriorSettings, bounds
 
 ROUNDS: Final = 200
 SETTLED: Final = 1e-10
@@ -33,14 +34,19 @@ class DrawSet:
     """Equally weighted draws theta (n, 3) of one subject's posterior under one prior."""
 
     theta: FloatArray
-    prior: PriorSettings
+    prior: PriorSettings | RatioPrior
 
 
 def shrunken_prior(model: CohortModel, eta: FloatArray, subject: int) -> PriorSettings:
     """Return the prior of theta of one subject within the population, averaged over eta (m, k).
 
     Each parameter is log-Gaussian with mean and variance of the average, a little wider.
+
+    Raises:
+        ValueError: The draws are of ratios, which nothing draws anew.
     """
+    if isinstance(model.theta_prior, RatioPrior):
+        raise ValueError("ratios of two visits are not drawn anew: only theta has a narrower prior")
     mean, spread = population_law(np.log(in_rows(eta)), model.design[subject : subject + 1])
     low, high = bounds(model.theta_prior)
     narrow, wide = np.nextafter(low, high) * 1.0001, np.nextafter(high, low) / 1.0001

@@ -10,7 +10,7 @@ from swesbi.hierarchy.cohort import weighted_quantiles
 from swesbi.hierarchy.hyperprior import in_rows
 from swesbi.hierarchy.infer import Inferred
 from swesbi.hierarchy.result import NOTE_SEPARATOR, CohortPosterior, Population, Subjects
-from swesbi.posterior.importance import log_posterior_of_logit
+from swesbi.posterior.space import log_posterior_of_logit
 from swesbi.prior import to_logit
 
 

@@ -10,7 +10,7 @@ from scipy.special import ndtr, ndtri
 
 from swesbi.arrays import FloatArray
 from swesbi.posterior.importance import Proposal
-from swesbi.posterior.refine import Space
+from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, ParameterPrior, bounds, level, log_density, quantile
 from swesbi.seeds import generator, integer_seed
 

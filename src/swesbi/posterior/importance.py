@@ -14,13 +14,7 @@ from swesbi.artefacts import Variable
 from swesbi.draws import resampled_rows
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.net import TrainedSpline, draw_phi, from_base, log_q, to_base
-from swesbi.prior import (
-    BoxPrior,
-    draw_prior,
-    from_logit,
-    log_density,
-    log_jacobian,
-)
+from swesbi.prior import BoxPrior, draw_prior, log_density
 from swesbi.seeds import generator, integer_seed
 
 FloatArray = NDArray[np.float64]
@@ -143,13 +137,6 @@ def weigh(
         log_evidence=log_evidence,
         log_evidence_se=error,
     )
-
-
-def log_posterior_of_logit(model: LikelihoodModel, eta: FloatArray) -> FloatArray:
-    """Return log p(eta | data), not normalised, of eta = logit of phi, (n, d); -inf where it failed; (n,)."""
-    prior = model.settings.prior
-    phi = from_logit(eta, prior)
-    return np.asarray(log_density(phi, prior) + model.log_likelihood(phi) + log_jacobian(eta, prior))
 
 
 def smooth(log_ratio: FloatArray) -> tuple[FloatArray, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final, Protocol
+from typing import Final
 
 import arviz
 import emcee
@@ -12,18 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, log_posterior_of_logit
+from swesbi.posterior.importance import LikelihoodModel, WeightedDraws
+from swesbi.posterior.moves import SideBySide, State, moves
 from swesbi.posterior.settings import McmcSettings, warm_up_steps
-from swesbi.prior import from_logit, to_logit
+from swesbi.posterior.space import LogitSpace, Space, log_posterior_in
+from swesbi.prior import BoxPrior, from_logit, to_logit
 
 FloatArray = NDArray[np.float64]
 INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their spread
 LEAST_SD: Final = 0.1  # in eta; a few dominating weights have no spread of their own
 ATTEMPTS: Final = 100
-State = Any  # emcee.State: coords (walkers, d), log_prob (walkers,)
-GAMMA_SD: Final = 0.1  # relative spread of the step's factor: keeps proposals off a lattice
-JUMP_SHARE: Final = 0.1  # of the steps, with factor one: from mode to mode (ter Braak 2006)
-STRETCH_SHARE: Final = 0.3  # of the steps: they bring walkers back that started or strayed far off
 STRAY_PROBABILITY: Final = 1e-4
 
 
@@ -70,70 +68,6 @@ def overdispersed(
     )
 
 
-class HalfMove(Protocol):
-    """A move of emcee that proposes for one half of an ensemble from the other half."""
-
-    def setup(self, coords: FloatArray) -> None:
-        """Prepare for walkers at these coordinates."""
-
-    def get_proposal(
-        self, s: FloatArray, c: list[FloatArray], random: np.random.RandomState
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return proposals for s of shape (n, d) from the complement c, and the log of their factors."""
-
-
-class SideBySide:
-    """Moves independent ensembles side by side, so that one call evaluates the walkers of all of them.
-
-    The walkers of an ensemble are neighbours in the sampler's order. Proposals of an ensemble see its own
-    walkers only, in random halves (Foreman-Mackey et al. 2013, Alg. 3); the simulator is fastest in batches.
-    """
-
-    def __init__(self, move: HalfMove, ensembles: int) -> None:
-        self._move = move
-        self._ensembles = ensembles
-
-    def propose(self, model: Any, state: State) -> tuple[State, NDArray[np.bool_]]:  # noqa: ANN401
-        """Move every walker once; the interface of emcee's moves."""
-        self._move.setup(state.coords)
-        accepted = np.zeros(len(state.coords), dtype=bool)
-        first, second = self._halves(len(state.coords), model.random)
-        # in turns: a proposal made from walkers that move at the same time would break detailed balance
-        for moving, still in ((first, second), (second, first)):
-            self._move_half(model, state, moving, still, accepted)
-        return state, accepted
-
-    def _halves(
-        self, walkers: int, random: np.random.RandomState
-    ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-        """Return walkers of two random halves of each ensemble; (ensembles, walkers of it / 2) each."""
-        size = walkers // self._ensembles
-        # drawn anew at each step: with fixed halves a walker would never see the others of its own half
-        order = np.stack([k * size + random.permutation(size) for k in range(self._ensembles)])
-        return order[:, : size // 2], order[:, size // 2 :]
-
-    def _move_half(
-        self,
-        model: Any,  # noqa: ANN401
-        state: State,
-        moving: NDArray[np.int_],
-        still: NDArray[np.int_],
-        accepted: NDArray[np.bool_],
-    ) -> None:
-        proposals = [
-            self._move.get_proposal(state.coords[rows], [state.coords[others]], model.random)
-            for rows, others in zip(moving, still, strict=True)
-        ]
-        coords, log_factor = (np.concatenate(parts) for parts in zip(*proposals, strict=True))
-        # one call for all ensembles: the simulator is fast in large batches, half an ensemble is small
-        log_prob, _ = model.compute_log_prob_fn(coords)
-        rows = moving.ravel()
-        taken = log_factor + log_prob - state.log_prob[rows] > np.log(model.random.rand(len(rows)))
-        state.coords[rows[taken]] = coords[taken]
-        state.log_prob[rows[taken]] = log_prob[taken]
-        accepted[rows] = taken
-
-
 @dataclass(frozen=True)
 class McmcDraws:
     """Draws of independent ensembles, warm-up left out.
@@ -172,15 +106,23 @@ class McmcDraws:
 
 
 def sample_mcmc(
-    model: LikelihoodModel, start_phi: FloatArray, settings: McmcSettings, seed: int, least_effective: int = 0
+    model: LikelihoodModel,
+    start_phi: FloatArray,
+    settings: McmcSettings,
+    seed: int,
+    least_effective: int = 0,
+    space: Space | None = None,
 ) -> McmcDraws:
-    """Sample the exact posterior in eta = logit(phi) by several ensembles of walkers.
+    """Sample the exact posterior by several ensembles of walkers, in eta = logit(phi) or in another space.
 
     Moves are emcee's differential evolution (ter Braak 2006; Nelson et al. 2014), mixed with its stretch
-    move (Goodman and Weare 2010). Rounds of ``settings.steps`` follow one
-    another until R-hat (Vehtari et al. 2021) and the effective draws are met or ``settings.max_steps`` is
-    reached; the first share of all steps is left out anew after each. Effective draws count beside R-hat,
-    which passes ensembles of which a walker or two still stray where hardly any posterior mass is.
+    move (Goodman and Weare 2010). In the base space of a flow that knows the posterior roughly (the map of
+    Parno and Marzouk 2018, SIAM/ASA J Uncertain Quantif 6:645, as in :mod:`swesbi.posterior.refine`) half of
+    the steps are :class:`swesbi.posterior.moves.NearNormal`: what the flow has wrong costs acceptance, and
+    the draws are of the same posterior. Rounds of ``settings.steps`` follow one another until R-hat (Vehtari
+    et al. 2021) and the effective draws are met or ``settings.max_steps`` is reached; the first share of all
+    steps is left out anew after each. Effective draws count beside R-hat, which passes ensembles of which a
+    walker or two still stray where hardly any posterior mass is.
 
     Args:
         model: Prior and exact likelihood of the recording.
@@ -188,19 +130,22 @@ def sample_mcmc(
         settings: Ensembles, walkers, steps, the limit of R-hat and the least number of effective draws.
         seed: Seed of the sampler.
         least_effective: Least number of effective draws of every parameter, where the settings ask for fewer.
+        space: Where the posterior is near standard normal; None: eta, where nothing is known of its shape.
 
     Raises:
         ValueError: ``start_phi`` has another number of rows, or one of them no posterior density.
     """
     wanted = max(least_effective, settings.min_effective_draws)
-    sampler, state = _sampler(model, start_phi, settings, seed)
+    where = LogitSpace(model.settings.prior) if space is None else space
+    used = moves(settings.ensembles, near_normal=space is not None)
+    sampler, state = _sampler(model, start_phi, settings, where, used, seed)
     state = sampler.run_mcmc(state, warm_up_steps(settings.steps, settings.warm_up_fraction))
     gather(state, settings.ensembles)
     # the warm-up is a share of all steps, so each further round leaves out more of what the start has shaped
     while True:
         steps = settings.steps - sampler.iteration % settings.steps
         state = sampler.run_mcmc(state, min(steps, settings.max_steps - sampler.iteration))
-        draws = _judged(sampler, model, settings, wanted)
+        draws = _judged(sampler, where, model.settings.prior, settings, wanted)
         if draws.converged or sampler.iteration >= settings.max_steps:
             return draws
 
@@ -263,45 +208,40 @@ def effective_draws(chain: FloatArray) -> FloatArray:
 
 
 def _sampler(
-    model: LikelihoodModel, start_phi: FloatArray, settings: McmcSettings, seed: int
-) -> tuple[emcee.EnsembleSampler, emcee.State]:
+    model: LikelihoodModel,
+    start_phi: FloatArray,
+    settings: McmcSettings,
+    space: Space,
+    used: list[tuple[SideBySide, float]],
+    seed: int,
+) -> tuple[emcee.EnsembleSampler, State]:
     if len(start_phi) != settings.start_points:
         raise ValueError(f"start_phi has {len(start_phi)} rows; there are {settings.start_points} walkers")
 
-    log_posterior = partial(log_posterior_of_logit, model)
-    eta = to_logit(start_phi, model.settings.prior)
-    log_prob = log_posterior(eta)
+    log_posterior = partial(log_posterior_in, space, model)
+    u, _ = space.place(start_phi)
+    log_prob = log_posterior(u)
     if not np.isfinite(log_prob).all():
         row = int(np.flatnonzero(~np.isfinite(log_prob))[0])
         raise ValueError(f"start_phi row {row}, {start_phi[row]}: its simulation fails; start elsewhere")
-    sampler = emcee.EnsembleSampler(
-        *eta.shape, log_posterior, moves=_moves(settings.ensembles), vectorize=True
-    )
+    sampler = emcee.EnsembleSampler(*u.shape, log_posterior, moves=used, vectorize=True)
     random_state = np.random.RandomState(seed).get_state()
-    return sampler, emcee.State(eta, log_prob=log_prob, random_state=random_state)
-
-
-def _moves(ensembles: int) -> list[tuple[SideBySide, float]]:
-    """Return the moves with the shares of the steps that they take."""
-    moves = emcee.moves
-    shares = [
-        (moves.DEMove(sigma=GAMMA_SD), 1.0 - JUMP_SHARE - STRETCH_SHARE),
-        (moves.DEMove(sigma=GAMMA_SD, gamma0=1.0), JUMP_SHARE),
-        (moves.StretchMove(), STRETCH_SHARE),
-    ]
-    return [(SideBySide(move, ensembles), share) for move, share in shares]
+    return sampler, emcee.State(u, log_prob=log_prob, random_state=random_state)
 
 
 def _judged(
-    sampler: emcee.EnsembleSampler, model: LikelihoodModel, settings: McmcSettings, wanted: int
+    sampler: emcee.EnsembleSampler, space: Space, prior: BoxPrior, settings: McmcSettings, wanted: int
 ) -> McmcDraws:
-    """Return what the sampler has after its warm-up, with R-hat and effective draws."""
-    eta = sampler.get_chain(discard=warm_up_steps(sampler.iteration, settings.warm_up_fraction))
-    by_ensemble = eta.reshape(len(eta), settings.ensembles, settings.walkers, -1).swapaxes(0, 1)
-    draws = by_ensemble.reshape(settings.ensembles, len(eta) * settings.walkers, -1)
-    r_hat, effective = split_r_hat(draws), effective_draws(by_ensemble)
+    """Return what the sampler has after its warm-up, with R-hat and effective draws by parameter."""
+    u = sampler.get_chain(discard=warm_up_steps(sampler.iteration, settings.warm_up_fraction))
+    steps, dimensions = len(u), u.shape[-1]
+    phi = space.at(u.reshape(-1, dimensions)).reshape(steps, settings.ensembles, settings.walkers, dimensions)
+    by_ensemble = phi.swapaxes(0, 1)
+    draws = by_ensemble.reshape(settings.ensembles, steps * settings.walkers, dimensions)
+    eta = to_logit(by_ensemble.reshape(-1, dimensions), prior)
+    r_hat, effective = split_r_hat(eta.reshape(draws.shape)), effective_draws(eta.reshape(by_ensemble.shape))
     return McmcDraws(
-        phi=from_logit(draws, model.settings.prior),
+        phi=draws,
         walkers=settings.walkers,
         r_hat=r_hat,
         effective_draws=effective,

@@ -14,7 +14,8 @@ from scipy.stats import chi2
 
 from swesbi.arrays import FloatArray
 from swesbi.evolution import library_options
-from swesbi.posterior.importance import LikelihoodModel, log_posterior_of_logit
+from swesbi.posterior.importance import LikelihoodModel
+from swesbi.posterior.space import log_posterior_of_logit
 from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
 
 POPULATION: Final = 64  # simulations of a generation, which run together

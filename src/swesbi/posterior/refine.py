@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Protocol, runtime_checkable
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,41 +21,15 @@ from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, weigh
 from swesbi.posterior.mode import mode_proposal
 from swesbi.posterior.settings import ExactSettings, RefinementSettings
+from swesbi.posterior.space import LogitSpace, Space
 from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_mixture
-from swesbi.prior import BoxPrior, from_logit, log_density, log_jacobian, to_logit
+from swesbi.prior import BoxPrior, log_density
 from swesbi.seeds import integer_seed
 
 FloatArray = NDArray[np.float64]
 KEPT_SHARE: Final = 0.2  # of the first proposal beside a fitted one
 LOST_EFFICIENCY: Final = 0.005  # of a network: ten effective draws of the first two thousand
 LEAST_GAIN: Final = 1.1  # of a round, over the best before it, that lets another follow
-
-
-@runtime_checkable
-class Space(Protocol):
-    """A space in which a posterior is near normal, and its map onto the prior's box."""
-
-    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where phi (n, d) lie in it, u (n, d), and log |du / dphi| of shape (n,)."""
-
-    def at(self, u: FloatArray) -> FloatArray:
-        """Return the phi (n, d) of its points u (n, d)."""
-
-
-@dataclass(frozen=True)
-class LogitSpace:
-    """The logit of the prior's box."""
-
-    prior: BoxPrior
-
-    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return eta (n, d) of phi (n, d), and log |deta / dphi|."""
-        eta = to_logit(phi, self.prior)
-        return eta, -log_jacobian(eta, self.prior)
-
-    def at(self, u: FloatArray) -> FloatArray:
-        """Return phi (n, d) of eta (n, d), never onto the faces of the box."""
-        return from_logit(u, self.prior)
 
 
 @dataclass(frozen=True)

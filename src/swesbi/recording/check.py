@@ -102,7 +102,7 @@ def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) 
     check = partial(_check, cohort, protocol, table=table, settings=settings, grid_points=grid_points)
     checked = [_collect(problems, partial(check, name)) for name in table.names]
     subjects = tuple(subject for subject in checked if subject)
-    notes = _notes(cohort, table.names)
+    notes = () if protocol.layout.table.file else _notes(cohort, table.names)
     return CohortReport(subjects, protocol.origin, tuple(problems), notes, table.visits)
 
 
@@ -129,8 +129,9 @@ def _check(
     grid_points: int,
 ) -> Checked | None:
     """Read and ingest one recording; a subject whose row is wrong has its recording read all the same."""
-    path = find_recording(cohort, name)
-    samples = read_samples(path, settings.phases, settings.density_kg_m3)
+    layout = protocol.layout
+    path = find_recording(cohort, name, layout.table.file)
+    samples = read_samples(path, settings.phases, settings.density_kg_m3, layout, name)
     if name not in table.rows:
         return None
     context, clinical = table.rows[name].to_context(), table.clinical[name].to_measures()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from swesbi.context import CONTEXT, Context
 from swesbi.recording.clinical import CLINICAL_NAMES, ClinicalRow
 from swesbi.recording.clinical_columns import clinical_rows
-from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.problems import Problem, RecordingError, listed, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
 from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
 from swesbi.recording.visit_columns import visit_rows
@@ -25,8 +25,9 @@ REMEDIES: Final = {
     "subject": "use letters, digits, '-' and '_', a letter or digit first, at most 64 of them",
     **{variable.column: variable.remedy for variable in CONTEXT},
 }
-SUFFIXES: Final = (".csv", ".mat")
-WORKBOOKS: Final = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
+EXCEL: Final = (".xlsx", ".xlsm")
+SUFFIXES: Final = (".csv", ".mat", *EXCEL)
+WORKBOOKS: Final = (".xls", ".ods", ".numbers")
 SUBJECTS: Final = "subjects.csv"
 PROTOCOL: Final = "recording.yaml"
 RECORDINGS: Final = "swe"
@@ -42,6 +43,7 @@ class SubjectTable:
         clinical: What was measured beside the speeds, of the same subjects.
         visits: Whose recordings they are, of the same subjects.
         problems: Every problem of the cells.
+        lines: By row of the file, the text that stands there for the subject's name.
     """
 
     names: tuple[str, ...]
@@ -49,6 +51,17 @@ class SubjectTable:
     clinical: Mapping[str, ClinicalRow]
     visits: Mapping[str, Visit]
     problems: tuple[Problem, ...]
+    lines: Mapping[int, str] = field(default_factory=dict)
+
+    @property
+    def refused(self) -> dict[str, str]:
+        """The subjects whose row cannot be used, and why; what is wrong with no one row is everyone's."""
+        own: dict[str, list[Problem]] = {}
+        for problem in self.problems:
+            subject = self.lines.get(problem.row or 0)
+            for name in dict.fromkeys(self.lines.values()) if subject is None else (subject,):
+                own.setdefault(name, []).append(problem)
+        return {name: listed(problems) for name, problems in own.items()}
 
 
 def examine_subjects(path: Path) -> SubjectTable:
@@ -74,6 +87,7 @@ def examine_subjects(path: Path) -> SubjectTable:
         clinical={row.subject: own for row, own, _ in good},
         visits={row.subject: visit for row, _, visit in good},
         problems=tuple(table.problems),
+        lines=dict(zip(table.rows.tolist(), table.cells["subject"], strict=True)),
     )
 
 
@@ -129,8 +143,13 @@ def _blamed(message: str) -> str:
     return named[min(named)]
 
 
-def find_recording(cohort: Path, subject: str) -> Path:
+def find_recording(cohort: Path, subject: str, shared: str | None = None) -> Path:
     """Return the one file that holds a subject's raw samples.
+
+    Args:
+        cohort: Folder of the cohort.
+        subject: Name.
+        shared: The one table of all subjects, within the cohort, if its ``recording.yaml`` names one.
 
     Raises:
         RecordingError: There is none, or more than one; it is no regular file, or lies outside the cohort;
@@ -140,6 +159,9 @@ def find_recording(cohort: Path, subject: str) -> Path:
         reason = "is no name for a subject"
         remedy = "use letters, digits, '-' and '_', a letter or digit first"
         raise RecordingError(Problem(str(cohort / SUBJECTS), reason, remedy, value=subject))
+    if shared is not None:
+        check_file(cohort / shared, cohort)
+        return cohort / shared
     stem = cohort / RECORDINGS / subject
     files = [path for path in _with_suffixes(stem, SUFFIXES) if path.exists() or path.is_symlink()]
     if len(files) > 1:
@@ -175,6 +197,6 @@ def _absent(stem: Path) -> Problem:
     for path in _with_suffixes(stem, WORKBOOKS):
         if path.exists():
             return Problem(str(path), "is a workbook", SAVE_AS_CSV)
-    wanted = " or ".join(path.name for path in _with_suffixes(stem, SUFFIXES))
+    wanted = ", ".join(path.name for path in _with_suffixes(stem, SUFFIXES))
     reason = f"there is no file {wanted}"
     return Problem(str(stem.parent), reason, "put it there, or take the subject out of subjects.csv")

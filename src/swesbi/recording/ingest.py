@@ -9,13 +9,13 @@ import numpy as np
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
+from swesbi.recording.columns import SPEED
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import analysis_grid, locate_phases, to_grid
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.samples import (
     ACCEPTED,
     REASONS,
-    SPEED,
     Samples,
     count_by_phase,
     count_by_repeat,
@@ -54,6 +54,18 @@ def incomplete(
         _late_diastole(phase[measured], settings),
     )
     return tuple(Problem(source, reason, advice) for reason in reasons if reason)
+
+
+def _advice(samples: Samples, settings: RecordingSettings) -> str:
+    """Return what to do about a recording of which nothing is accepted; one repeat a phase never is."""
+    repeats = count_by_repeat(samples, np.ones(samples.repeat.shape, dtype=np.bool_), settings.phases)
+    most, needed = int((repeats > 0).sum(axis=1).max()), settings.min_repeats_per_phase
+    if most >= needed:
+        return "record again"
+    return (
+        f"a phase needs {needed} repeats (recording.min_repeats_per_phase), by which errors are told, and "
+        f"none has more than {most}: record each phase again, or number in `repeat` those that there are"
+    )
 
 
 def longest_gap(measured_phase: FloatArray) -> tuple[float, float]:
@@ -170,7 +182,8 @@ def ingest(
     accepted, rejected = count_by_phase(samples, verdict, settings.phases)
     if not accepted.any():
         counts = ", ".join(f"{reason} {n}" for reason, n in zip(REASONS, rejected.sum(axis=1), strict=True))
-        raise RecordingError(Problem(samples.source, f"no sample is acceptable ({counts})", "record again"))
+        reason = f"no sample is acceptable ({counts})"
+        raise RecordingError(Problem(samples.source, reason, _advice(samples, settings)))
     raise_any(implausible(samples, verdict == ACCEPTED, context, settings))
     speeds = average_speeds(samples, verdict == ACCEPTED, settings.phases)
     regular = ~ectopic(samples, settings.max_rr_deviation_fraction)

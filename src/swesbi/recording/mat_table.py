@@ -17,7 +17,7 @@ from swesbi.arrays import FloatArray
 from swesbi.recording.mat_v5 import read_mat_v5
 from swesbi.recording.mat_values import SAVE_AGAIN, TEXTS, MatValueError, Vector, damaged, read_vectors
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.table import TextTable, check_names, read_bytes
+from swesbi.recording.table import TextTable, check_names, read_bytes, shortest
 
 MAX_VALUES: Final = 5_000_000
 OBJECTS: Final = "#subsystem#"
@@ -154,9 +154,4 @@ def _as_text(vector: Vector) -> NDArray[np.object_]:
     if vector.dtype.kind == "U":
         return np.array([str(text).strip() for text in vector], dtype=object)
     values, positions = np.unique(vector.astype(np.float64), return_inverse=True)
-    return np.array([_shortest(value) for value in values.tolist()], dtype=object)[positions]
-
-
-def _shortest(value: float) -> str:
-    """Return 7 for 7.0, and otherwise the shortest text that Python reads back as the same number."""
-    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else repr(value).replace("nan", "NaN")
+    return np.array([shortest(value) for value in values.tolist()], dtype=object)[positions]

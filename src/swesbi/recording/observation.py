@@ -131,3 +131,12 @@ def contexts_of(dataset: xr.Dataset, along: str) -> tuple[Context, ...]:
     """Rebuild the contexts along a dimension, named by the labels ``subject``."""
     names = [str(name) for name in dataset["subject"].to_numpy()]
     return tuple(from_rows(Context, dataset, along, subject=names))
+
+
+def same_recording(one: Observation, other: Observation) -> bool:
+    """Tell whether two observed curves are of the same samples, heart and further measures."""
+    if (one.context, one.clinical) != (other.context, other.clinical):
+        return False
+    names = ("phase", "phase_index", "speed_m_s", "speed_se_m_s", "samples_accepted", "samples_by_repeat")
+    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
+    return all(np.array_equal(mine, its, equal_nan=mine.dtype.kind == "f") for mine, its in pairs)

@@ -89,7 +89,8 @@ def _check_absent(phase: FloatArray, source: str) -> None:
             f"its {len(known)} phases fill the cycle, but recording.phases in config.yaml is {len(phase)}: "
             f"phase_index {listed} has no row"
         )
-        raise RecordingError(Problem(source, reason, f"set recording.phases to {len(known)}, or {add}"))
+        remedy = f"{add}; if {len(known)} were attempted, say so by --phases or recording.phases"
+        raise RecordingError(Problem(source, reason, remedy))
 
 
 def _check_distinct(phase: FloatArray, source: str) -> None:

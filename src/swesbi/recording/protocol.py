@@ -10,12 +10,13 @@ from typing import Any, Final, Literal, cast, get_args
 import yaml
 
 from swesbi.recording.cohort import PROTOCOL, check_file
+from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.table import read_bytes
 
 Repeats = Literal["separate", "sweeps"]
-SEE_TEMPLATE: Final = "`python -m swesbi template FOLDER` writes one to start from"
+SEE_TEMPLATE: Final = "`swesbi template FOLDER` writes one to start from"
 SAY_REPEATS: Final = (
     "write `sweeps` if a repeat of one number runs over all phases, `separate` or nothing if each phase is "
     "repeated by itself"
@@ -29,10 +30,12 @@ class Protocol:
     Attributes:
         origin: Who or what was recorded.
         repeats_are: "separate" where each phase is repeated by itself, "sweeps" where a repeat runs over all.
+        layout: How its tables differ from this project's form.
     """
 
     origin: str
     repeats_are: Repeats = "separate"
+    layout: TableLayout = TableLayout()
 
 
 def read_protocol(cohort: Path, settings: RecordingSettings) -> Protocol:
@@ -51,7 +54,7 @@ def read_protocol(cohort: Path, settings: RecordingSettings) -> Protocol:
         remedy = "say in a few words who or what was recorded"
         problems.append(Problem(str(path), "has no text under the key `origin`", remedy))
     raise_any(problems)
-    return Protocol(str(origin).strip(), cast("Repeats", repeats))
+    return Protocol(str(origin).strip(), cast("Repeats", repeats), layout_of(plain, path))
 
 
 def read_repeats(path: Path) -> Repeats:
@@ -63,6 +66,15 @@ def read_repeats(path: Path) -> Repeats:
     repeats = _repeats(_mapping(path))
     raise_any(_problems_of_repeats(path, repeats))
     return cast("Repeats", repeats)
+
+
+def read_layout(path: Path) -> TableLayout:
+    """Read from a cohort's ``recording.yaml`` how its tables differ, and nothing else.
+
+    Raises:
+        RecordingError: The file is missing or no YAML mapping, or says what is not known.
+    """
+    return layout_of(_mapping(path), path)
 
 
 def _mapping(path: Path) -> Mapping[str, Any]:

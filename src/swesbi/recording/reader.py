@@ -8,21 +8,31 @@ from typing import Final
 import numpy as np
 
 from swesbi.arrays import FloatArray, IntArray
-from swesbi.recording.cohort import SUFFIXES, WORKBOOKS
+from swesbi.recording.cohort import EXCEL, SUFFIXES, WORKBOOKS
+from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
+from swesbi.recording.foreign import read_foreign
+from swesbi.recording.layout import TableLayout
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.samples import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK, Samples
+from swesbi.recording.samples import Samples
 from swesbi.recording.speed import shear_wave_speed_m_s, youngs_modulus_kpa
 from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
 
 MEASURED: Final = (SPEED, MODULUS)
 REQUIRED: Final = tuple(name for name in COLUMNS if name != SPEED)
-READERS: Final = dict(zip(SUFFIXES, (read_table, read_mat_table), strict=True))
+READERS: Final = {".csv": read_table, ".mat": read_mat_table}
+OWN_FORM: Final = TableLayout()
 SPEED_RANGE_M_S: Final = (0.05, 30.0)
 
 
-def read_samples(path: Path, phases: int, density_kg_m3: float) -> Samples:
-    """Read one row (CSV) or element (.mat) per attempted push sample; further columns are ignored.
+def read_samples(
+    path: Path,
+    phases: int,
+    density_kg_m3: float,
+    layout: TableLayout = OWN_FORM,
+    subject: str = "",
+) -> Samples:
+    """Read one row (CSV, workbook) or element (.mat) per attempted push sample; further columns are ignored.
 
     A recording has either the column ``shear_wave_speed_m_s`` or, in its place, ``youngs_modulus_kpa``, of
     which each value E becomes the speed sqrt(E / (3 rho)).
@@ -31,12 +41,14 @@ def read_samples(path: Path, phases: int, density_kg_m3: float) -> Samples:
         path: The recording; its suffix tells the format.
         phases: Number of gated phases; ``phase_index`` runs from 0 to ``phases - 1``.
         density_kg_m3: Density rho behind a Young's modulus.
+        layout: How the cohort's tables differ from this project's form, by its ``recording.yaml``.
+        subject: Whose rows are wanted of a table of several.
 
     Raises:
         RecordingError: The table is malformed, a value is impossible or a sample is given twice; it lists
             every problem with file, row, column and value.
     """
-    table = _table(path)
+    table = _table(path, layout, subject)
     table.unique(["phase_index", "repeat", "sample"])
     phase_index = _phase_index(table, phases)
     delay = table.number("trigger_delay_ms", 0, 5000, "give the delay from the R peak in ms")
@@ -50,14 +62,16 @@ def read_samples(path: Path, phases: int, density_kg_m3: float) -> Samples:
     return Samples(phase_index, delay, rr, repeat, sample, speed, r2, status, str(path))
 
 
-def _table(path: Path) -> TextTable:
+def _table(path: Path, layout: TableLayout, subject: str) -> TextTable:
     suffix = path.suffix.lower()
     if suffix in WORKBOOKS:
         raise RecordingError(Problem(str(path), "is a workbook", SAVE_AS_CSV))
-    if suffix not in READERS:
+    if suffix not in SUFFIXES:
         raise RecordingError(
-            Problem(str(path), "is neither .csv nor .mat", "give it in one of these formats")
+            Problem(str(path), f"is none of {', '.join(SUFFIXES)}", "give it in one of these formats")
         )
+    if suffix in EXCEL or not layout.is_own:
+        return read_foreign(path, layout, subject)
     table = READERS[suffix](path, REQUIRED, MEASURED)
     measured = [name for name in MEASURED if name in table.cells]
     if len(measured) != 1:
@@ -72,9 +86,12 @@ def _phase_index(table: TextTable, phases: int) -> IntArray:
     agree = f"this study expects {phases} phases, numbered 0 to {phases - 1}"
     index = table.cells["phase_index"]
     if (index == str(phases)).any() and not index.isin(["0", "0.0"]).any():
-        remedy = f"{agree}; number them from 0, not from 1"
+        remedy = f"{agree}; number them from 0, or say `first_phase: 1` under `table` in recording.yaml"
     else:
-        remedy = f"{agree}; correct the cell, or set recording.phases in config.yaml to what was recorded"
+        remedy = (
+            f"{agree}; correct the cell, or if {index.nunique()} were recorded, put the recording into a "
+            "cohort of its own, with as many phases in all, and say so by --phases or recording.phases"
+        )
     return table.integer("phase_index", 0, phases - 1, remedy)
 
 

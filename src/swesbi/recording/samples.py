@@ -10,23 +10,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, STATUS_OK
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.settings import RecordingSettings
 
-STATUS_OK: Final = "ok"
-FAILED_STATUSES: Final = ("no_wave", "motion", "low_r2", "bound_hit")
-SPEED: Final = "shear_wave_speed_m_s"
-MODULUS: Final = "youngs_modulus_kpa"
-COLUMNS: Final = (
-    "phase_index",
-    "trigger_delay_ms",
-    "rr_ms",
-    "repeat",
-    "sample",
-    SPEED,
-    "fit_r2",
-    "status",
-)
 ACCEPTED: Final = -1
 REASONS: Final = (*FAILED_STATUSES, "empty_speed", "low_fit_r2", "ectopic_rr", "outlier", "sparse_phase")
 MAD_TO_SD: Final = 1.4826  # of a normal distribution: 1 / Phi^-1(3/4)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SHOWN_ROWS: Final = 5
+SNIFFED_ROWS: Final = 50
 MISSING: Final = ("", "NaN", "nan", "NAN")  # MATLAB writes an empty number as NaN
 DELIMITERS: Final = (",", ";", "\t")
 COMMENT: Final = "#"
@@ -31,6 +32,20 @@ DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
 DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
 HEADER: Final = "name them in the first row, separated by commas (or semicolons)"
+
+
+def shortest(value: float) -> str:
+    """Return 7 for 7.0, and otherwise the shortest text that Python reads back as the same number."""
+    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else repr(value).replace("nan", "NaN")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a cell of a translated table stands in the file: column, text, and how it was understood."""
+
+    column: str
+    text: str
+    read_as: str = ""
 
 
 @dataclass(frozen=True)
@@ -44,6 +59,7 @@ class TextTable:
         unit: What ``rows`` counts: "row" of a text file, or "element" of a vector.
         ignored: Columns of the file that are not used.
         problems: Grows with every check; :meth:`finish` raises them together.
+        place: Of a translated table: where a cell, by its index and column, stands in the file.
     """
 
     source: str
@@ -52,6 +68,7 @@ class TextTable:
     unit: str = "row"
     ignored: tuple[str, ...] = ()
     problems: list[Problem] = field(default_factory=list)
+    place: Callable[[int, str], Place] | None = None
 
     def number(
         self, column: str, low: float, high: float, remedy: str, *, may_be_empty: bool = False
@@ -129,6 +146,9 @@ class TextTable:
     def note(self, index: int, column: str, reason: str, remedy: str) -> None:
         """Note a problem of one cell."""
         value, row = str(self.cells[column].iloc[index]), int(self.rows[index])
+        if self.place is not None:
+            place = self.place(index, column)
+            column, value, reason = place.column, place.text, f"{place.read_as}{reason}"
         self.problems.append(Problem(self.source, reason, remedy, row, column, value, self.unit))
 
     def finish(self) -> None:
@@ -178,15 +198,45 @@ def read_table(
     """
     text = _text(path)
     delimiter = _delimiter(text, (*required, *optional))
-    records = _records(path, text, delimiter)
+    table = below_names(path, _records(path, text, delimiter), required, optional)
+    return table if delimiter == "," else with_decimal_points(table, texts)
+
+
+def csv_rows(path: Path) -> tuple[Iterator[tuple[int, list[str]]], bool]:
+    """Return the rows of a CSV file of unknown columns, and whether commas in it may be decimal.
+
+    The delimiter is the one that splits most rows into most cells.
+
+    Raises:
+        RecordingError: The file is missing, a workbook, not UTF-8 or no CSV.
+    """
+    text = _text(path)
+    lines = [line for line in text.splitlines()[:SNIFFED_ROWS] if not line.startswith(COMMENT)]
+    delimiter = max(
+        DELIMITERS, key=lambda sign: sorted(line.count(sign) for line in lines)[len(lines) // 2 :]
+    )
+    return _records(path, text, delimiter), delimiter != ","
+
+
+def below_names(
+    path: Path,
+    rows: Iterable[tuple[int, list[str]]],
+    required: Sequence[str],
+    optional: Sequence[str] = (),
+) -> TextTable:
+    """Return the wanted columns of the rows below the first that is not empty, which names them.
+
+    Raises:
+        RecordingError: There is no row, rows are ragged, or columns are missing or named twice.
+    """
+    records = iter(rows)
     row, header = next(((row, cells) for row, cells in records if cells), (1, []))
     if not header:
         raise RecordingError(Problem(str(path), "is empty", HEADER))
     names = [name.strip() for name in header]
     raise_any(check_names(f"{path}, row {row}", names, required, HEADER))
     wanted = [name for name in (*required, *optional) if name in names]
-    table = _table(path, records, names, wanted)
-    return table if delimiter == "," else _with_decimal_points(table, texts)
+    return _table(path, records, names, wanted)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -289,7 +339,7 @@ def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list
     return problems
 
 
-def _with_decimal_points(table: TextTable, texts: Sequence[str]) -> TextTable:
+def with_decimal_points(table: TextTable, texts: Sequence[str]) -> TextTable:
     """Turn decimal commas into points; a file that uses both is left to the check of its numbers."""
     cells = table.cells.drop(columns=list(texts), errors="ignore")
     comma = cells.apply(lambda column: column.str.fullmatch(DECIMAL_COMMA))

@@ -23,16 +23,34 @@ TEMPLATES: Final = {
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run `template`; return 0, or 2 if there is something already."""
-    folder: Path = _parser().parse_args(arguments).cohort
+    """Run `template`; return 0, or 2 if there is something already.
+
+    Raises:
+        RecordingError: The file of ``--like`` cannot be read as a table.
+    """
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if (options.cohort is None) == (options.like is None):
+        parser.error("name a folder to make, or --like FILE")
+    if options.like is not None:
+        print(_proposed(options.like), end="")
+        return 0
+    folder: Path = options.cohort
     if folder.is_symlink() or (folder.exists() and not (folder.is_dir() and not any(folder.iterdir()))):
         message = f"{folder}: is there already, and is left as it is; name a folder that is new or empty"
         print(f"swesbi: {message}", file=sys.stderr)
         return EXIT_REFUSED
     for path in write_template(folder):
         print(f"wrote {path}")
-    print(f"Fill them in, add swe/<subject>.csv or .mat, then: python -m swesbi validate {folder}")
+    print(f"Fill them in, add swe/<subject>.csv, .mat or .xlsx, then: swesbi validate {folder}")
     return 0
+
+
+def _proposed(path: Path) -> str:
+    # tables take a third of a second to import, and an empty cohort needs none
+    from swesbi.recording.propose import as_yaml, names_of, propose
+
+    return as_yaml(path, propose(names_of(path)))
 
 
 def write_template(folder: Path) -> list[Path]:
@@ -81,9 +99,15 @@ def _optional() -> tuple[str, ...]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi template",
+        prog="swesbi template",
         description="Write an empty, commented cohort: subjects.csv, recording.yaml and the header of a "
-        "recording. Nothing is ever overwritten.",
+        "recording. Nothing is ever overwritten. Or propose how a table of another tool is to be read.",
     )
-    parser.add_argument("cohort", type=Path, help="folder to make; it must be new or empty")
+    parser.add_argument("cohort", type=Path, nargs="?", help="folder to make; it must be new or empty")
+    parser.add_argument(
+        "--like",
+        type=Path,
+        metavar="FILE",
+        help="propose how the columns and units of a table (.csv, .xlsx) are read, for recording.yaml",
+    )
     return parser

@@ -55,6 +55,14 @@ REJECTIONS: Final = {
 FEATURE_UNITS = {"_kpa_per_cycle": "kPa/cycle", "_kpa": "kPa", "_cycle": "cycle"}
 
 
+TRAJECTORY: Final = re.compile(r"trajectory_(\d+)_kpa")
+
+
+COMPONENT: Final = re.compile(
+    rf"\b(?:{'|'.join(CONTEXT)}|[a-z]+(?:_[a-z0-9]+)*(?:{'|'.join(FEATURE_UNITS)}))\b"
+)
+
+
 def quantity(name: str) -> str:
     """Return a quantity of the posterior table in words; an unknown one by its own name."""
     return PARAMETERS.get(name) or DERIVED.get(name) or name.replace("_", " ")
@@ -64,6 +72,8 @@ def component(name: str) -> str:
     """Return a component of the conditioning vector in words: a feature or an entry of the context."""
     if name in CONTEXT:
         return CONTEXT[name]
+    if point := TRAJECTORY.fullmatch(name):
+        return f"stiffness at point {int(point[1]) + 1} of the curve"
     return feature_label(name).split(" (")[0]
 
 
@@ -113,6 +123,11 @@ def fixed(value: float, decimals: int) -> str:
     return MISSING if math.isnan(value) else _signed(f"{value:.{decimals}f}")
 
 
+def in_sentences(text: str) -> str:
+    """Return a text with its components in words: "hr_bpm (z = 4.09)" as "heart rate (z = 4.09)"."""
+    return COMPONENT.sub(lambda found: component(found[0]), text)
+
+
 def significant(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits, never in exponents: 0.01234 as "0.0123"."""
     if math.isnan(value):
@@ -130,17 +145,18 @@ def digits(value: float) -> str:
     return text.replace("-", MINUS)
 
 
-def estimate(value: float, low: float, high: float) -> tuple[str, str]:
+def estimate(value: float, low: float, high: float, *, most_decimals: int = 12) -> tuple[str, str]:
     """Return a value and its interval, to three significant digits or more where the interval is narrow.
 
     Two digits of the interval's width are kept, so that its ends differ: 53.7 within 53.52 and 53.83 as
-    "53.70" and "53.52 to 53.83".
+    "53.70" and "53.52 to 53.83". No more decimals are shown than ``most_decimals``: what can be measured.
     """
     if math.isnan(value):
         return MISSING, MISSING
     decimals = _decimals(value, 3)
     if high > low:
         decimals = max(decimals, _decimals(high - low, 2))
+    decimals = min(decimals, most_decimals)
     shown, start, end = (_signed(f"{number:,.{decimals}f}") for number in (value, low, high))
     return shown, span(start, end)
 

@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from swesbi.recording.observation import Observation
+from swesbi.verdict.answers import SUPPORTED, status
 from swesbi.verdict.support import Support
 
 
@@ -51,8 +52,9 @@ class Experiment:
 
     @property
     def supported(self) -> pd.DataFrame:
-        """The scores of the subjects that the prior supports."""
-        return self.scores[self.scores["supported"]]
+        """The scores of the subjects that are supported; strained ones are left out."""
+        known = {name for name, support in self.supports.items() if status(support) == SUPPORTED}
+        return self.scores[self.scores["supported"] & self.scores["subject"].isin(known)]
 
     @property
     def credible_percent(self) -> float:

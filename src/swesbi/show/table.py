@@ -52,10 +52,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Row:
-    """One row; the first cell is its heading. Muted rows are those of subjects that are not scored."""
+    """One row; the first cell is its heading.
+
+    Muted rows are those of subjects that are not scored, strained ones those that are read with care.
+    """
 
     cells: tuple[Cell, ...]
     muted: bool = False
+    strained: bool = False
     summary: bool = False
 
 

@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, get_type_hints
 
+from swesbi.artefacts import folder_made_whole
 from swesbi.config.pairs import VisitPair, visit_pair
-from swesbi.config.parts import named
-from swesbi.config.read import snakemake_options
+from swesbi.config.read import ConfigError, parsed, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
-from swesbi.study.new_subject import (
+from swesbi.study.answering import (
     OUTPUTS,
-    FinishedPopulation,
-    FinishedStudy,
     add_answering,
     answer_into,
+    check_new_subject,
+    experiments_to_ask,
+    study_with,
+)
+from swesbi.study.finished import (
+    FinishedPopulation,
+    FinishedStudy,
     answering_stage,
     check_finished,
-    check_new_subject,
     finished_experiment,
-    first_answering,
-    study_with,
 )
 from swesbi.study.registry import file_arguments, stage_code, stage_function
 from swesbi.study.stages.origin import Origin
@@ -58,10 +59,11 @@ def main(arguments: Sequence[str]) -> int:
         ValueError: A recording cannot be used, or the network cannot answer for its context.
         OSError: The study has not been run, or the answer cannot be written.
     """
-    options = _parser().parse_args(arguments)
+    options = parsed(_parser(), arguments)
     study = study_with(options)
-    experiment = options.experiment or first_answering(study)
-    named(study, {"experiment": experiment}, "experiment")
+    if study.new_refused:  # a visit that is left out would make the pair another one
+        raise ConfigError("\n".join(study.new_refused.values()))
+    experiment = experiments_to_ask(study, options.experiment)[0]
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
     for subject in pair.subjects:
         check_new_subject(study, experiment, subject)
@@ -77,17 +79,12 @@ def main(arguments: Sequence[str]) -> int:
 
 def _answer(folder: Path, asked: Asked, plain: Mapping[str, Any]) -> None:
     """Answer both visits, then the pair, and put all of it into ``folder``, or nothing."""
-    existing = next(path for path in folder.absolute().parents if path.is_dir())
-    with tempfile.TemporaryDirectory(prefix=f".{asked.pair.person}-", dir=existing) as made:
+    with folder_made_whole(folder) as made:
         visits = [
-            _visit(Path(made), asked, visit, subject)
+            _visit(made, asked, visit, subject)
             for visit, subject in zip(asked.pair.visits, asked.pair.subjects, strict=True)
         ]
-        _compare(Path(made), asked, visits, plain)
-        for path in sorted(file for file in Path(made).rglob("*") if file.is_file()):
-            kept = folder / path.relative_to(made)
-            kept.parent.mkdir(parents=True, exist_ok=True)
-            path.replace(kept)
+        _compare(made, asked, visits, plain)
 
 
 def _visit(made: Path, asked: Asked, visit: str, subject: str) -> Path:
@@ -134,7 +131,7 @@ def _text(folder: Path) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi change",
+        prog="swesbi change",
         description="Say what has changed between two visits of one person who is not in the study's cohort: "
         "ratios of parameters with intervals, from the exact posterior of both recordings, which share what "
         "a person keeps. Rows of subjects.csv of one `person` are the visits. Each is answered as "

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from swesbi.config.read import ConfigError, add_options, read_merged, snakemake_options
+from swesbi.config.read import ConfigError, add_options, in_words, parsed, read_merged, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.exam.settings import COHORT_NOISE, EXAM, NOISE_LEVELS, WITH_PRESSURES, NoiseLevel
-from swesbi.study.new_subject import check_finished, finished_population
+from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.registry import stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
@@ -27,8 +27,10 @@ def main(arguments: Sequence[str]) -> int:
         OSError: The study has not been run, or the answers cannot be written.
         RuntimeError: A heart could not be recorded.
     """
-    options = _parser().parse_args(arguments)
-    study = load_study(read_merged(options.config, options.overlay), str(options.config))
+    options = parsed(_parser(), arguments)
+    study = load_study(
+        read_merged(options.config, options.overlay), in_words(options.config, options.overlay)
+    )
     letters = options.generators or [str(letter) for letter in study.config.exam.hearts_of(options.stream)]
     _check(study, options, letters)
     finished = finished_population(Path(study.config.results), options.experiment)
@@ -111,7 +113,7 @@ def _figure(table: Path, suffix: str) -> Path:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi exam",
+        prog="swesbi exam",
         description="Draw and record hearts of other generators (docs/exam.md) and answer each as "
         "`new-subject` does a subject outside the study. Answers are kept under <results>/<experiment>/, so "
         "that a run that was stopped goes on where it was.",

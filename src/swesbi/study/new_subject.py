@@ -1,331 +1,217 @@
-"""Answer a subject outside the pool with the trained network: posterior, certificate, verdict, figures."""
+"""Answer subjects outside the pool with the trained network: posterior, certificate, verdict, figures."""
 
 from __future__ import annotations
 
 import argparse
-import tempfile
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, get_type_hints
+from typing import Final
 
-from swesbi.artefacts.atomic import make_command
-from swesbi.config.parts import named
-from swesbi.config.read import ConfigError, add_options, overlay, read_merged, snakemake_options
+from swesbi.artefacts import ArtefactError
+from swesbi.config.read import parsed, snakemake_options
 from swesbi.config.slices import stage_settings
-from swesbi.config.study import Study, load_study
-from swesbi.draws import median_and_interval
-from swesbi.parameters import PHI_NAMES
-from swesbi.posterior.result import ExactResult
-from swesbi.prior import ParameterPrior
-from swesbi.recording.clinical import ClinicalMeasures
-from swesbi.study.registry import file_arguments, stage_code, stage_function
-from swesbi.study.stages.origin import Origin
-from swesbi.verdict.answers import sampler_in_words, weights_in_words
-from swesbi.verdict.support import Support
+from swesbi.config.study import Study
+from swesbi.study.answer_text import answer_text, pressures_text
+from swesbi.study.answering import (
+    OUTPUTS,
+    REFERENCE,
+    WITH_PRESSURES,
+    OtherAnswerError,
+    add_answering,
+    answer_into,
+    check_new_subject,
+    check_untouched,
+    choose_experiment,
+    experiments_to_ask,
+    folder_of,
+    pressures_of,
+    study_with,
+)
+from swesbi.study.finished import answering_stage, check_finished, finished_experiment
 
-OUTPUTS: Final = {
-    "observation": "observation.h5",
-    "passive_baseline": "passive.h5",
-    "reference_fit": "cmaes.h5",
-    "shard": "simulations.h5",
-    "posterior": "posterior.h5",
-    "support": "support.json",
-    "predictive": "predictive.h5",
-    "ppc_png": "ppc.png",
-    "posterior_png": "posterior.png",
-}
-WITH_PRESSURES: Final = "with_pressures.h5"
-"""A further output, of a subject of whom the pressures of a cuff were taken."""
-WIDTH = 18
+LOGGER: Final = logging.getLogger("swesbi")
+EXIT_REFUSED: Final = 2
+TABLE: Final = {"table": "answers.csv", "workbook": "answers.xlsx"}
 
 
 @dataclass(frozen=True)
-class FinishedStudy:
-    """What a finished experiment on speeds leaves for subjects outside its pool.
+class Request:
+    """Who is asked about, and how the answer is to be kept.
 
     Attributes:
-        estimator: The network.
-        noise: Noise of the cohort.
-        pooled_observations: Observed curves of the cohort.
-        misspecifications: Null distributions of the cohort.
+        study: With the cohort of the recordings.
+        experiments: Those that may answer, the first first.
+        out: Folder of the answer, or of the answers of all; None: that of the study.
+        force: Whether what lies there may be written over.
+        snakemake: What Snakemake is given for the same configuration.
     """
 
-    estimator: Path
-    noise: Path
-    pooled_observations: tuple[Path, ...]
-    misspecifications: tuple[Path, ...]
-
-    @property
-    def files(self) -> tuple[Path, ...]:
-        """All of them."""
-        return (self.estimator, self.noise, *self.pooled_observations, *self.misspecifications)
+    study: Study
+    experiments: tuple[str, ...]
+    out: Path | None
+    force: bool
+    snakemake: str
 
 
 @dataclass(frozen=True)
-class FinishedPopulation:
-    """What a finished experiment over a population leaves for subjects outside the study.
+class Given:
+    """An answer that was given: by which experiment, where it lies, and what to say of the choice."""
 
-    Attributes:
-        estimator: The network.
-        noise: Noise of the study's cohort.
-        null: Null recordings of the population.
-    """
-
-    estimator: Path
-    noise: Path
-    null: Path
-
-    @property
-    def files(self) -> tuple[Path, ...]:
-        """All of them."""
-        return (self.estimator, self.noise, self.null)
-
-
-def finished_population(results: Path, experiment: str) -> FinishedPopulation:
-    """Return where the study keeps what a population's network needs, by the workflow's rules."""
-    inferred = results / experiment
-    return FinishedPopulation(
-        inferred / "estimator.pt", results / "cohort" / "noise.h5", inferred / "null.h5"
-    )
-
-
-def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> FinishedStudy:
-    """Return where the study keeps what a new subject needs, by the names of the workflow's rules."""
-    cohort, inferred = results / "cohort", results / experiment
-    return FinishedStudy(
-        estimator=inferred / "estimator.pt",
-        noise=cohort / "noise.h5",
-        pooled_observations=tuple(cohort / name / "observation.h5" for name in subjects),
-        misspecifications=tuple(inferred / "subjects" / name / "misspecification.h5" for name in subjects),
-    )
-
-
-def finished_experiment(study: Study, experiment: str) -> FinishedStudy | FinishedPopulation:
-    """Return what an experiment leaves for subjects outside its pool, on the cohort or over a population."""
-    results = Path(study.config.results)
-    if experiment in study.config.population_experiments:
-        return finished_population(results, experiment)
-    return finished_study(results, experiment, study.subjects_of(experiment))
-
-
-def answering_stage(study: Study, experiment: str) -> str:
-    """Return the stage by which an experiment answers a subject outside its pool."""
-    over_population = experiment in study.config.population_experiments
-    return "new_subject_of_population" if over_population else "new_subject"
-
-
-def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "") -> None:
-    """Refuse a study that has not been run as far as it takes.
-
-    Args:
-        study: Its files.
-        options: What Snakemake runs it with beside the targets (``--configfile tests/smoke.yaml``, say).
-
-    Raises:
-        FileNotFoundError: Names what is missing, and the command that makes it.
-    """
-    missing = [path for path in study.files if not path.is_file()]
-    if missing:
-        raise FileNotFoundError(
-            f"{missing[0]} does not exist: the study that is to answer has not been run this far; run\n"
-            f"  {make_command(missing, options)}"
-        )
-
-
-def answer_text(subject: str, result: ExactResult, support: Support, prior: Sequence[ParameterPrior]) -> str:
-    """Return verdict, intervals and certificate in lines.
-
-    Args:
-        subject: Name.
-        result: The exact posterior.
-        support: The verdict.
-        prior: Prior of each parameter of phi, whose bounds are printed beside the intervals.
-    """
-    doubt = "" if result.converged else "; NOT CONVERGED, do not use"
-    mass = f"{100.0 * result.interval_mass:.0f} % interval"
-    return "\n".join(
-        [
-            f"{subject}: {support.verdict}",
-            *(f"  {reason}" for reason in support.reasons),
-            f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds",
-            *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
-            f"certificate: draws by {sampler_in_words(support)}; weights: {weights_in_words(support)} "
-            f"(k-hat at most {result.k_hat_limit:.2f}){doubt}",
-        ]
-    )
-
-
-def pressures_text(clinical: ClinicalMeasures, result: ExactResult, prior: Sequence[ParameterPrior]) -> str:
-    """Return the answer with pressures in lines; arguments as of :func:`answer_text`."""
-    doubt = "" if result.converged else "; NOT CONVERGED, do not use"
-    by = "MCMC" if result.by_mcmc else f"importance weights, efficiency {100.0 * result.efficiency:.0f} %"
-    return "\n".join(
-        [
-            f"with cuff pressures {clinical.sbp_mmhg:g} / {clinical.dbp_mmhg:g} mmHg (by {by}{doubt}); the "
-            "verdict is that of the speeds:",
-            *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
-        ]
-    )
-
-
-def _line(result: ExactResult, j: int, prior: ParameterPrior) -> str:
-    low, median, high = median_and_interval(result.phi[:, j], result.interval_mass)
-    interval = f"[{low:.4g}, {high:.4g}]"
-    return f"{PHI_NAMES[j]:{WIDTH}}{median:8.4g}  {interval:<18}  {prior.low:g} to {prior.high:g}"
+    experiment: str
+    folder: Path
+    note: str
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run `new-subject`; return 0 after printing the answer.
+    """Run `new-subject`; return 0 after printing the answer, or 2 if one of all subjects is refused.
 
     Raises:
         ConfigError: The configuration or the cohort is wrong, or does not have the subject.
-        ValueError: The recording cannot be used, or the network cannot answer for the subject's context.
+        ValueError: The recording cannot be used, or no network can answer for the subject's context.
         OSError: The study has not been run, or the answer cannot be written.
     """
-    options = _parser().parse_args(arguments)
-    study = study_with(options)
-    experiment = options.experiment or first_answering(study)
+    options = parsed(_parser(), arguments)
+    study = study_with(options, **({"reference_fit": True} if options.reference_fit else {}))
+    experiments = experiments_to_ask(study, options.experiment)
+    command = snakemake_options(options.config, options.overlay)
+    request = Request(study, experiments, options.out, options.force, command)
+    if options.all:
+        return _answer_all(request)
     subject: str = options.subject
-    named(study, {"experiment": experiment}, "experiment")
-    check_new_subject(study, experiment, subject)
-    # an experiment that cannot answer is named before anything is looked for under its name
-    plain = stage_settings(study, answering_stage(study, experiment), experiment=experiment, subject=subject)
-    finished = finished_experiment(study, experiment)
-    check_finished(finished, snakemake_options(options.config, options.overlay))
-    folder = options.out or Path(study.config.results) / experiment / "new" / subject
-    answer_into(folder, study, subject, experiment, plain, finished)
-    print(_text(study, experiment, subject, folder))
+    given = _answer(request, subject, options.out)
+    print("\n".join(filter(None, [given.note, _text(study, subject, given)])))
     return 0
 
 
-def answer_into(
-    folder: Path,
-    study: Study,
-    subject: str,
-    experiment: str,
-    plain: Mapping[str, Any],
-    finished: FinishedStudy | FinishedPopulation,
-) -> None:
-    """Answer a subject outside the pool, and put what is made into ``folder``, all of it or nothing.
+def _answer(request: Request, subject: str, out: Path | None) -> Given:
+    """Answer one subject by the first experiment that can."""
+    study = request.study
+    for experiment in request.experiments:
+        check_new_subject(study, experiment, subject)
+    experiment, note = choose_experiment(study, subject, request.experiments)
+    finished = finished_experiment(study, experiment)
+    check_finished(finished, request.snakemake)
+    plain = stage_settings(study, answering_stage(study, experiment), experiment=experiment, subject=subject)
+    folder = out or folder_of(study, experiment, subject)
+    if not request.force:
+        check_untouched(folder, study, subject)
+    answer_into(folder, study, subject, experiment, plain, finished)
+    return Given(experiment, folder, note)
 
-    Args:
-        folder: Output.
-        study: The study.
-        subject: Who is answered.
-        experiment: By which experiment.
-        plain: Settings of its stage.
-        finished: What the experiment has left for it.
+
+def _answer_all(request: Request) -> int:
+    """Answer every subject of the cohort, one after the other, and write the table; no refusal stops it."""
+    study = request.study
+    if not request.force:
+        check_table(_tables(request)["table"], (*study.new_rows, *study.new_refused))
+    given: dict[str, Given] = {}
+    refused = dict(study.new_refused)
+    for subject in study.new_rows:
+        try:
+            given[subject] = _answer(request, subject, request.out / subject if request.out else None)
+        except (ArtefactError, OSError):
+            raise  # of the study or the disk, and so of every subject
+        except ValueError as error:
+            if _is_everyones(error):
+                raise
+            refused[subject] = str(error)
+            LOGGER.warning("subject %s is refused", subject)
+        else:
+            print("\n".join(filter(None, [given[subject].note, _text(study, subject, given[subject])])))
+    paths = _write_table(request, given, refused)
+    print(f"\n{len(given)} answered, {len(refused)} refused; {paths['table'].resolve()}, .xlsx")
+    for subject, reason in refused.items():
+        print(f"refused: {subject}: {reason}")
+    return EXIT_REFUSED if refused else 0
+
+
+def check_table(path: Path, subjects: Sequence[str]) -> None:
+    """Refuse to write over a table with other subjects: that of another folder of the same name.
 
     Raises:
-        ValueError: The recording cannot be used, or the network cannot answer for its context.
+        OtherAnswerError: Names them.
     """
-    stage = answering_stage(study, experiment)
-    # torch and matplotlib take seconds to import; what is refused above should not wait for them
-    run = stage_function(stage)
-    settings = get_type_hints(run)["settings"].from_plain(plain)
-    # a refused subject leaves no folder behind
-    existing = next(path for path in folder.absolute().parents if path.is_dir())
-    with tempfile.TemporaryDirectory(prefix=f".{subject}-", dir=existing) as made:
-        outputs = {name: Path(made) / file for name, file in OUTPUTS.items()}
-        further = [Path(made) / WITH_PRESSURES for _ in _pressures(study, subject)]
-        recorded = {"recording": study.new_recording(subject), "protocol": study.new_protocol}
-        files = recorded | vars(finished) | outputs | {"with_pressures": further}
-        run(
-            **file_arguments(run, files),
-            settings=settings,
-            origin=Origin(study.config.seed, subject, stage_code(stage)),
+    from swesbi.show.answers_table import read_answers
+
+    answered = list(read_answers(path)["subject"]) if path.is_file() else []
+    others = dict.fromkeys(name for name in answered if name not in subjects)
+    if others:
+        raise OtherAnswerError(
+            f"{path}: has the answers of {', '.join(others)}, who are not in this cohort; name another "
+            "folder by --out, or write over it by --force"
         )
-        folder.mkdir(parents=True, exist_ok=True)
-        for path in (*outputs.values(), *further):
-            path.replace(folder / path.name)
 
 
-def _pressures(study: Study, subject: str) -> tuple[ClinicalMeasures, ...]:
-    """Return the measures of a new subject, if the pressures of a cuff are among them."""
-    clinical = study.outside.clinical_of(subject).to_measures()
-    return (clinical,) if clinical.has_pressures else ()
+def _tables(request: Request) -> dict[str, Path]:
+    folder = request.out or Path(request.study.config.results) / "new" / request.study.new_cohort_name
+    return {name: folder / file for name, file in TABLE.items()}
 
 
-def _text(study: Study, experiment: str, subject: str, folder: Path) -> str:
+def _is_everyones(error: ValueError) -> bool:
+    """Tell whether an error is of the network, and not of the subject."""
+    from swesbi.study.stages.new_subject import OtherNetworkError
+
+    return isinstance(error, OtherNetworkError)
+
+
+def _write_table(
+    request: Request, given: Mapping[str, Given], refused: Mapping[str, str]
+) -> Mapping[str, Path]:
+    """Write ``answers.csv`` and ``answers.xlsx``, the subjects in the order of the cohort."""
+    from swesbi.show.answers_table import Asked, answers_table, write_answers
+    from swesbi.study.stages.new_answers import answered
+
+    study = request.study
+    paths = _tables(request)
+    rows = []
+    for subject in (*study.new_rows, *study.new_refused):
+        if subject in given:
+            experiment, made = given[subject].experiment, given[subject].folder
+            rows.append(answered(subject, experiment, made / OUTPUTS["posterior"], made / OUTPUTS["support"]))
+        else:
+            asked = ", ".join(request.experiments)
+            rows.append(Asked(subject, asked, None, float("nan"), refused[subject]))
+    write_answers(answers_table(rows), paths["table"], paths["workbook"])
+    return paths
+
+
+def _text(study: Study, subject: str, given: Given) -> str:
     from swesbi.posterior.result import read_exact_result
     from swesbi.verdict.support import read_support
 
-    prior = study.config.speed_experiments[study.config.base_of(experiment)]
+    prior = study.config.speed_experiments[study.config.base_of(given.experiment)]
     bounds = (*study.config.priors[prior.prior].parameters, prior.passive_scale_kpa)
-    result = read_exact_result(folder / OUTPUTS["posterior"])
+    result, folder = read_exact_result(given.folder / OUTPUTS["posterior"]), given.folder
     answer = [answer_text(subject, result, read_support(folder / OUTPUTS["support"]), bounds)]
-    written = list(OUTPUTS.values())
-    for clinical in _pressures(study, subject):
+    written = [*OUTPUTS.values(), *(REFERENCE.values() if study.config.new_subjects.reference_fit else ())]
+    for clinical in pressures_of(study, subject):
         answer.append(pressures_text(clinical, read_exact_result(folder / WITH_PRESSURES), bounds))
         written.append(WITH_PRESSURES)
-    return "\n".join([*answer, f"written to {folder}: {', '.join(written)}"])
+    return "\n".join([*answer, f"written to {folder.resolve()}: {', '.join(written)}"])
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi new-subject",
-        description="Answer a subject who is not in the study's cohort with the network that the study has "
+        prog="swesbi new-subject",
+        description="Answer subjects who are not in the study's cohort with the network that the study has "
         "trained: exact posterior with its certificate, verdict, figures, in seconds and without training. "
-        "A subject whose heart is unlike those that it was trained on is refused, with the reason. The "
-        "configuration is that of the study.",
+        "A heart unlike those that it was trained on is answered by the network of a population, if one runs "
+        "and knows it, and else refused, with the reason. The configuration is that of the study.",
+        epilog="Exit code: 0 answered; 2 refused, or one of --all was: the others are answered all the same.",
     )
-    parser.add_argument("--cohort", type=Path, required=True, help="folder with the subject's recording")
-    parser.add_argument("--subject", required=True, help="which of its subjects")
-    add_answering(parser, "<results>/<experiment>/new/<subject>")
-    return parser
-
-
-def add_answering(parser: argparse.ArgumentParser, folder: str) -> None:
-    """Add the options of every command that answers recordings outside the study.
-
-    Args:
-        parser: Of the command.
-        folder: Where it puts its answer by default, for the help text.
-    """
-    parser.add_argument("--phases", type=int, help="gated phases of a recording; default: as configured")
+    parser.add_argument("--cohort", type=Path, required=True, help="folder with the recordings")
+    asked = parser.add_mutually_exclusive_group(required=True)
+    asked.add_argument("--subject", help="which of its subjects")
+    asked.add_argument(
+        "--all",
+        action="store_true",
+        help="all of them, with answers.csv and answers.xlsx in <results>/new/<cohort>/ or in --out",
+    )
+    add_answering(parser, "<results>/<experiment>/new/<cohort>/<subject>")
+    parser.add_argument("--force", action="store_true", help="write over the answer to another recording")
     parser.add_argument(
-        "--experiment", help="default: the first of kind speeds that runs; or one over a population"
+        "--reference-fit", action="store_true", help="make a CMA-ES fit to draw beside it, in some 8 s more"
     )
-    parser.add_argument("--out", type=Path, help=f"folder; default: {folder}")
-    add_options(parser)
-
-
-def study_with(options: argparse.Namespace) -> Study:
-    """Return the study with the cohort of the command's options as that of its new subjects."""
-    raw = read_merged(options.config, options.overlay)
-    chosen: dict[str, object] = {"cohort": str(options.cohort)}
-    if options.phases is not None:
-        chosen["phases"] = options.phases
-    return load_study(overlay(raw, {"new_subjects": chosen}), str(options.config))
-
-
-def first_answering(study: Study) -> str:
-    """Return the first experiment that runs and answers subjects outside the study.
-
-    Raises:
-        ConfigError: There is none.
-    """
-    running = [name for name in study.config.experiments_run if name in study.config.speed_experiments]
-    running += study.config.populations_run
-    if not running:
-        raise ConfigError(
-            "run: no experiment of kind speeds or over a population runs, and no other answers a new subject"
-        )
-    return running[0]
-
-
-def check_new_subject(study: Study, experiment: str, subject: str) -> None:
-    """Refuse a subject that the cohort does not have, or that the network was trained on.
-
-    Raises:
-        ConfigError: Says which.
-    """
-    cohort = Path(str(study.config.new_subjects.cohort))
-    if subject not in study.new_rows:
-        raise ConfigError(f"subject = {subject!r}: {cohort} has {', '.join(study.new_rows)}")
-    if cohort.resolve() == study.cohort.resolve() and subject in study.subjects_of(experiment):
-        raise ConfigError(
-            f"subject = {subject!r}: is in the cohort that the network was trained on; its answer is in "
-            f"{study.config.results}/<experiment>/subjects/{subject}/"
-        )
+    return parser

@@ -8,10 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from swesbi.config.models import Config
-from swesbi.config.read import add_options, parse_config, read_merged
+from swesbi.config.read import add_options, in_words, parse_config, parsed, read_merged
 from swesbi.recording.check import CohortReport, examine_cohort, summary
 from swesbi.recording.cohort import SUBJECTS
 from swesbi.recording.problems import Problem, listed
+from swesbi.recording.settings import RecordingSettings
 
 EXIT_PROBLEMS = 2
 
@@ -22,15 +23,20 @@ def main(arguments: Sequence[str]) -> int:
     Raises:
         ConfigError: The configuration itself is wrong.
     """
-    options = _parser().parse_args(arguments)
+    options = parsed(_parser(), arguments)
     cohort: Path = options.cohort
-    config = parse_config(read_merged(options.config, options.overlay), str(options.config))
-    report = examine_cohort(cohort, config.recording, config.measurement.grid_points)
+    source = in_words(options.config, options.overlay)
+    config = parse_config(read_merged(options.config, options.overlay), source)
+    settings = config.recording
+    if options.phases is not None:
+        settings = RecordingSettings.from_plain(settings.to_plain() | {"phases": options.phases})
+    report = examine_cohort(cohort, settings, config.measurement.grid_points)
     here = cohort.resolve() == Path(config.cohort).resolve()
     problems = (*report.problems, *(_unknown_subjects(report, config, options.config) if here else ()))
     if problems:
         several = "" if len(problems) > 1 else "1 problem\n  - "
-        print(f"{cohort}: {several}{listed(problems)}\nNothing was written.", file=sys.stderr)
+        lines = [f"{cohort}: {several}{listed(problems)}", *_usable(report), "Nothing was written."]
+        print("\n".join(lines), file=sys.stderr)
         return EXIT_PROBLEMS
     print(f"{cohort}: {len(report.subjects)} recordings can be used; origin: {report.origin}\n")
     print(summary(report))
@@ -43,18 +49,26 @@ def main(arguments: Sequence[str]) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi validate",
+        prog="swesbi validate",
         description="Check a cohort before anything runs on it. Either every problem is listed, with file, "
         "row, column, value and remedy, and the exit code is 2; or a table says for each subject how many "
         "phases were measured, how many samples were rejected and why, and how large standard errors are. "
         "Number of phases, density and limits of quality control are those of `recording` in config.yaml.",
     )
     parser.add_argument("cohort", type=Path, help="folder with subjects.csv, recording.yaml and swe/")
+    parser.add_argument("--phases", type=int, help="gated phases of a recording; default: as configured")
     parser.add_argument(
         "--plot", type=Path, metavar="FOLDER", help="write a quality-control sheet per subject"
     )
     add_options(parser)
     return parser
+
+
+def _usable(report: CohortReport) -> list[str]:
+    """Say whose recordings can be used as they are, though those of others cannot."""
+    names = [subject.observation.subject for subject in report.subjects]
+    one = "recording can" if len(names) == 1 else "recordings can"
+    return [f"{len(names)} {one} be used as they are: {', '.join(names)}"] if names else []
 
 
 def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> list[Problem]:
@@ -79,7 +93,11 @@ def _lists(config: Config) -> Mapping[str, Sequence[str]]:
 
 
 def _elsewhere(cohort: Path, config: Config, source: Path) -> str:
-    return f"{source} has `cohort: {config.cohort}`; set it to {cohort} to run the study on these recordings"
+    return (
+        f"{source} has `cohort: {config.cohort}`, whose network answers these recordings as they are: "
+        f"`swesbi new-subject --cohort {cohort} --all`. To train networks on them instead, set `cohort` to "
+        f"{cohort} and `results` to another folder, and run the study"
+    )
 
 
 def _plot(report: CohortReport, folder: Path) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import MISSING, asdict, dataclass, fields
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,8 @@ class Support:
         k_hat: Pareto shape of the importance weights.
         efficiency: Effective share of the weighted draws.
         sampler: What gave the exact draws, "importance" or "mcmc".
+        answer: What the exact posterior says of each parameter, by name: median, limits of the credible
+            interval, its mass and the unit.
     """
 
     max_abs_z: float
@@ -76,6 +79,7 @@ class Support:
     k_hat: float | None = None
     efficiency: float | None = None
     sampler: str | None = None
+    answer: Mapping[str, Mapping[str, float | str]] = field(default_factory=dict)
 
     @property
     def acceptance(self) -> float:
@@ -102,6 +106,7 @@ class Support:
         if self.status is None:
             return {}
         own = {name: getattr(self, name) for name in ("k_hat", "efficiency", "sampler", "status")}
+        own["answer"] = {name: dict(said) for name, said in self.answer.items()}
         return {**own, "tests": [asdict(test) for test in self.tests]}
 
 
@@ -148,11 +153,15 @@ def read_support(path: Path) -> Support:
     """
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
-        named = {f.name: plain[f.name] for f in fields(Support) if f.default is MISSING or f.name in plain}
+        named = {f.name: plain[f.name] for f in fields(Support) if _is_required(f) or f.name in plain}
         tests = tuple(SupportTest(**test) for test in plain.get("tests", ()))
         return Support(**{**named, "reasons": tuple(plain["reasons"]), "tests": tests})
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ArtefactError(f"{path}: cannot be read as support diagnostics ({error}); delete it") from error
+
+
+def _is_required(of: Field[Any]) -> bool:
+    return of.default is MISSING and of.default_factory is MISSING
 
 
 def _far_components(z_obs: FloatArray, names: tuple[str, ...], limit: float) -> list[str]:

@@ -14,7 +14,8 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.parameters import PHI_NAMES, THETA_NAMES
+from swesbi.draws import median_and_interval
+from swesbi.parameters import PHI, PHI_NAMES, REPORTED, THETA_NAMES
 from swesbi.verdict.nulls import Judgement, Reference, Verdict
 from swesbi.verdict.statistics import BOUNDS, FEATURE_TESTS, TESTS, Checks, strip_ratios
 from swesbi.verdict.support import Support, SupportTest
@@ -48,6 +49,14 @@ def network_test(efficiency: Sequence[float], min_efficiency: float) -> SupportT
 
 class CertifiedPosterior(Protocol):
     """What the verdict says of the making of the posterior."""
+
+    @property
+    def phi(self) -> FloatArray:
+        """Equally weighted exact draws, those that are reported first; shape (n, d)."""
+
+    @property
+    def interval_mass(self) -> float:
+        """Mass of the credible intervals."""
 
     @property
     def npe_phi(self) -> FloatArray:
@@ -144,7 +153,23 @@ def make_support(
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,
         sampler=exact.sampler,
+        answer=_answer(exact),
     )
+
+
+def _answer(exact: CertifiedPosterior) -> dict[str, dict[str, float | str]]:
+    """Return median and limits of the credible interval of each reported parameter, with mass and unit."""
+    ends = median_and_interval(exact.phi[:, REPORTED], exact.interval_mass)
+    return {
+        parameter.name: {
+            "median": float(median),
+            "low": float(low),
+            "high": float(high),
+            "interval_mass": exact.interval_mass,
+            "unit": parameter.unit,
+        }
+        for parameter, low, median, high in zip(PHI, *ends, strict=True)
+    }
 
 
 def _details(reference: Reference, checks: Checks) -> Mapping[str, str]:

@@ -17,8 +17,9 @@ from scipy.interpolate import CubicSpline
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.parameters import THETA_NAMES
+from swesbi.recording.columns import FAILED_STATUSES, STATUS_OK
 from swesbi.recording.phases import nominal_phases
-from swesbi.recording.samples import FAILED_STATUSES, STATUS_OK, Samples
+from swesbi.recording.samples import Samples
 from swesbi.recording.speed import shear_wave_speed_m_s
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings

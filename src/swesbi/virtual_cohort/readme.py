@@ -13,8 +13,9 @@ import pandas as pd
 from swesbi.arrays import FloatArray
 from swesbi.parameters import PASSIVE_SCALE, THETA, THETA_NAMES
 from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.columns import STATUS_OK
 from swesbi.recording.phases import to_grid
-from swesbi.recording.samples import STATUS_OK, Samples
+from swesbi.recording.samples import Samples
 from swesbi.virtual_cohort.clinical import CLINICAL_ERRORS, true_measures
 from swesbi.virtual_cohort.noise_levels import COMPARED, PAPER_RMSE_KPA, SEEDS, interpolation_error_kpa
 from swesbi.virtual_cohort.readme_text import LEVELS, OTHER_SEEDS, TEXT

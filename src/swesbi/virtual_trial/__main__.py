@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import matplotlib
 
-from swesbi.config.read import add_options, parse_config, read_merged
+from swesbi.config.read import add_options, in_words, parse_config, parsed, read_merged
 from swesbi.virtual_trial.files import write_trial
 from swesbi.virtual_trial.settings import TRIAL
 from swesbi.virtual_trial.source import source_of
@@ -18,9 +19,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m swesbi.virtual_trial", description=main.__doc__)
     parser.add_argument("folder", type=Path, help="for example data/virtual_trial")
     add_options(parser)
-    options = parser.parse_args()
+    options = parsed(parser, sys.argv[1:])
     matplotlib.use("Agg")
-    config = parse_config(read_merged(options.config, options.overlay), str(options.config))
+    config = parse_config(
+        read_merged(options.config, options.overlay), in_words(options.config, options.overlay)
+    )
     write_trial(options.folder, source_of(config, TRIAL))
 
 

@@ -29,7 +29,6 @@ from swesbi.virtual_trial.settings import (
     AFTER,
     GROUPS,
     LOADING,
-    PROTOCOL,
     SPEED_SCALE,
     STREAM,
     TREATED,
@@ -123,7 +122,7 @@ def _draw_visits(
     for visit in VISITS:
         of_day = replace(at_visit(context, visit, source, rng), subject=f"{name}-{visit}")
         phi = phi_at_visit(own, visit, group, source, rng)
-        visits.append(_record(of_day, visit, phi, source, rng))
+        visits.append(record_visit(of_day, visit, phi, source, rng))
     return tuple(visits)
 
 
@@ -173,9 +172,18 @@ def phi_at_visit(
     phi[SPEED_SCALE] = scale_of_day(own[SPEED_SCALE], source, rng)
     if (group, visit) == (TREATED, AFTER):
         phi |= {name: factor * phi[name] for name, factor in trial.effect.items()}
-    if not in_bounds(_row(phi, source.bounds), source.bounds)[0]:
-        raise DrawnAgain(BOUNDS)
+    check_bounds(phi, source.bounds)
     return phi
+
+
+def check_bounds(phi: Mapping[str, float], prior: JointPriorSettings) -> None:
+    """Refuse parameters outside the bounds of a prior.
+
+    Raises:
+        DrawnAgain: One is.
+    """
+    if not in_bounds(_row(phi, prior), prior)[0]:
+        raise DrawnAgain(BOUNDS)
 
 
 def scale_of_day(own: float, source: TrialSource, rng: np.random.Generator) -> float:
@@ -194,7 +202,7 @@ def _row(phi: Mapping[str, float], prior: JointPriorSettings) -> FloatArray:
     return np.array([[phi[name] for name in prior.names]])
 
 
-def _record(
+def record_visit(
     context: Context, visit: str, phi: Mapping[str, float], source: TrialSource, rng: np.random.Generator
 ) -> TrialVisit:
     """Simulate and record one visit.
@@ -212,7 +220,7 @@ def _record(
     except RuntimeError as error:
         raise DrawnAgain(VOLUME) from error
     listed = replace(measured, lvesv_ml=float(round(measured.lvesv_ml)))
-    samples = acquire(curve, listed, PROTOCOL, rng)
+    samples = acquire(curve, listed, source.protocol, rng)
     try:
         ingest(samples, listed, source.recording, source.grid_points)
     except RecordingError as error:

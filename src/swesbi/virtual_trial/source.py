@@ -17,8 +17,9 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import JointPriorSettings, ParameterPrior
 from swesbi.recording.settings import RecordingSettings
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import COMMON
-from swesbi.virtual_trial.settings import LOADING, SPEED_SCALE, TrialSettings
+from swesbi.virtual_trial.settings import LOADING, PROTOCOL, SPEED_SCALE, TrialSettings
 
 MECHANICS: Final = ForwardModelSettings.from_plain(dict(COMMON))
 
@@ -32,6 +33,7 @@ class TrialSource:
         population: Whose contexts they are: one group.
         model: Prior of phi between persons, and how phi becomes stiffness.
         bounds: Prior of phi of the study, whose bounds no visit leaves.
+        protocol: How they are recorded.
         recording: Quality control.
         grid_points: Size of the analysis grid that ingestion fills.
         lvesv_fraction: Standard deviation of the logarithm of a measured LVESV.
@@ -42,6 +44,7 @@ class TrialSource:
     population: PopulationSettings
     model: SpeedModelSettings
     bounds: JointPriorSettings
+    protocol: AcquisitionSettings
     recording: RecordingSettings
     grid_points: int
     lvesv_fraction: float
@@ -63,9 +66,10 @@ def source_of(config: Config, trial: TrialSettings) -> TrialSource:
         raise ValueError(f"priors.{experiment.prior}.nuisances has no {fixed[0]}, which the trial varies")
     return TrialSource(
         trial=trial,
-        population=_of_group(over_population.population, trial.population_group),
+        population=of_group(over_population.population, trial.population_group),
         model=_model(config, experiment, narrowed(prior, trial.prior_share)),
         bounds=prior,
+        protocol=PROTOCOL,
         recording=config.recording,
         grid_points=config.measurement.grid_points,
         lvesv_fraction=experiment.misspecification.rule.volumes.lvesv_tolerance_fraction,
@@ -73,7 +77,12 @@ def source_of(config: Config, trial: TrialSettings) -> TrialSource:
     )
 
 
-def _of_group(population: PopulationSettings, name: str) -> PopulationSettings:
+def of_group(population: PopulationSettings, name: str) -> PopulationSettings:
+    """Return the population of which one group is all.
+
+    Raises:
+        ValueError: It has no such group.
+    """
     group = population.groups.get(name)
     if group is None:
         raise ValueError(f"the population has no group {name!r}; it has {', '.join(population.groups)}")

@@ -245,9 +245,9 @@ def _draw_parameter(axes: Axes, panels: Sequence[ExactPanel], j: int, prior: Par
 
 def _draw_references(axes: Axes, position: int, panel: ExactPanel, j: int) -> None:
     """Draw the reference fit at the right of a posterior, the truth at its left."""
-    axes.plot(
-        position + OFFSET, panel.fit_theta[j], "x", color=CMAES, ms=4.0, mew=1.1, zorder=5, label="CMA-ES fit"
-    )
+    if panel.fit_theta is not None:
+        cross: dict[str, Any] = {"color": CMAES, "ms": 4.0, "mew": 1.1, "zorder": 5, "label": "CMA-ES fit"}
+        axes.plot(position + OFFSET, panel.fit_theta[j], "x", **cross)
     if panel.truth is not None:
         label = "truth (generated)"
         axes.plot(position - OFFSET, panel.truth[j], "*", color=TRUTH, ms=5, mew=0, zorder=5, label=label)

@@ -127,7 +127,7 @@ def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_titl
 
 
 def _points(panel: ExactPanel, j: int) -> list[float]:
-    points = [panel.fit_theta] if panel.truth is None else [panel.fit_theta, panel.truth]
+    points = [point for point in (panel.fit_theta, panel.truth) if point is not None]
     return [float(point[j]) for point in points] if j < ACTIVE else []
 
 
@@ -149,7 +149,8 @@ def _draw_references(axes: Axes, panel: ExactPanel, i: int, j: int) -> None:
     """Draw the reference fit and the truth: points in pairs, on the axis in marginals."""
     if max(i, j) >= ACTIVE:
         return
-    density.draw_point(axes, (panel.fit_theta[i], panel.fit_theta[j] if i < j else 0.0), CMAES)
+    if panel.fit_theta is not None:
+        density.draw_point(axes, (panel.fit_theta[i], panel.fit_theta[j] if i < j else 0.0), CMAES)
     if panel.truth is not None:
         density.draw_point(axes, (panel.truth[i], panel.truth[j] if i < j else 0.0), TRUTH, "*")
 

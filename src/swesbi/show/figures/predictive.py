@@ -52,11 +52,11 @@ Row = tuple[str, ...]
 
 @dataclass(frozen=True)
 class PredictivePanel:
-    """One subject's predictive check, reference fit and verdict."""
+    """One subject's predictive check, reference fit, if one was made, and verdict."""
 
     subject: str
     check: PredictiveCheck
-    fit: CmaesFit
+    fit: CmaesFit | None
     support: Support
 
 
@@ -86,14 +86,14 @@ class ExactPanel:
     Attributes:
         subject: Name.
         result: Draws, the network's draws, and how reliable they are.
-        fit_theta: (3,) the CMA-ES reference fit.
+        fit_theta: (3,) the CMA-ES reference fit, if one was made; else None.
         support: The verdict.
         truth: (3,) active parameters that made the recording, of a generated cohort; else None.
     """
 
     subject: str
     result: ExactResult
-    fit_theta: FloatArray
+    fit_theta: FloatArray | None
     support: Support
     truth: FloatArray | None
 
@@ -129,7 +129,9 @@ def draw_observation(axes: Axes, panel: PredictivePanel) -> None:
 
 
 def draw_fit(axes: Axes, panel: PredictivePanel) -> None:
-    """Draw the curve of the CMA-ES reference fit."""
+    """Draw the curve of the CMA-ES reference fit, if one was made."""
+    if panel.fit is None:
+        return
     axes.plot(panel.fit.grid, panel.fit.curve_kpa, color=CMAES, ls="-.", lw=1.0, label="CMA-ES best fit")
 
 
@@ -255,7 +257,8 @@ def _draw_residuals(axes: Axes, panel: PredictivePanel) -> None:
         axes.plot(grid, posterior.curve.median - observed, color=color)
     else:
         axes.plot(grid, panel.check.prior.curve.median - observed, color=PRIOR, ls="--")
-    axes.plot(grid, panel.fit.curve_kpa - observed, color=CMAES, ls="-.", lw=1.0)
+    if panel.fit is not None:
+        axes.plot(grid, panel.fit.curve_kpa - observed, color=CMAES, ls="-.", lw=1.0)
     phase, se = target.phase[target.measured], target.stiffness_se_kpa[target.measured]
     axes.errorbar(phase, 0.0 * phase, se, fmt="none", ecolor=OBSERVED, **ERROR_BAR)
     axes.set_xlabel("fraction of the cardiac cycle from the R peak, $s$")
@@ -287,9 +290,11 @@ def _verdict_lines(panel: PredictivePanel) -> list[str]:
 def _score_rows(panel: PredictivePanel) -> list[Row]:
     prior, posterior = panel.check.prior, panel.check.posterior
     reduction = reduction_percent(prior.scores.rmse_kpa, posterior.scores.rmse_kpa)
+    name, fitted = ("", ()) if panel.fit is None else ("CMA-ES", (panel.fit.rmse_kpa,))
+    rmse = _numbers(2, prior.scores.rmse_kpa, posterior.scores.rmse_kpa, *fitted)
     return [
-        ("", "prior", "post.", "CMA-ES"),
-        ("RMSE (kPa)", *_numbers(2, prior.scores.rmse_kpa, posterior.scores.rmse_kpa, panel.fit.rmse_kpa)),
+        ("", "prior", "post.", name),
+        ("RMSE (kPa)", *rmse, *([] if fitted else [""])),
         ("  reduction (%)", "", *_numbers(1, reduction), ""),
         ("NRMSE", *_numbers(3, prior.scores.nrmse, posterior.scores.nrmse), ""),
         ("$R^2$", *_numbers(3, prior.scores.r2, posterior.scores.r2), ""),

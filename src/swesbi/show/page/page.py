@@ -15,7 +15,14 @@ from swesbi.show.numbers import with_symbols
 from swesbi.show.page.exam import ExamSection
 from swesbi.show.page.figures import PagePart, figures_of, further_figures
 from swesbi.show.page.files import Figure, figure
-from swesbi.show.page.sections import Fact, PopulationSection, Section, caution, headline
+from swesbi.show.page.sections import (
+    Fact,
+    PopulationSection,
+    Section,
+    caution,
+    headline,
+    verdicts_in_words,
+)
 from swesbi.show.results import Experiment, Results
 from swesbi.show.table import Table
 from swesbi.show.tables import subjects
@@ -107,7 +114,7 @@ def make_page(
     """Put the page together from the results; one section an experiment on speeds or over a population."""
     return Page(
         cohort=cohort,
-        verdicts=tuple(Fact(name, support.verdict) for name, support in results.main.supports.items()),
+        verdicts=verdicts_in_words(results.main.supports),
         main=results.main.name,
         experiments=tuple(experiment.name for experiment in results.experiments),
         facts=headline(results.main),

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from swesbi.show.numbers import PARAMETERS, count, fixed, mean_sd, percent, share
+from swesbi.show.numbers import PARAMETERS, count, fixed, in_sentences, mean_sd, percent, share
 from swesbi.show.page.figures import PagePart, figures_of
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.results import Experiment, records
@@ -31,6 +31,7 @@ from swesbi.show.tables.population import OverPopulation, cohort_table, range_in
 from swesbi.show.tables.pressures import in_words, pressures_table, subjects_table
 from swesbi.show.tables.subjects import NOISELESS, NOISY, derived_table, feature_table, score_table
 from swesbi.verdict.answers import OUTCOMES, STATUSES, status
+from swesbi.verdict.support import Support
 
 COVERAGES: Final = (*NOISELESS.columns, *NOISY.columns, *CEILING)
 
@@ -46,6 +47,11 @@ class Fact:
 def headline(experiment: Experiment) -> tuple[Fact, ...]:
     """Return the facts that an abstract would give."""
     return tuple(_facts(experiment))
+
+
+def verdicts_in_words(supports: Mapping[str, Support]) -> tuple[Fact, ...]:
+    """Return the verdict of each subject as a sentence."""
+    return tuple(Fact(name, in_sentences(support.verdict)) for name, support in supports.items())
 
 
 def caution(experiment: Experiment) -> str:
@@ -138,7 +144,7 @@ def make_section(
     }
     if len(exact.truth):
         tables["truth"] = truth_table(exact, cohort_title)
-    verdicts = tuple(Fact(name, support.verdict) for name, support in exact.supports.items())
+    verdicts = verdicts_in_words(exact.supports)
     return Section(experiment.name, tuple(_exact_facts(exact)), verdicts, tables, figures, cohort)
 
 

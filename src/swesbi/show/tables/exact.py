@@ -29,7 +29,7 @@ from swesbi.show.numbers import (
 )
 from swesbi.show.results import Experiment, records
 from swesbi.show.table import Cell, Column, Row, Strong, Table, words
-from swesbi.verdict.answers import label_of_test, sampler_in_words, status
+from swesbi.verdict.answers import STRAINED, label_of_test, sampler_in_words, status
 from swesbi.verdict.support import Support, SupportTest
 
 PASSIVE: Final = "passive_scale_kpa"
@@ -66,13 +66,13 @@ class Exact:
 
 
 def verdicts_table(exact: Exact, cohort_title: str) -> Table:
-    """Return the verdict of each subject, the tests behind it, and how reliable its draws are."""
+    """Return the verdict of each subject, the tests behind it, and whether its sampler converged."""
     columns = (
         *words("Subject", "Verdict", "Tests that speak against it", "Draws by"),
         Column("k-hat"),
         Column("Efficiency", "%"),
         Column("R-hat"),
-        *words("Reliable"),
+        *words("Sampler converged"),
     )
     rows = []
     for subject, support in exact.supports.items():
@@ -88,13 +88,16 @@ def verdicts_table(exact: Exact, cohort_title: str) -> Table:
             fixed(result.r_hat, 3),
             "yes" if result.converged else "no",
         )
-        rows.append(Row(cells, muted=not support.supported))
+        rows.append(Row(cells, muted=not support.supported, strained=status(support) == STRAINED))
     note = (
         "Draws come from the network, weighted with the exact likelihood; k-hat is the Pareto shape of the "
         "weights, efficiency their effective share. Where either fails, MCMC on the same likelihood answers, "
-        "and R-hat compares its independent ensembles."
+        "and R-hat compares its independent ensembles. A sampler that converged says nothing of the verdict: "
+        "it has drawn from the posterior, whether or not the model can have made the recording."
     )
-    return Table(f"Verdict and reliability of each subject ({cohort_title}).", columns, tuple(rows), note)
+    return Table(
+        f"Verdict of each subject, and how its draws were made ({cohort_title}).", columns, tuple(rows), note
+    )
 
 
 def outcomes_table(exact: Exact, cohort_title: str) -> Table:
@@ -153,7 +156,7 @@ def exact_table(exact: Exact, cohort_title: str) -> Table:
                 sampler_in_words(support),
                 status(support),
             )
-            rows.append(Row(cells, muted=not support.supported))
+            rows.append(Row(cells, muted=not support.supported, strained=status(support) == STRAINED))
     note = (
         "The posterior of an unsupported subject says where the model's best answer lies and is not to "
         "be read as that of the subject. Passive scale: a nuisance parameter, inferred with the others."
@@ -183,7 +186,7 @@ def truth_table(exact: Exact, cohort_title: str) -> Table:
             *estimate(row["median"], row["low"], row["high"]),
             inside,
         )
-        rows.append(Row(cells, muted=not known))
+        rows.append(Row(cells, muted=not known, strained=known and row["status"] == STRAINED))
     note = (
         "The recordings were generated with a richer physiology than the model's, so its best parameters "
         "need not equal these. The discrepancy of the observation model is meant to cover the difference."

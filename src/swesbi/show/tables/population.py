@@ -19,7 +19,7 @@ from swesbi.show.numbers import CONTEXT, MISSING, PARAMETERS, count, estimate, f
 from swesbi.show.results import records
 from swesbi.show.table import Column, Row, Table, words
 from swesbi.show.tables.exact import SYMBOLS, UNITS
-from swesbi.verdict.answers import ANSWERS, OUTCOMES, REFUSED
+from swesbi.verdict.answers import ANSWERS, OUTCOMES, REFUSED, STRAINED, UNSUPPORTED
 
 SAMPLER_NAMES: Final = {"importance": "importance weights", "mcmc": "MCMC"}
 
@@ -161,7 +161,8 @@ def _subjects(shown: OverPopulation, cohort_title: str) -> Table:
             *answer,
             *reliability,
         )
-        rows.append(Row(cells, muted=row["status"] in {REFUSED, "unsupported"}))
+        unread = row["status"] in {REFUSED, UNSUPPORTED}
+        rows.append(Row(cells, muted=unread, strained=row["status"] == STRAINED))
     note = (
         "Who lies outside the declared range is refused: the network has learnt nothing there. Grey: "
         "refused, or unsupported, whose answer is not to be read as that of the subject."

@@ -14,10 +14,13 @@ from swesbi.show import numbers
 from swesbi.show.results import Experiment, records
 from swesbi.show.study_tables import CEILING
 from swesbi.show.table import Column, Row, Table, body, words
+from swesbi.verdict.answers import STRAINED, status
 
 MEASURED: Final = CONTEXT[1:]  # but for sex, which is shown as it is entered
 EJECTED_AT: Final = 3 + [variable.name for variable in MEASURED].index("lvesv_ml")
 """Where the ejection fraction stands: behind the volumes."""
+DECIMALS: Final = {"mL": 0, "kPa": 1, "1": 2}
+"""By unit, what a scanner can tell of a derived quantity."""
 DERIVED_UNITS: Final = {"1": "", "1/s": numbers.PARAMETER_UNITS["k_sr_per_s"]}
 
 
@@ -158,14 +161,15 @@ def score_table(experiment: Experiment, cohort_title: str) -> Table:
         Column("Coverage by the prior's noiseless band, grid", "%"),
         Column("Coverage by the prior's envelope, grid", "%"),
     )
-    rows = [_scores(row, second) for row in records(experiment.scores)]
+    strained = {name for name, support in experiment.supports.items() if status(support) == STRAINED}
+    rows = [_scores(row, second, str(row["subject"]) in strained) for row in records(experiment.scores)]
     mass = f"{experiment.predictive_percent:g} %"
     note = (
         "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage: "
         f"share of the observed curve inside the {mass} band of noiseless curves, or the {mass} interval of "
         f"new observations ({SPEED_NOISE if experiment.exact else FEATURE_NOISE}). The prior's band and "
         "the extremes of all its draws are the ceiling of the first. Subjects outside the prior's support "
-        "have no posterior scores."
+        "have no posterior scores; strained ones do, and are left out of the mean."
     )
     if len(experiment.supported) > 1:
         rows.append(_mean_scores(experiment.supported, second))
@@ -174,7 +178,7 @@ def score_table(experiment: Experiment, cohort_title: str) -> Table:
     return Table(caption, columns, tuple(rows), note)
 
 
-def _scores(row: Mapping[Hashable, Any], second: CoverageReading) -> Row:
+def _scores(row: Mapping[Hashable, Any], second: CoverageReading, strained: bool) -> Row:
     cells = (
         str(row["subject"]),
         numbers.fixed(row["rmse_prior_kpa"], 2),
@@ -188,7 +192,7 @@ def _scores(row: Mapping[Hashable, Any], second: CoverageReading) -> Row:
         numbers.fixed(row["rmse_cmaes_kpa"], 2),
         *(numbers.percent(row[name], 0) for name in (*second.columns, *CEILING)),
     )
-    return Row(cells, muted=not row["supported"])
+    return Row(cells, muted=not row["supported"], strained=strained)
 
 
 def _mean_scores(scores: pd.DataFrame, second: CoverageReading) -> Row:
@@ -279,6 +283,7 @@ def derived_table(experiment: Experiment, cohort_title: str) -> Table:
         Column("Median"),
         Column("Interval", f"{experiment.credible_percent:g} %"),
         Column("Measured"),
+        *words("Beside it"),
     )
     table = experiment.posterior
     rows = []
@@ -287,12 +292,29 @@ def derived_table(experiment: Experiment, cohort_title: str) -> Table:
             str(row["subject"]),
             numbers.quantity(str(row["parameter"])),
             DERIVED_UNITS.get(str(row["unit"]), str(row["unit"])),
-            *numbers.estimate(row["median"], row["ci_low"], row["ci_high"]),
+            *_derived(row),
             numbers.significant(row["measured"]),
+            beside_the_measured(row),
         )
-        rows.append(Row(cells))
+        strained = status(experiment.supports[str(row["subject"])]) == STRAINED
+        rows.append(Row(cells, strained=strained))
     note = (
         "From the simulations that the posterior draws of the supported subjects give. The fit sees the "
-        "stiffness curve alone; the measured volumes enter only as context."
+        "stiffness curve alone; the measured volumes enter only as context. Beside it: whether the "
+        "interval holds what was measured. Where it does not, the model's beat is not the subject's."
     )
     return Table(f"Derived quantities ({cohort_title}).", columns, tuple(rows), note)
+
+
+def _derived(row: Mapping[Hashable, Any]) -> tuple[str, str]:
+    most = DECIMALS.get(str(row["unit"]), 12)
+    return numbers.estimate(row["median"], row["ci_low"], row["ci_high"], most_decimals=most)
+
+
+def beside_the_measured(row: Mapping[Hashable, Any]) -> str:
+    """Return in words how a derived quantity's interval lies to the measured; a dash where nothing was."""
+    if pd.isna(row["measured"]) or pd.isna(row["median"]):
+        return numbers.MISSING
+    if row["ci_low"] <= row["measured"] <= row["ci_high"]:
+        return "holds the measured"
+    return "predicted above measured" if row["ci_low"] > row["measured"] else "predicted below measured"

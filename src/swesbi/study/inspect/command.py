@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from swesbi.artefacts import ArtefactError
-from swesbi.artefacts.files import check_whole
+from swesbi.artefacts import ArtefactError, DamagedArtefactError
+from swesbi.artefacts.files import check_json, check_whole
 from swesbi.study.inspect.diff import ArrayDifference, FileDifference, RunDifference, compare_runs
 from swesbi.study.inspect.read import FACTS, ORIGIN, READERS, SETTINGS, Array, Content, read
 
@@ -21,7 +22,11 @@ DIFFERENCES: Final = ("file", "array", "units", "max abs", "max rel", "meaning")
 VERDICTS: Final = "support.json"
 SHOWN_TEXTS: Final = 4
 SHOWN_FILES: Final = 3
-ARTEFACTS: Final = (".h5", ".pt")
+ARTEFACTS: Final = (".h5", ".pt", ".json")
+OF_RESULTS: Final = ("logs", "cohort")
+"""Folders beside each other in the results of every study."""
+ANSWERS: Final = ("new", "change")
+"""Folders of what commands answer, for which Snakemake may have no rule."""
 EXIT_EQUAL: Final = 0
 EXIT_DIFFERENT: Final = 1
 EXIT_ERROR: Final = 2
@@ -34,7 +39,8 @@ def as_lines(content: Content) -> list[str]:
     for title, facts in content.sections.items():
         lines += [f"  {title}:", *_pairs(facts)] if facts else []
     if content.arrays:
-        lines += ["  arrays:", *(f"    {line}" for line in table(list(map(_row, content.arrays))))]
+        rows = [_row(part) for array in content.arrays for part in _by_unit(array)]
+        lines += ["  arrays:", *(f"    {line}" for line in table(rows))]
     return lines
 
 
@@ -78,6 +84,19 @@ def table(rows: Sequence[Sequence[str]], header: Sequence[str] = HEADER) -> list
             for text, width, name in zip(row, widths, header, strict=True)
         ).rstrip()
         for row in (header, *rows)
+    ]
+
+
+def _by_unit(array: Array) -> list[Array]:
+    """Return an array whose last axis runs over values of several units as one array for each of them."""
+    units = array.units.split(", ")
+    if len(units) == 1 or not array.values.ndim or array.values.shape[-1] != len(units):
+        return [array]
+    return [
+        replace(
+            array, name=f"{array.name}[{j}]", dims=array.dims[:-1], values=array.values[..., j], units=unit
+        )
+        for j, unit in enumerate(units)
     ]
 
 
@@ -155,7 +174,7 @@ def main(arguments: Sequence[str]) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi inspect",
+        prog="swesbi inspect",
         description="Shows what files of the study are, how they were made (settings, seed, code, version), "
         f"and their arrays with dimensions, units and statistics. Formats: {', '.join(READERS)}.",
         epilog="Exit code: 0 shown, whole or equal; 1 the runs differ; 2 a file is missing, damaged or "
@@ -172,7 +191,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--check",
         action="store_true",
-        help="only compare artefacts (.h5, .pt) with their checksums; folders are searched",
+        help="only compare artefacts (.h5, .pt, .json) with their checksums; folders are searched. "
+        "Tables and figures have none",
     )
     return parser
 
@@ -190,7 +210,7 @@ def _artefacts_in(paths: Sequence[Path]) -> list[Path]:
 
 
 def _whole(path: Path) -> list[str]:
-    check_whole(path)
+    (check_json if path.suffix == ".json" else check_whole)(path)
     return [f"{path}: whole"]
 
 
@@ -202,6 +222,19 @@ def _compare(first: Path, second: Path) -> int:
     return EXIT_EQUAL if difference.is_empty else EXIT_DIFFERENT
 
 
+def _told(error: ArtefactError) -> str:
+    """Return what is wrong, with a command only for what a study's workflow makes."""
+    if not isinstance(error, DamagedArtefactError):
+        return str(error)
+    path = error.path.absolute()
+    folders = [above for above in path.parents if all((above / name).is_dir() for name in OF_RESULTS)]
+    if not folders:
+        return f"{error.path}: {error.fault}; it is no result of a study, and is left as it is"
+    if any(part in ANSWERS for part in path.relative_to(folders[0]).parts):
+        return f"{error.path}: {error.fault}; ask again with --force: `swesbi new-subject --help`"
+    return str(error)
+
+
 def _each(files: Sequence[Path], lines: Callable[[Path], list[str]]) -> int:
     """Print something of every file; one that cannot be read does not stop the others."""
     status = EXIT_EQUAL
@@ -209,6 +242,6 @@ def _each(files: Sequence[Path], lines: Callable[[Path], list[str]]) -> int:
         try:
             print("\n".join(lines(path)))
         except ArtefactError as error:
-            print(f"swesbi: {error}", file=sys.stderr)
+            print(f"swesbi: {_told(error)}", file=sys.stderr)
             status = EXIT_ERROR
     return status

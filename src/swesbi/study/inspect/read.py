@@ -43,6 +43,8 @@ KINDS: Final = {
     "identifiability": "posterior and likelihood-ratio intervals of every subject",
     "misspecification": "whether the model can have made the recordings",
     "change": "two visits of one person, inferred together, and what has changed",
+    "change_groups": "what has changed in groups of persons who came twice",
+    "plan_bank": "simulated persons of a planned study, answered with an effect and without",
     "exam": "answers to the hearts of one generator of the exam",
     "exam_hearts": "stored hearts of one letter of the exam",
     "cmaes": "CMA-ES reference fit of one subject",
@@ -61,6 +63,9 @@ FILES: Final = {
     "cohort.csv": "every subject as a population's network answers or refuses it",
     "change.csv": "ratios of a person's later visit to the earlier, by quantity",
     "changes.csv": "the same of all persons who came twice",
+    "changes_groups.csv": "what has changed in groups of them: mean ratios, spreads, differences",
+    "plan.csv": "power of a planned study by number of repeats and persons",
+    "changes_persons.csv": "ratios of every person alone and within their group",
     "exam.csv": "the exam: coverage by generator and quantity",
     "exam_samplers.csv": "the exam: how the hearts of each generator were answered",
     "exam_former_noise.csv": "the same as exam.csv at the cohort's former noise",
@@ -166,7 +171,7 @@ def read(path: Path) -> Content:
             not described.
     """
     if path.is_dir():
-        remedy = f"name files in it, or look at all its artefacts by: python -m swesbi inspect --check {path}"
+        remedy = f"name files in it, or check all its artefacts by: swesbi inspect --check {path}"
         raise ArtefactError(f"{path}: is a folder; {remedy}")
     if not path.is_file():
         raise ArtefactError(f"{path}: no such file")

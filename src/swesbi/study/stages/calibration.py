@@ -24,9 +24,11 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_s
 from swesbi.networks.spline.files import load_spline
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
+from swesbi.posterior.importance import flow_proposal
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.seeds import generator, integer_seed
 from swesbi.show.csv import write_csv
@@ -73,7 +75,8 @@ def calibration_local(
             f"takes {least}; raise exact.draws, or lower calibration.local.replicates or two_sample_draws"
         )
     ranked = calibrate_locally(model, flow, exact, sizes, settings.exact, origin.seed)
-    accuracy = _accuracies(model, exact, sizes, origin.seed)
+    network = flow_proposal(flow, model.recording)
+    accuracy = _accuracies(model, exact, network, sizes, origin.seed)
     for pair, value in accuracy.items():
         LOGGER.info("%s, C2ST between %s: %.3f", model.recording.subject, pair, value)
     groups = {
@@ -84,11 +87,11 @@ def calibration_local(
 
 
 def _accuracies(
-    model: SpeedModel, exact: ExactPosterior, sizes: LocalSettings, seed: int
+    model: SpeedModel, exact: ExactPosterior, space: Space, sizes: LocalSettings, seed: int
 ) -> dict[str, float]:
     """Return the accuracy of a classifier by pair of samplers."""
     prior, count, subject = model.settings.prior, sizes.two_sample_draws, model.recording.subject
-    chains = _long_chains(model, exact, sizes, seed)
+    chains = _long_chains(model, exact, space, sizes, seed)
     samples = {NETWORK: exact.npe_phi[:count], WEIGHTED: exact.phi[:count], LONG_CHAINS: chains}
     stream = integer_seed(seed, "calibration", "c2st", subject)
     pairs = ((NETWORK, LONG_CHAINS), (WEIGHTED, LONG_CHAINS), (NETWORK, WEIGHTED))
@@ -98,13 +101,15 @@ def _accuracies(
     }
 
 
-def _long_chains(model: SpeedModel, exact: ExactPosterior, sizes: LocalSettings, seed: int) -> FloatArray:
+def _long_chains(
+    model: SpeedModel, exact: ExactPosterior, space: Space, sizes: LocalSettings, seed: int
+) -> FloatArray:
     """Return draws (n, d) of long chains; NaN where these did not converge, which compares with nothing."""
     count, subject = sizes.two_sample_draws, model.recording.subject
     rng = generator(seed, "calibration", "mcmc", subject)
     start = starting_points(model, exact.weighted, sizes.mcmc.start_points, rng)
     stream = integer_seed(seed, "calibration", "mcmc", subject)
-    chains = sample_mcmc(model, start, sizes.mcmc, stream)
+    chains = sample_mcmc(model, start, sizes.mcmc, stream, space=space)
     LOGGER.info(
         "%s: %d steps of MCMC, R-hat at most %.4f, %.0f effective draws",
         subject, chains.steps, chains.r_hat.max(), chains.effective_draws.min(),

@@ -23,6 +23,7 @@ from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
+from swesbi.posterior.space import Space
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.recording.protocol import read_repeats
@@ -98,7 +99,7 @@ def person_change(
         _own(read_exact_posterior(path), model, estimator, contexts)
         for path, model in zip(posteriors, models, strict=True)
     ]
-    both = _both(models, observed, settings)
+    both = both_visits(models, observed, settings.changes)
     names = (settings.person, *(each.subject for each in observed))
     found = infer_change(both, own, settings.changes, origin.seed, *names)
     judged = [read_support(path) for path in supports]
@@ -134,20 +135,25 @@ def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> N
 def _own(
     exact: ExactPosterior, model: SpeedModel, estimator: Path, contexts: Sequence[Context]
 ) -> OwnPosterior:
+    return own_posterior(exact, network_proposal(estimator, contexts, model.recording))
+
+
+def own_posterior(exact: ExactPosterior, space: Space) -> OwnPosterior:
+    """Return what the joint posterior begins with: a visit's own, and the space of its network."""
     by_weights = exact.sampler == "importance"
     effective = exact.efficiency * len(exact.weighted.phi) if by_weights else exact.effective_draws.min()
-    space = network_proposal(estimator, contexts, model.recording)
     return OwnPosterior(exact.phi, float(min(effective, len(exact.phi))), exact.log_evidence, space)
 
 
-def _both(
-    models: Sequence[SpeedModel], observed: Sequence[Observation], settings: PersonChangeStageSettings
+def both_visits(
+    models: Sequence[SpeedModel], observed: Sequence[Observation], settings: ChangeSettings
 ) -> VisitsModel:
-    shares = settings.changes.shares
+    """Return the model of two visits of one person, in what they share as configured."""
+    shares = settings.shares
     return visits_model(
         models,
         [each.phase_index[each.measured] for each in observed],
-        shares.of(settings.model.prior.names),
+        shares.of(models[0].settings.prior.names),
         shares.discrepancy,
     )
 

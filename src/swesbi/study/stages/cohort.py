@@ -20,6 +20,7 @@ from swesbi.progress import Progress
 from swesbi.recording.clinical import ClinicalRow
 from swesbi.recording.components import RepeatLevels
 from swesbi.recording.ingest import ingest as ingest_recording
+from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.noise import CohortNoise, fit_noise
 from swesbi.recording.noise import to_dataset as noise_to_dataset
@@ -42,15 +43,17 @@ class IngestStageSettings(Settings):
     clinical: ClinicalRow
     recording: RecordingSettings
     measurement: MeasurementSettings
+    layout: TableLayout
 
 
 def ingest(*, recording: Path, observation: Path, settings: IngestStageSettings, origin: Origin) -> None:
-    """Read ``swe/<subject>.csv`` or ``.mat`` and write the observed curve.
+    """Read the recording of ``origin.subject`` and write the observed curve.
 
     Raises:
         RecordingError: The recording is malformed or too incomplete.
     """
-    samples = read_samples(recording, settings.recording.phases, settings.recording.density_kg_m3)
+    quality, subject = settings.recording, settings.context.subject
+    samples = read_samples(recording, quality.phases, quality.density_kg_m3, settings.layout, subject)
     observed = ingest_recording(
         samples,
         settings.context.to_context(),
@@ -79,6 +82,7 @@ class IngestBatchStageSettings(Settings):
     clinical: tuple[ClinicalRow, ...]
     recording: RecordingSettings
     measurement: MeasurementSettings
+    layout: TableLayout
 
 
 def ingest_batch(
@@ -106,6 +110,7 @@ def ingest_batch(
             clinical=clinical,
             recording=settings.recording,
             measurement=settings.measurement,
+            layout=settings.layout,
         )
         row_origin = replace(origin, subject=row.subject, code_hash=code_hash)
         ingest(recording=recording, observation=observation, settings=row_settings, origin=row_origin)
@@ -116,6 +121,7 @@ class NoiseStageSettings(Settings):
     """What the components depend on: which samples are accepted, and the interval."""
 
     recording: RecordingSettings
+    layout: TableLayout
     noise: NoiseSettings
 
 
@@ -148,7 +154,7 @@ def noise(
     observed = [read_observation(path) for path in observations]
     repeats = read_repeats(protocol)
     levels = {
-        observation.subject: _levels(recording, observation, repeats, settings.recording)
+        observation.subject: _levels(recording, observation, repeats, settings)
         for recording, observation in zip(recordings, observed, strict=True)
     }
     fitted = fit_noise(levels, settings.noise.interval)
@@ -159,10 +165,11 @@ def noise(
 
 
 def _levels(
-    recording: Path, observation: Observation, repeats: Repeats, settings: RecordingSettings
+    recording: Path, observation: Observation, repeats: Repeats, settings: NoiseStageSettings
 ) -> RepeatLevels:
-    samples = read_samples(recording, settings.phases, settings.density_kg_m3)
-    accepted = rejection(samples, settings) == ACCEPTED
+    quality, subject = settings.recording, observation.subject
+    samples = read_samples(recording, quality.phases, quality.density_kg_m3, settings.layout, subject)
+    accepted = rejection(samples, quality) == ACCEPTED
     if int(accepted.sum()) != int(observation.samples_accepted.sum()):
         raise ArtefactError(
             f"{recording}: {int(accepted.sum())} samples are accepted, but the observed curve of subject "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import signal
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ import torch
 from pydantic import Field
 from threadpoolctl import threadpool_limits
 
+from swesbi.artefacts import load
 from swesbi.base import Settings
 from swesbi.context import Context
 from swesbi.measurement.clinical import with_pressures
@@ -24,6 +26,7 @@ from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline, load_spline_provenance
 from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.importance import FlowProposal, flow_proposal
+from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.noise import compare_noise, read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.recording.protocol import Repeats, read_repeats
@@ -76,8 +79,8 @@ class AnswerFiles:
 
     Attributes:
         observation: Observed curve.
-        passive_baseline: Passive baseline of the reference fit.
-        reference_fit: CMA-ES fit.
+        passive_baseline: Passive baseline of the reference fit; one file, or none where none is asked for.
+        reference_fit: CMA-ES fit, likewise.
         shard: Simulations from the prior.
         posterior: Exact posterior.
         support: Verdict.
@@ -88,8 +91,8 @@ class AnswerFiles:
     """
 
     observation: Path
-    passive_baseline: Path
-    reference_fit: Path
+    passive_baseline: Sequence[Path]
+    reference_fit: Sequence[Path]
     shard: Path
     posterior: Path
     support: Path
@@ -109,6 +112,7 @@ def _answer(
     origin: Origin,
 ) -> None:
     """Ingest the recording of ``origin.subject``, infer it, judge and draw it; errors as of the stages."""
+    check_quality(noise, settings.ingest.recording)
     ingest(recording=recording, observation=files.observation, settings=settings.ingest, origin=origin)
     repeats, components = read_repeats(protocol), read_noise(noise).components
     known = known_noise(repeats, components)
@@ -122,7 +126,9 @@ def _answer(
         informed = [worker.submit(_with_pressures, answer, path, settings) for path in files.with_pressures]
         efficiency = answer.infer(files.posterior)
         quality = settings.ingest.recording
-        samples = read_samples(recording, quality.phases, quality.density_kg_m3)
+        samples = read_samples(
+            recording, quality.phases, quality.density_kg_m3, settings.ingest.layout, origin.subject
+        )
         noise_test = noise_test_of(samples, repeats, components, quality, settings.noise_level)
         judged = answer.judge(files.posterior, files.support, reference.result(), efficiency, [noise_test])
         LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
@@ -152,25 +158,21 @@ def worker_process() -> ProcessPoolExecutor:
 def one_thread() -> None:
     """Let libraries use one thread: those that their parent had started do not exist in a forked process.
 
-    torch keeps a number of its own, and would wait for ever for them.
+    torch keeps a number of its own, and would wait for ever for them. Of Ctrl-C only the parent speaks.
     """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(limits=1)
     torch.set_num_threads(1)
 
 
 def _fit(files: AnswerFiles, settings: OneAnswerSettings, origin: Origin) -> None:
-    """Simulate from the prior, and make the reference fit."""
+    """Simulate from the prior, and make the reference fit, if it is asked for."""
     simulate(shard=files.shard, settings=settings.simulate, origin=origin)
-    passive(
-        observation=files.observation,
-        passive=files.passive_baseline,
-        settings=settings.passive,
-        origin=origin,
-    )
-    cmaes(
-        observation=files.observation, passive=files.passive_baseline, cmaes=files.reference_fit,
-        settings=settings.cmaes, origin=origin,
-    )  # fmt: skip
+    for baseline, fit in zip(files.passive_baseline, files.reference_fit, strict=True):
+        passive(observation=files.observation, passive=baseline, settings=settings.passive, origin=origin)
+        cmaes(
+            observation=files.observation, passive=baseline, cmaes=fit, settings=settings.cmaes, origin=origin
+        )
 
 
 def _with_pressures(answer: Answer, posterior: Path, settings: OneAnswerSettings) -> None:
@@ -207,6 +209,25 @@ def check_network(estimator: Path, settings: Settings) -> None:
             raise OtherNetworkError(
                 f"{estimator}: was trained with {key} = {there.get(key)}, the configuration has "
                 f"{here.get(key)}; run the study again, or use the configuration that it was trained with"
+            )
+
+
+def check_quality(noise: Path, quality: RecordingSettings) -> None:
+    """Refuse other limits of quality control than those under which the noise of the cohort was told.
+
+    The number of phases is each folder's own.
+
+    Raises:
+        OtherNetworkError: Names the first limit that differs.
+        ArtefactError: The file is not the noise of a cohort.
+    """
+    stored = load(noise, NOISE)[1].settings["recording"]
+    here, there = flatten(quality.to_plain()), flatten(stored)
+    for key in sorted((here.keys() | there.keys()) - {"phases"}):
+        if here.get(key, ABSENT) != there.get(key, ABSENT):
+            raise OtherNetworkError(
+                f"{noise}: was told under recording.{key} = {there.get(key)}, the configuration has "
+                f"{here.get(key)}; run the study again, or use the configuration that it was run with"
             )
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from swesbi.artefacts import load
 from swesbi.base import Settings
 from swesbi.checks.cmaes import CmaesFit, read_cmaes
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.recovery import read_truth
 from swesbi.posterior.result import read_exact_result
-from swesbi.posterior.truncated import Posterior, read_posterior
+from swesbi.posterior.truncated import POSTERIOR, Posterior, read_posterior
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.show.figures.posterior import draw_cohort_posteriors, draw_exact_posteriors
 from swesbi.show.figures.posterior_subject import draw_exact_subject, draw_subject_posterior
@@ -45,7 +46,7 @@ def subject_figures(
     origin: Origin,
 ) -> None:
     """Draw predictive check and posterior of one subject."""
-    save_predictive_check(predictive, support, cmaes, ppc_png, settings.cohort_title)
+    save_predictive_check(predictive, support, (cmaes,), ppc_png, settings.cohort_title)
     draws, (fit, provenance) = read_posterior(posterior), read_cmaes(cmaes)
     panel = _posterior_panel(provenance.subject, draws, fit, read_support(support))
     drawn = draw_subject_posterior(panel, settings.prior, draws.interval_mass, settings.cohort_title)
@@ -53,12 +54,16 @@ def subject_figures(
 
 
 def save_predictive_check(
-    predictive: Path, support: Path, cmaes: Path, figure: Path, cohort_title: str
+    predictive: Path, support: Path, cmaes: Sequence[Path], figure: Path, cohort_title: str
 ) -> None:
-    """Draw the predictive check of any experiment; ``figure`` is a .png or .pdf."""
+    """Draw the predictive check of any experiment; ``cmaes`` is the reference fit, or nothing."""
     check, provenance = read_predictive(predictive)
-    panel = PredictivePanel(provenance.subject, check, read_cmaes(cmaes)[0], read_support(support))
+    panel = PredictivePanel(provenance.subject, check, _reference_fit(cmaes), read_support(support))
     save_figure(draw_subject_check(panel, cohort_title), figure)
+
+
+def _reference_fit(cmaes: Sequence[Path]) -> CmaesFit | None:
+    return next((read_cmaes(path)[0] for path in cmaes), None)
 
 
 def _posterior_panel(subject: str, draws: Posterior, fit: CmaesFit, support: Support) -> PosteriorPanel:
@@ -88,22 +93,23 @@ def exact_subject_figures(
 
     ``truth`` is the file of true parameters of a generated cohort, or nothing.
     """
-    save_predictive_check(predictive, support, cmaes, ppc_png, settings.cohort_title)
-    save_exact_posterior(posterior, support, cmaes, truth, posterior_png, settings)
+    save_predictive_check(predictive, support, (cmaes,), ppc_png, settings.cohort_title)
+    save_exact_posterior(posterior, support, (cmaes,), truth, posterior_png, settings)
 
 
 def save_exact_posterior(
     posterior: Path,
     support: Path,
-    cmaes: Path,
+    cmaes: Sequence[Path],
     truth: Sequence[Path],
     figure: Path,
     settings: ExactSubjectFiguresSettings,
 ) -> None:
-    """Draw the exact posterior; ``figure`` is a .png or .pdf, ``truth`` as above."""
-    fit, provenance = read_cmaes(cmaes)
-    result, subject = read_exact_result(posterior), provenance.subject
-    panel = ExactPanel(subject, result, fit.theta, read_support(support), read_truth(truth).get(subject))
+    """Draw the exact posterior; ``cmaes`` is the reference fit, or nothing, ``truth`` as above."""
+    fit, result = _reference_fit(cmaes), read_exact_result(posterior)
+    subject = load(posterior, POSTERIOR)[1].subject
+    theta = None if fit is None else fit.theta
+    panel = ExactPanel(subject, result, theta, read_support(support), read_truth(truth).get(subject))
     save_figure(draw_exact_subject(panel, settings.prior, settings.cohort_title), figure)
 
 
@@ -129,19 +135,20 @@ def cohort_figures(
 ) -> None:
     """Draw predictive checks and posteriors of a cohort, subjects in the order of ``predictives``."""
     results = [
-        (panel, read_posterior(path)) for panel, path in _results(predictives, posteriors, supports, cmaes)
+        (panel, fit, read_posterior(path))
+        for panel, fit, path in _results(predictives, posteriors, supports, cmaes)
     ]
     title = settings.cohort_title
-    save_figure(draw_cohort_checks([panel for panel, _ in results], title), ppc_pdf, ppc_png)
-    panels = [_posterior_panel(panel.subject, draws, panel.fit, panel.support) for panel, draws in results]
-    drawn = draw_cohort_posteriors(panels, settings.prior, results[-1][1].interval_mass, title)
+    save_figure(draw_cohort_checks([panel for panel, _, _ in results], title), ppc_pdf, ppc_png)
+    panels = [_posterior_panel(panel.subject, draws, fit, panel.support) for panel, fit, draws in results]
+    drawn = draw_cohort_posteriors(panels, settings.prior, results[-1][2].interval_mass, title)
     save_figure(drawn, posterior_pdf, posterior_png)
 
 
 def _results(
     predictives: Sequence[Path], posteriors: Sequence[Path], supports: Sequence[Path], cmaes: Sequence[Path]
-) -> Iterator[tuple[PredictivePanel, Path]]:
-    """Read what the predictive check of each subject shows; yield it with the path of the posterior.
+) -> Iterator[tuple[PredictivePanel, CmaesFit, Path]]:
+    """Read what the predictive check of each subject shows; yield it with the fit and the posterior's path.
 
     Raises:
         ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
@@ -151,7 +158,7 @@ def _results(
         support = read_support(pick(support_of, key, "support verdict"))
         fit, _ = read_cmaes(fit_of[key.subject])
         panel = PredictivePanel(key.subject, read_predictive(path)[0], fit, support)
-        yield panel, pick(posterior_of, key, "posterior")
+        yield panel, fit, pick(posterior_of, key, "posterior")
 
 
 class ExactFiguresSettings(ExactSubjectFiguresSettings):
@@ -177,10 +184,10 @@ def exact_figures(
     ``truth`` is the file of true parameters of a generated cohort, or nothing.
     """
     truths, checks, panels = read_truth(truth), [], []
-    for panel, path in _results(predictives, posteriors, supports, cmaes):
+    for panel, fit, path in _results(predictives, posteriors, supports, cmaes):
         checks.append(panel)
         result, subject = read_exact_result(path), panel.subject
-        panels.append(ExactPanel(subject, result, panel.fit.theta, panel.support, truths.get(subject)))
+        panels.append(ExactPanel(subject, result, fit.theta, panel.support, truths.get(subject)))
     title = settings.cohort_title
     save_figure(draw_cohort_checks(checks, title), ppc_pdf, ppc_png)
     save_figure(draw_exact_posteriors(panels, settings.prior, title), posterior_pdf, posterior_png)

@@ -1,0 +1,158 @@
+r"""Whether trials of the size that `plan` names have the power that it promises.
+
+    python benchmarks/plan.py --trials 200 --csv trials.csv
+    python benchmarks/plan.py --design groups --trials 200 --csv trials.csv
+
+Persons are without hearts: the logarithm of each parameter is measured at each visit with normal errors as
+large as the widths of posteriors, so that everybody's posterior is known in closed form
+(tests/helpers/plan_case.py). A bank of them is planned with, by the settings of `config.yaml`; then trials of
+the size that is needed are drawn afresh, and each is analysed by the posterior of the change in groups, or of
+the cohort, as a real one is. Printed: the power reached with its Monte Carlo interval, trials without an
+effect that find one, and how often the 90 % interval holds the effect. `--first` goes on with a file that was
+begun.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binomtest
+
+HELPERS: Final = Path(__file__).parents[1] / "tests" / "helpers"
+sys.path.insert(0, str(HELPERS))
+
+import hierarchy_case as case  # noqa: E402
+import plan_case  # noqa: E402
+import ratio_case  # noqa: E402
+
+from swesbi.change.groups import infer_change_groups  # noqa: E402
+from swesbi.config.models import Config  # noqa: E402
+from swesbi.config.read import parse_config, read_yaml  # noqa: E402
+from swesbi.hierarchy.cohort import Member  # noqa: E402
+from swesbi.hierarchy.hyperprior import hyperprior_of  # noqa: E402
+from swesbi.hierarchy.infer import Inferred, Posed, infer_population  # noqa: E402
+from swesbi.planning.asked import log_factor  # noqa: E402
+from swesbi.planning.hyperdraws import Recycling, evaluate_bank, planned_design  # noqa: E402
+from swesbi.planning.luck import luck_of  # noqa: E402
+from swesbi.planning.power import PowerCurve, power_curve  # noqa: E402
+from swesbi.planning.settings import GROUPS, PAIRED  # noqa: E402
+
+OF_TRIALS: Final = 50_000
+"""Seeds of trials begin here, those of the bank below."""
+
+
+def shipped() -> Config:
+    """Return `config.yaml`."""
+    path = Path("config.yaml")
+    return parse_config(read_yaml(path), str(path))
+
+
+def planned(config: Config, by: Recycling, design: str) -> PowerCurve:
+    """Plan with a bank of persons, and print what is needed."""
+    settings = config.plan.studies
+    start = time.process_time()
+    bank = plan_case.bank(config.plan.persons.number, design, 1, settings.recycled_draws)
+    found = evaluate_bank(bank, design, settings, by, config.seed)
+    evaluated = time.process_time()
+    rule = (config.plan.probability, config.plan.power)
+    luck = luck_of(bank, design, plan_case.EFFECT, by)
+    curve = power_curve(found, luck, plan_case.EFFECT, 3, settings, rule, config.seed)
+    studies = 3 * settings.studies * len(settings.sizes)
+    print(
+        f"{design}, {plan_case.EFFECT.words}: {curve.needed} persons for a power of {config.plan.power:.0%}; "
+        f"bank {evaluated - start:.0f} s, {1e3 * (time.process_time() - evaluated) / studies:.2f} ms a study"
+    )
+    return curve
+
+
+def trial(design: str, persons: int, effect: float, by: Recycling, seed: int) -> Inferred:
+    """Draw a trial afresh, and infer it."""
+    rng = np.random.default_rng(seed)
+    if design == PAIRED:
+        members = ratio_case.members_of(plan_case.log_ratios(persons, effect, rng), ("",) * persons, seed)
+        return infer_change_groups(members, case.THETA_PRIOR, by.changes, by.cohort, seed)
+    draws = np.concatenate(
+        [
+            plan_case.level_draws(
+                plan_case.log_levels(persons, shift, rng),
+                rng.standard_normal((persons, 3)),
+                by.cohort.draws,
+                seed + number,
+            )
+            for number, shift in ((0, 0.0), (7, effect))
+        ]
+    )
+    treated = [number >= persons for number in range(2 * persons)]
+    contexts = case.contexts(2 * persons, rng)
+    members = [
+        Member(context, "supported", "", theta, theta[:3])
+        for context, theta in zip(contexts, draws, strict=True)
+    ]
+    design_of_trial = planned_design(GROUPS, treated)
+    prior = hyperprior_of(design_of_trial, case.THETA_PRIOR, by.cohort.hyperprior)
+    return infer_population(members, Posed(design_of_trial, prior, case.THETA_PRIOR), by.cohort, None, seed)
+
+
+def run(design: str, trials: int, first: int, csv: Path) -> None:
+    """Plan, then write a row a trial behind those that are in the file already."""
+    config = shipped()
+    by = Recycling(case.THETA_PRIOR, config.cohort_posterior, config.change_groups)
+    needed = planned(config, by, design).needed[0]
+    if needed is None:
+        raise SystemExit("the power asked for is not reached; nothing to simulate")
+    column = plan_case.EFFECT.number + (0 if design == PAIRED else 6)
+    for seed in range(first, first + trials):
+        for effect in (log_factor(plan_case.EFFECT), 0.0):
+            inferred = trial(design, needed, effect, by, OF_TRIALS + 10 * seed)
+            found = np.log(inferred.exact.phi[:, column])
+            row = {
+                "design": design,
+                "persons": needed,
+                "trial": seed,
+                "effect": effect,
+                "probability": (found < 0.0).mean(),
+                "level": (found < effect).mean(),
+                "median": np.median(found),
+                "least_effective": inferred.shrunken.effective.min(),
+                "sampler": inferred.exact.sampler,
+            }
+            pd.DataFrame([row]).to_csv(csv, mode="a", header=not csv.exists(), index=False)
+        print(f"trial {seed}", flush=True)
+    summary(pd.read_csv(csv), design, config.plan.probability)
+
+
+def summary(table: pd.DataFrame, design: str, probability: float) -> None:
+    """Print power, false positives and coverage of all trials of a design."""
+    own = table[table["design"] == design]
+    for effect, part in own.groupby("effect"):
+        found = int((part["probability"] > probability).sum())
+        held = int(((part["level"] > 0.05) & (part["level"] < 0.95)).sum())
+        low, high = binomtest(found, len(part)).proportion_ci()
+        print(
+            f"{design}, {np.expm1(effect):+.0%}, {len(part)} trials of {part['persons'].iloc[0]} persons: "
+            f"found in {found / len(part):.1%} ({low:.1%} to {high:.1%}), interval holds the effect in "
+            f"{held / len(part):.1%}"
+        )
+
+
+def main() -> None:
+    """Run the benchmark."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--design", choices=[PAIRED, GROUPS], default=PAIRED)
+    parser.add_argument("--trials", type=int, default=200)
+    parser.add_argument("--first", type=int, default=1, help="seed of the first trial")
+    parser.add_argument("--csv", type=Path, default=Path("trials.csv"), help="rows are added to it")
+    asked = parser.parse_args()
+    run(asked.design, asked.trials, asked.first, asked.csv)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""How the answers to the virtual trial lie about what truly changed, and which changes were called.
+
+    .venv/bin/snakemake --cores 2 --configfile trial.yaml -- changes
+    python benchmarks/trial_answers.py --out docs/tables/trial_answers.csv
+
+``trial.yaml`` says ``new_subjects: {cohort: data/virtual_trial}`` (docs/change-and-groups.md). A row a
+quantity and group: persons, true mean ratio, intervals that hold the person's own, changes called, median
+narrowing of the interval against two posteriors apart, smallest detectable change.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from swesbi.show.csv import write_csv
+
+TRIAL = Path("data/virtual_trial")
+TRUE_COLUMNS = {"attained_kpa": "attained_stiffness_kpa"}
+"""Columns of the truth that are called otherwise in answers."""
+
+
+def true_ratios(folder: Path) -> pd.DataFrame:
+    """Return each person's true ratio, later over earlier, by column of the truth; indexed by person."""
+    truth = pd.read_csv(folder / "truth.csv").set_index(["person", "visit"])
+    later, earlier = (truth.xs(visit, level="visit") for visit in ("after", "before"))
+    numbers = later.select_dtypes("number").columns
+    return (later[numbers] / earlier[numbers]).assign(group=later["group"])
+
+
+def rows_of(answers: pd.DataFrame, truth: pd.DataFrame) -> pd.DataFrame:
+    """Return a row a quantity and group."""
+    of_person = answers.assign(
+        true_1=[
+            truth.loc[p, TRUE_COLUMNS.get(q, q)]
+            for p, q in zip(answers.person, answers.quantity, strict=True)
+        ],
+        group=truth.loc[answers.person, "group"].to_numpy(),
+    )
+    within = of_person.ratio_low_1.le(of_person.true_1) & of_person.true_1.le(of_person.ratio_high_1)
+    judged = of_person.assign(covered=within, log_true=np.log(of_person.true_1))
+    table = judged.groupby(["quantity", "group"], sort=False).agg(
+        persons=("person", "size"),
+        true_mean_ratio_1=("log_true", "mean"),
+        covered=("covered", "sum"),
+        called=("changed", "sum"),
+        narrower_1=("narrower_than_independent_1", "median"),
+        smallest_detectable_change_1=("smallest_detectable_change_1", "median"),
+    )
+    return table.assign(true_mean_ratio_1=np.exp(table.true_mean_ratio_1)).reset_index()
+
+
+def main() -> None:
+    """Read answers and truth, print the table and write it."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--results", type=Path, default=Path("results"), help="default: results")
+    parser.add_argument("--experiment", default="amortised", help="default: amortised")
+    parser.add_argument("--out", type=Path, help="table to write")
+    options = parser.parse_args()
+    files = sorted((options.results / options.experiment / "change").glob("*/change.csv"))
+    if not files:
+        parser.error(f"{options.results}: no changes of {options.experiment}; run the target `changes` first")
+    table = rows_of(pd.concat([pd.read_csv(file) for file in files]), true_ratios(TRIAL))
+    print(table.to_string(index=False, float_format="%.3g"))
+    if options.out:
+        write_csv(options.out, table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""Which subjects outside the study an experiment cannot answer, told before anything is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from swesbi.config.study import Study
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.settings import RecordingSettings
+
+
+def context_refusal(study: Study, experiment: str, subject: str) -> str:
+    """Return why the network of an experiment cannot answer for a subject's heart; empty where it can."""
+    # SciPy's distributions take a while to import, and most who read the configuration ask nothing of it
+    from swesbi.verdict.context import ContextRefusedError, check_context, check_declared
+
+    context = study.new_rows[subject].to_context()
+    populations = study.config.population_experiments
+    try:
+        if experiment in populations:
+            check_declared(context, populations[experiment].population)
+        else:
+            trained = [study.context_rows[name].to_context() for name in study.subjects_of(experiment)]
+            check_context(context, trained, study.config.new_subjects.margin_fraction)
+    except ContextRefusedError as error:
+        return str(error)
+    return ""
+
+
+def trained_on(study: Study, experiment: str, subject: str) -> str:
+    """Return where the answer to a subject lies whom the network was trained on; empty for any other."""
+    same = study.new_cohort.resolve() == study.cohort.resolve()
+    if not same or subject not in study.subjects_of(experiment):
+        return ""
+    return (
+        f"subject = {subject!r}: is in the cohort that the network was trained on; its answer is in "
+        f"{study.config.results}/<experiment>/subjects/{subject}/"
+    )
+
+
+def recording_refusal(study: Study, subject: str) -> str:
+    """Return why a subject's recording cannot be used; empty where it can."""
+    from swesbi.recording.ingest import ingest
+    from swesbi.recording.reader import read_samples
+
+    settings = new_recording_settings(study)
+    try:
+        path = study.new_recording(subject)
+        samples = read_samples(path, settings.phases, settings.density_kg_m3, study.new_layout, subject)
+        ingest(samples, study.new_rows[subject].to_context(), settings, study.config.measurement.grid_points)
+    except RecordingError as error:
+        return str(error)
+    return ""
+
+
+def new_recording_settings(study: Study) -> RecordingSettings:
+    """Return quality control as configured, with the number of phases of the recordings outside the study."""
+    settings, phases = study.config.recording, study.config.new_subjects.phases
+    return settings.model_copy(update={"phases": phases or settings.phases})
+
+
+def refusals(study: Study, experiments: Sequence[str]) -> dict[tuple[str, str], str]:
+    """Return why subjects outside the study are not answered, by experiment and subject, those alone.
+
+    Reads every recording outside the study.
+    """
+    of_recordings = {subject: recording_refusal(study, subject) for subject in study.new_rows}
+    reasons: dict[tuple[str, str], str] = {}
+    for experiment in experiments:
+        for subject in study.new_rows:
+            reason = of_recordings[subject] or trained_on(study, experiment, subject)
+            reasons[experiment, subject] = reason or context_refusal(study, experiment, subject)
+        for subject, reason in study.new_refused.items():
+            reasons[experiment, subject] = reason
+    return {key: reason for key, reason in reasons.items() if reason}

@@ -1,0 +1,156 @@
+"""What commands and targets beside the study depend on: subjects outside it, changes, plans, the exam."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from swesbi.config.pairs import answered_pairs, left_out, visit_pair
+from swesbi.config.parts import Wildcards, named, wildcard
+from swesbi.config.read import ConfigError
+from swesbi.config.refusals import refusals
+from swesbi.config.study import Study
+from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
+
+Fields = Callable[[Study, Wildcards, str], dict[str, Any]]
+"""Returns the values of the sources that a text names, and of other stages (``stage.NAME``)."""
+
+
+def _new_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the answer for a subject outside the pool depends on."""
+    return _answer(study, wildcards, fields) | fields(
+        study, wildcards, "stage.train_flow new_subjects.margin_fraction"
+    )
+
+
+def _new_subject_of_population(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the answer of a population's network for a subject outside the study depends on."""
+    own = fields(study, wildcards, "stage.train_population population.population")
+    return _answer(study, wildcards, fields) | own
+
+
+def _answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the chain of stages for a subject outside the study depends on, a part a stage."""
+    new = study.config.new_subjects
+    parts = fields(
+        study.outside,
+        wildcards,
+        "stage.ingest stage.passive stage.cmaes stage.exact_posterior stage.verdict stage.predictive_speeds "
+        "stage.exact_subject_figures clinical new_subjects.noise_level "
+        "experiment.misspecification.synthetic.reference_recordings",
+    )
+    simulated = "context prior forward_model draws=experiment.predictive.draws"
+    parts["simulate"] = fields(study.outside, wildcards, simulated)
+    parts["simulate"]["draws"] = [0, parts["simulate"]["draws"]]
+    parts["ingest"]["recording"]["phases"] = new.phases or study.config.recording.phases
+    parts["exact_subject_figures"]["cohort_title"] = new.cohort_title
+    return parts
+
+
+def _new_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return who outside the study is asked by every experiment that runs, and who is refused."""
+    del fields  # who is asked is told by the folder and the experiments alone
+    experiments = study.answering_experiments
+    refused = refusals(study, experiments)
+    asked = [*study.new_rows, *study.new_refused]
+    rows = [
+        {"subject": subject, "experiment": name, "refused": refused.get((name, subject), "")}
+        for subject in asked
+        for name in experiments
+    ]
+    return {"asked": rows}
+
+
+def _person_change(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what a person's change depends on: the model, what visits share, whose visits they are."""
+    pair = visit_pair(
+        study, wildcard(wildcards, "person"), wildcards.get("from_visit"), wildcards.get("to_visit")
+    )
+    own = {"person": pair.person, "visits": list(pair.visits)}
+    title = {"cohort_title": study.config.new_subjects.cohort_title}
+    return own | title | fields(study, wildcards, "model changes")
+
+
+def _change_groups(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the change in groups depends on beside the changes: groups, and who is left out why."""
+    experiment = named(study, wildcards, "experiment")
+    group_of = {person.name: person.group for person in study.outside.persons}
+    pairs = answered_pairs(study, experiment)
+    own = {
+        "groups": {pair.person: group_of[pair.person] for pair in pairs if group_of[pair.person]},
+        "left_out": list(left_out(study, experiment)),
+        "cohort_title": study.config.new_subjects.cohort_title,
+    }
+    return own | fields(study, wildcards, "prior=joint_prior change_groups cohort_posterior")
+
+
+PLANNED: Final = ("design", "parameter", "change", "repeats", "repeat_noise")
+"""What `python -m swesbi plan` says of a bank."""
+
+
+def _plan_bank(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the bank of a planned study depends on.
+
+    Raises:
+        ConfigError: It is not said what is planned.
+    """
+    section = study.config.plan
+    if unsaid := [name for name in PLANNED if name not in wildcards]:
+        raise ConfigError(
+            f"plan_bank: {unsaid[0]} is not said; banks are made by `python -m swesbi plan`, which says it"
+        )
+    experiment = wildcards.get("experiment", section.experiment)
+    asked = {
+        "design": wildcards["design"],
+        "parameter": wildcards["parameter"],
+        "change": float(wildcards["change"]),
+        "repeats": int(wildcards["repeats"]),
+        "repeat_noise": float(wildcards["repeat_noise"]),
+        "persons": section.persons.to_plain(),
+        "recycled_draws": section.studies.recycled_draws,
+    }
+    return asked | fields(
+        study,
+        {"experiment": experiment},
+        "model experiment.exact changes acquisition recording measurement.grid_points population.population "
+        "lvesv_fraction=experiment.misspecification.rule.volumes.lvesv_tolerance_fraction "
+        "stage.train_population",
+    )
+
+
+def _exam_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the answers to the hearts of one generator depend on, but which of them are asked for."""
+    section = study.config.exam
+    letter, stream = wildcards.get("generator", ""), wildcards.get("stream", EXAM)
+    listed = {str(key): number for key, number in section.hearts_of(stream).items()}
+    noise = FORMER_NOISE if wildcards.get("noise") == FORMER_NOISE else COHORT_NOISE
+    asked = {"generator": letter, "stream": stream, "hearts": listed.get(letter, 1)}
+    asked |= {"noise": noise, "noise_factor": section.noise_factor(noise)}
+    return asked | fields(
+        study,
+        {"experiment": section.experiment},
+        "exam.made prior stage.exact_posterior stage.verdict stage.predictive_speeds "
+        "new_subjects.noise_level experiment.misspecification.synthetic.reference_recordings "
+        "stage.train_population population.population acquisition recording measurement.grid_points clinical",
+    )
+
+
+def _exam_table(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the tables and the figure of the exam depend on."""
+    chosen = {"experiment": study.config.exam.experiment}
+    shown = fields(study, chosen, "exam.score experiment.exact.interval")
+    return shown | {"pressures": wildcards.get("pressures") == WITH_PRESSURES}
+
+
+OUTSIDE: Final[Mapping[str, Callable[[Study, Wildcards, Fields], dict[str, Any]]]] = {
+    "new_answers": _new_answers,
+    "person_change": _person_change,
+    "change_groups": _change_groups,
+    "plan_bank": _plan_bank,
+    "exam_answers": _exam_answers,
+    "exam_pressures": _exam_answers,
+    "exam_table": _exam_table,
+    "new_subject": _new_subject,
+    "new_subject_of_population": _new_subject_of_population,
+}
+"""Stages that are no part of the study, and of more than values of the configuration side by side."""

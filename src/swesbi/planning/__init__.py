@@ -1,0 +1,1 @@
+"""How many persons, and how many repeats, a study needs to tell an effect: from simulated studies."""

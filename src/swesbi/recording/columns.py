@@ -1,0 +1,20 @@
+"""Columns of the file of a recording, and the words of its status."""
+
+from __future__ import annotations
+
+from typing import Final
+
+STATUS_OK: Final = "ok"
+FAILED_STATUSES: Final = ("no_wave", "motion", "low_r2", "bound_hit")
+SPEED: Final = "shear_wave_speed_m_s"
+MODULUS: Final = "youngs_modulus_kpa"
+COLUMNS: Final = (
+    "phase_index",
+    "trigger_delay_ms",
+    "rr_ms",
+    "repeat",
+    "sample",
+    SPEED,
+    "fit_r2",
+    "status",
+)

@@ -1,0 +1,217 @@
+"""Tables of other tools, translated into the columns of this project before they are read as samples.
+
+Cells stay text: a unit is a decimal factor, so that 245.3 cm/s is 2.453 m/s to the last digit. Whatever is
+refused later is told with the file's own column and value.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from swesbi.arrays import IntArray
+from swesbi.recording.cohort import EXCEL
+from swesbi.recording.columns import COLUMNS, MODULUS, SPEED
+from swesbi.recording.layout import (
+    COUNTED,
+    MEASURED,
+    SHEAR_MODULUS,
+    SUBJECT,
+    UNITS,
+    TableLayout,
+)
+from swesbi.recording.mat_table import read_mat_table
+from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.table import Place, TextTable, below_names, csv_rows, with_decimal_points
+from swesbi.recording.workbook import sheet_rows
+
+NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?", re.ASCII)
+SEE_LAYOUT: Final = "correct the key `columns` of recording.yaml, or the table"
+THREE: Final = "3"  # E = 3 mu of an incompressible, isotropic tissue
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells under this project's names, each with where it stands in the file.
+
+    Attributes:
+        cells: As this project reads them.
+        written: As they stand in the file.
+        columns: What the file calls the column of each; the same shape.
+        rows: Row of the file.
+    """
+
+    cells: pd.DataFrame
+    written: pd.DataFrame
+    columns: pd.DataFrame
+    rows: IntArray
+
+
+def read_foreign(path: Path, layout: TableLayout, subject: str) -> TextTable:
+    """Return one subject's samples in the columns of this project, or in kPa where a modulus was measured.
+
+    Args:
+        path: The table: .csv, .mat, .xlsx or .xlsm.
+        layout: How it differs.
+        subject: Whose rows are wanted, where it is a table of several.
+
+    Raises:
+        RecordingError: The file is no such table, lacks a column or has no row of the subject.
+    """
+    table, sources = _source(path, layout)
+    own = _of_subject(table, layout, subject)
+    melted = _melted(table, own, sources)
+    understood = _understood(melted, layout)
+    unit = {column: layout.units[column] for column in layout.units}
+
+    def place(index: int, column: str) -> Place:
+        source = SHEAR_MODULUS if column == MODULUS and layout.measured == SHEAR_MODULUS else column
+        if column in layout.values or source not in melted.columns:
+            text = str(layout.values.get(column, ""))
+            return Place(f"table.values.{column} of recording.yaml", text)
+        name, text = melted.columns[source].iloc[index], melted.written[source].iloc[index]
+        read_as = f"read in {unit[source]} as {column} " if source in unit else ""
+        return Place(str(name), str(text), read_as)
+
+    return TextTable(table.source, understood, melted.rows, unit=table.unit, place=place)
+
+
+def _source(path: Path, layout: TableLayout) -> tuple[TextTable, dict[str, tuple[str, ...]]]:
+    """Return the columns of the file that are used, as text, and which of them each of ours is."""
+    wanted = [*COLUMNS, *((SUBJECT,) if SUBJECT in layout.columns else ())]
+    wanted = [layout.measured if name == SPEED else name for name in wanted if name not in layout.values]
+    if path.suffix.lower() == ".mat":
+        names = [_single(path, layout.source(column)) for column in wanted]
+        table = read_mat_table(path, names)
+        return table, {column: (name,) for column, name in zip(wanted, names, strict=True)}
+    rows, decimal_comma = _rows(path, layout)
+    known = [cell.strip() for cell in (rows[0][1] if rows else [])]
+    sources = {column: _matching(path, column, layout.source(column), known) for column in wanted}
+    table = below_names(path, rows, list(dict.fromkeys(name for names in sources.values() for name in names)))
+    return (with_decimal_points(table, _texts(sources)) if decimal_comma else table), sources
+
+
+def _rows(path: Path, layout: TableLayout) -> tuple[list[tuple[int, list[str]]], bool]:
+    """Return the rows from that of the column names on."""
+    if path.suffix.lower() in EXCEL:
+        rows, decimal_comma = sheet_rows(path, layout.table.sheet), False
+    else:
+        records, decimal_comma = csv_rows(path)
+        rows = list(records)
+    first = layout.table.header_row or 1
+    below = [(row, cells) for row, cells in rows if row >= first and any(cell.strip() for cell in cells)]
+    return below, decimal_comma
+
+
+def _texts(sources: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
+    return tuple(name for column in (SUBJECT, "status") for name in sources.get(column, ()))
+
+
+def _single(path: Path, source: str | tuple[str, ...]) -> str:
+    if isinstance(source, str) and "*" not in source:
+        return source
+    reason, remedy = "names several vectors of a .mat file", "save one vector, an element a sample"
+    raise RecordingError(Problem(str(path), reason, remedy, value=str(source)))
+
+
+def _matching(
+    path: Path, column: str, source: str | tuple[str, ...], known: Sequence[str]
+) -> tuple[str, ...]:
+    """Return the file's columns that one of ours is: one, or several of a wide table."""
+    if not isinstance(source, str):
+        return source
+    if "*" not in source:
+        return (source,)
+    pattern = re.compile(".*".join(map(re.escape, source.split("*"))), re.DOTALL)
+    names = tuple(name for name in known if name and pattern.fullmatch(name))
+    if not names:
+        reason = f"stands for {column}, and matches no column; the table has {', '.join(filter(None, known))}"
+        raise RecordingError(Problem(str(path), reason, SEE_LAYOUT, value=source))
+    return names
+
+
+def _of_subject(table: TextTable, layout: TableLayout, subject: str) -> pd.DataFrame:
+    """Return the rows of one subject, or all of a table of one."""
+    if SUBJECT not in layout.columns:
+        return table.cells
+    name = str(layout.source(SUBJECT))
+    own = table.cells[table.cells[name] == subject]
+    if own.empty:
+        known = list(dict.fromkeys(table.cells[name]))
+        listed = ", ".join(known[:10]) + (", ..." if len(known) > 10 else "")
+        remedy = f"write the name as in subjects.csv; it has {listed}"
+        raise RecordingError(Problem(table.source, "has no row", remedy, column=name, value=subject))
+    return own
+
+
+def _melted(table: TextTable, own: pd.DataFrame, sources: dict[str, tuple[str, ...]]) -> Cells:
+    """Return a row a sample: of a table with a column a sample, its columns one after the other."""
+    wide = {column: names for column, names in sources.items() if len(names) > 1}
+    sizes = {len(names) for names in wide.values()}
+    if len(sizes) > 1:
+        counts = ", ".join(f"{column} {len(names)}" for column, names in wide.items())
+        reason = f"has different numbers of columns for what has one a sample ({counts})"
+        raise RecordingError(Problem(table.source, reason, SEE_LAYOUT))
+    blocks = max(sizes, default=1)
+    named = {column: names * blocks if len(names) == 1 else names for column, names in sources.items()}
+    picked = [{column: names[block] for column, names in named.items()} for block in range(blocks)]
+    parts = [pd.DataFrame({column: own[name] for column, name in one.items()}) for one in picked]
+    labels = [pd.DataFrame(one, index=own.index) for one in picked]
+    # row by row, the samples of a row together
+    order = np.arange(blocks * len(own)).reshape(blocks, -1).T.ravel()
+    cells = pd.concat(parts, ignore_index=True).iloc[order].reset_index(drop=True)
+    columns = pd.concat(labels, ignore_index=True).iloc[order].reset_index(drop=True)
+    rows = np.tile(table.rows[own.index.to_numpy()], blocks)[order]
+    return Cells(cells, cells, columns, rows)
+
+
+def _understood(melted: Cells, layout: TableLayout) -> pd.DataFrame:
+    """Return the cells in this project's columns, units, words and numbers."""
+    cells = melted.cells.copy()
+    for column, unit in layout.units.items():
+        if column in cells:
+            cells[column] = cells[column].map(_times(UNITS[column][unit]))
+    if SHEAR_MODULUS in cells:
+        cells[MODULUS] = cells.pop(SHEAR_MODULUS).map(_times(THREE))
+    if layout.table.statuses and "status" in cells:
+        cells["status"] = cells["status"].map(lambda word: layout.table.statuses.get(word, word))
+    if layout.table.first_phase and "phase_index" in cells:
+        cells["phase_index"] = cells["phase_index"].map(_less(layout.table.first_phase))
+    for column, value in layout.values.items():
+        if value != COUNTED:
+            cells[column] = str(value)
+    for column in (name for name, value in layout.values.items() if value == COUNTED):
+        cells[column] = _counted(cells, column)
+    return cells[[name for name in (*COLUMNS, *MEASURED[1:]) if name in cells]]
+
+
+def _counted(cells: pd.DataFrame, column: str) -> pd.Series[str]:
+    """Return the numbers of phases of a repeat, or of samples of a phase and repeat, in the file's order."""
+    within = {"phase_index": ["repeat"], "sample": ["phase_index", "repeat"]}[column]
+    return cells.groupby(within, sort=False).cumcount().astype(str)
+
+
+def _times(factor: str) -> Callable[[str], str]:
+    """Return what multiplies a number that is written as text; other text stays as it is."""
+    return _arithmetic(lambda number: number * Decimal(factor))
+
+
+def _less(first: int) -> Callable[[str], str]:
+    return _arithmetic(lambda number: number - first)
+
+
+def _arithmetic(change: Callable[[Decimal], Decimal]) -> Callable[[str], str]:
+    def changed(text: str) -> str:
+        if not NUMBER.fullmatch(text):
+            return text
+        number = change(Decimal(text))
+        return format(number.normalize(), "f") if abs(number.adjusted()) < 30 else str(number)
+
+    return changed

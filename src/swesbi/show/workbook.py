@@ -1,0 +1,85 @@
+"""Tables as a workbook of Excel, the same bytes for the same tables."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import pandas as pd
+
+from swesbi.artefacts import atomic_path
+
+if TYPE_CHECKING:
+    from openpyxl.worksheet.worksheet import Worksheet
+
+EPOCH: Final = (1980, 1, 1, 0, 0, 0)
+"""The first date that a ZIP archive knows; stands where openpyxl writes the time of writing."""
+CORE: Final = "docProps/core.xml"
+DATES: Final = re.compile(rb">\d{4}-\d\d-\d\dT[\d:]+Z<")
+WIDEST: Final = 60
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table and the name of its sheet."""
+
+    name: str
+    table: pd.DataFrame
+
+
+def write_workbook(path: Path, sheets: Sequence[Sheet]) -> None:
+    """Write tables as sheets: names in bold, which stay in view; what is missing is an empty cell.
+
+    Raises:
+        ArtefactError: The file cannot be written.
+    """
+    from openpyxl import Workbook  # a third of a second, for this alone
+
+    book = Workbook()
+    book.remove(book.worksheets[0])
+    for sheet in sheets:
+        _fill(book.create_sheet(sheet.name), sheet.table)
+    written = io.BytesIO()
+    book.save(written)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(_undated(written.getvalue()))
+
+
+def _fill(sheet: Worksheet, table: pd.DataFrame) -> None:
+    from openpyxl.styles import Font
+    from openpyxl.utils import get_column_letter
+
+    cells = table.astype(object).where(table.notna(), None)
+    sheet.append(list(map(str, table.columns)))
+    for values in cells.to_numpy().tolist():
+        sheet.append(values)
+    for row in sheet.iter_rows():
+        for cell in row:
+            if isinstance(cell.value, str):
+                cell.data_type = "s"  # a text that begins with = is no formula
+    for number, name in enumerate(table.columns, start=1):
+        sheet.cell(1, number).font = Font(bold=True)
+        longest = max(map(len, map(str, [name, *table[name].dropna()])))
+        sheet.column_dimensions[get_column_letter(number)].width = min(longest, WIDEST) + 2
+    sheet.freeze_panes = "B2"
+
+
+def _undated(content: bytes) -> bytes:
+    """Return a workbook without the time of its writing."""
+    bare = io.BytesIO()
+    year = f">{EPOCH[0]}-01-01T00:00:00Z<".encode()
+    with (
+        zipfile.ZipFile(io.BytesIO(content)) as dated,
+        zipfile.ZipFile(bare, "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
+        for name in dated.namelist():
+            member = dated.read(name)
+            entry = zipfile.ZipInfo(name, EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, DATES.sub(year, member) if name == CORE else member)
+    return bare.getvalue()

@@ -1,0 +1,58 @@
+"""An answer in lines, as the terminal shows it: verdict, intervals, certificate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from swesbi.draws import median_and_interval
+from swesbi.parameters import PHI_NAMES
+from swesbi.posterior.result import ExactResult
+from swesbi.prior import ParameterPrior
+from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.verdict.answers import sampler_in_words, weights_in_words
+from swesbi.verdict.support import Support
+
+WIDTH: Final = 18
+
+
+def answer_text(subject: str, result: ExactResult, support: Support, prior: Sequence[ParameterPrior]) -> str:
+    """Return verdict, intervals and certificate in lines.
+
+    Args:
+        subject: Name.
+        result: The exact posterior.
+        support: The verdict.
+        prior: Prior of each parameter of phi, whose bounds are printed beside the intervals.
+    """
+    doubt = "" if result.converged else "; NOT CONVERGED, do not use"
+    mass = f"{100.0 * result.interval_mass:.0f} % interval"
+    return "\n".join(
+        [
+            f"{subject}: {support.verdict}",
+            *(f"  {reason}" for reason in support.reasons),
+            f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds",
+            *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
+            f"certificate: draws by {sampler_in_words(support)}; weights: {weights_in_words(support)} "
+            f"(k-hat at most {result.k_hat_limit:.2f}){doubt}",
+        ]
+    )
+
+
+def pressures_text(clinical: ClinicalMeasures, result: ExactResult, prior: Sequence[ParameterPrior]) -> str:
+    """Return the answer with pressures in lines; arguments as of :func:`answer_text`."""
+    doubt = "" if result.converged else "; NOT CONVERGED, do not use"
+    by = "MCMC" if result.by_mcmc else f"importance weights, efficiency {100.0 * result.efficiency:.0f} %"
+    return "\n".join(
+        [
+            f"with cuff pressures {clinical.sbp_mmhg:g} / {clinical.dbp_mmhg:g} mmHg (by {by}{doubt}); the "
+            "verdict is that of the speeds:",
+            *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
+        ]
+    )
+
+
+def _line(result: ExactResult, j: int, prior: ParameterPrior) -> str:
+    low, median, high = median_and_interval(result.phi[:, j], result.interval_mass)
+    interval = f"[{low:.4g}, {high:.4g}]"
+    return f"{PHI_NAMES[j]:{WIDTH}}{median:8.4g}  {interval:<18}  {prior.low:g} to {prior.high:g}"

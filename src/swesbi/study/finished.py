@@ -1,0 +1,103 @@
+"""What a finished study leaves for those who ask its networks about subjects outside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from swesbi.artefacts.atomic import make_command
+from swesbi.config.study import Study
+
+
+@dataclass(frozen=True)
+class FinishedStudy:
+    """What a finished experiment on speeds leaves for subjects outside its pool.
+
+    Attributes:
+        estimator: The network.
+        noise: Noise of the cohort.
+        pooled_observations: Observed curves of the cohort.
+        misspecifications: Null distributions of the cohort.
+    """
+
+    estimator: Path
+    noise: Path
+    pooled_observations: tuple[Path, ...]
+    misspecifications: tuple[Path, ...]
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All of them."""
+        return (self.estimator, self.noise, *self.pooled_observations, *self.misspecifications)
+
+
+@dataclass(frozen=True)
+class FinishedPopulation:
+    """What a finished experiment over a population leaves for subjects outside the study.
+
+    Attributes:
+        estimator: The network.
+        noise: Noise of the study's cohort.
+        null: Null recordings of the population.
+    """
+
+    estimator: Path
+    noise: Path
+    null: Path
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All of them."""
+        return (self.estimator, self.noise, self.null)
+
+
+def finished_population(results: Path, experiment: str) -> FinishedPopulation:
+    """Return where the study keeps what a population's network needs, by the workflow's rules."""
+    inferred = results / experiment
+    return FinishedPopulation(
+        inferred / "estimator.pt", results / "cohort" / "noise.h5", inferred / "null.h5"
+    )
+
+
+def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> FinishedStudy:
+    """Return where the study keeps what a new subject needs, by the names of the workflow's rules."""
+    cohort, inferred = results / "cohort", results / experiment
+    return FinishedStudy(
+        estimator=inferred / "estimator.pt",
+        noise=cohort / "noise.h5",
+        pooled_observations=tuple(cohort / name / "observation.h5" for name in subjects),
+        misspecifications=tuple(inferred / "subjects" / name / "misspecification.h5" for name in subjects),
+    )
+
+
+def finished_experiment(study: Study, experiment: str) -> FinishedStudy | FinishedPopulation:
+    """Return what an experiment leaves for subjects outside its pool, on the cohort or over a population."""
+    results = Path(study.config.results)
+    if experiment in study.config.population_experiments:
+        return finished_population(results, experiment)
+    return finished_study(results, experiment, study.subjects_of(experiment))
+
+
+def answering_stage(study: Study, experiment: str) -> str:
+    """Return the stage by which an experiment answers a subject outside its pool."""
+    over_population = experiment in study.config.population_experiments
+    return "new_subject_of_population" if over_population else "new_subject"
+
+
+def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "") -> None:
+    """Refuse a study that has not been run as far as it takes.
+
+    Args:
+        study: Its files.
+        options: What Snakemake runs it with beside the targets (``--configfile tests/smoke.yaml``, say).
+
+    Raises:
+        FileNotFoundError: Names what is missing, and the command that makes it.
+    """
+    missing = [path for path in study.files if not path.is_file()]
+    if missing:
+        raise FileNotFoundError(
+            f"{missing[0]} does not exist: the study that is to answer has not been run this far; run\n"
+            f"  {make_command(missing, options)}"
+        )

@@ -1,0 +1,108 @@
+"""What has changed in groups of persons who came twice, from the joint posterior of each."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+
+from swesbi.artefacts import save
+from swesbi.base import Settings
+from swesbi.change.group_words import group_lines
+from swesbi.change.groups import infer_change_groups, lacking_draws, member_of_change, unlike_pairs
+from swesbi.change.settings import ChangeGroupsSettings
+from swesbi.change.stored import read_change
+from swesbi.change.stored_groups import (
+    KIND,
+    change_groups_datasets,
+    change_groups_table,
+    change_persons_table,
+    stored_groups,
+)
+from swesbi.hierarchy.settings import HierarchySettings
+from swesbi.prior import JointPriorSettings
+from swesbi.recording.observation import read_observation
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.change_groups import draw_change_groups
+from swesbi.show.figures.style import save_figure
+from swesbi.study.stages.origin import Origin
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class ChangeGroupsStageSettings(Settings):
+    """What the change in groups depends on beside the changes of its persons."""
+
+    prior: JointPriorSettings
+    change_groups: ChangeGroupsSettings
+    cohort_posterior: HierarchySettings
+    groups: dict[str, str]
+    left_out: tuple[str, ...]
+    cohort_title: str
+
+
+def change_groups(
+    *,
+    changes: Sequence[Path],
+    observations: Sequence[Path],
+    groups: Path,
+    table: Path,
+    persons: Path,
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: ChangeGroupsStageSettings,
+    origin: Origin,
+) -> None:
+    """Infer mean and spread of what has changed in the persons who came twice, and how their groups differ.
+
+    Args:
+        changes: ``change.h5`` of each person.
+        observations: Observed curve of each person's earlier visit, in the same order.
+        groups: Output, ``changes_groups.h5``.
+        table: Output, a row a hyperparameter.
+        persons: Output, a row a person and parameter.
+        figure_pdf: Output.
+        figure_png: Output.
+
+    Raises:
+        ArtefactError: An input is no such artefact.
+        ValueError: There is nobody.
+    """
+    asked, effort = settings.change_groups, settings.cohort_posterior
+    read = [read_change(path) for path in changes]
+    members = [
+        member_of_change(
+            change,
+            replace(read_observation(observation).context, subject=change.person),
+            settings.groups.get(change.person, ""),
+            asked,
+            effort.exact.interval,
+            origin.seed,
+        )
+        for change, observation in zip(read, observations, strict=True)
+    ]
+    inferred = infer_change_groups(members, settings.prior.theta, asked, effort, origin.seed)
+    notes = (*settings.left_out, *unlike_pairs(read), *lacking_draws(inferred, asked.least_effective))
+    stored = stored_groups(inferred, notes)
+    save(groups, change_groups_datasets(stored), origin.provenance(KIND, settings))
+    write_csv(table, change_groups_table(stored))
+    write_csv(persons, change_persons_table(stored))
+    save_figure(draw_change_groups(stored, settings.cohort_title), figure_pdf, figure_png)
+    for line in group_lines(stored):
+        LOGGER.info("%s", line)
+
+
+class ChangesGroupsTableStageSettings(Settings):
+    """The table depends on its rows alone."""
+
+
+def changes_groups_table(
+    *, tables: Sequence[Path], table: Path, settings: ChangesGroupsTableStageSettings, origin: Origin
+) -> None:
+    """Join the tables of what has changed in groups; the experiment is told by where each lies."""
+    parts = [pd.read_csv(path).assign(experiment=path.parent.name) for path in tables]
+    whole = pd.concat(parts, ignore_index=True)
+    write_csv(table, whole[["experiment", *whole.columns.drop("experiment")]])

@@ -1,0 +1,267 @@
+"""The bank of a planned study: simulated persons, answered as any subject and any two visits are."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from functools import lru_cache
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from pydantic import Field
+
+from swesbi.arrays import FloatArray
+from swesbi.artefacts import save, to_dataset
+from swesbi.base import Settings
+from swesbi.change.joint import OwnPosterior, infer_change
+from swesbi.change.settings import ChangeSettings
+from swesbi.exam.noise import noisier
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.speeds import measured_speeds
+from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.net import TrainedSpline
+from swesbi.parameters import OF_THETA, THETA_NAMES
+from swesbi.planning.asked import Effect
+from swesbi.planning.bank import ARMS, KIND, BankPerson, bank_of, read_bank
+from swesbi.planning.settings import Design, PlannedPersonsSettings
+from swesbi.population.settings import PopulationSettings
+from swesbi.posterior.exact import ExactPosterior
+from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
+from swesbi.posterior.refine import refined_posterior
+from swesbi.posterior.settings import ExactSettings
+from swesbi.progress import Progress
+from swesbi.recording.noise import read_noise
+from swesbi.recording.observation import Observation
+from swesbi.recording.settings import RecordingSettings
+from swesbi.study.stages.change import both_visits, own_posterior
+from swesbi.study.stages.flow_training import TrainPopulationStageSettings
+from swesbi.study.stages.new_subject import check_network, one_thread
+from swesbi.study.stages.origin import Origin
+from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.virtual_trial.planned import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
+from swesbi.virtual_trial.source import TrialSource, of_group
+
+LOGGER = logging.getLogger("swesbi")
+BATCH: Final = 4
+"""Persons between two savings."""
+
+
+class PlanBankStageSettings(Settings):
+    """Who is drawn, what happens to them, how they are recorded, and what answers depend on."""
+
+    design: Design
+    parameter: str = Field(description="parameter of theta that the effect is on")
+    change: float = Field(gt=-1.0, description="of it, as a fraction")
+    repeats: int = Field(ge=2, description="at a phase")
+    repeat_noise: float = Field(gt=0.0, lt=0.5, description="sd of one repeat's speed, as a fraction")
+    persons: PlannedPersonsSettings
+    recycled_draws: int = Field(ge=50, description="kept of each person's posterior")
+    model: SpeedModelSettings
+    exact: ExactSettings
+    changes: ChangeSettings
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    grid_points: int
+    lvesv_fraction: float
+    population: PopulationSettings
+    train_population: TrainPopulationStageSettings
+
+    @property
+    def effect(self) -> Effect:
+        """What happens to the middle person."""
+        return Effect(self.parameter, self.change)
+
+    @property
+    def noise_factor(self) -> float:
+        """Errors of the recordings over those of ``acquisition``."""
+        return self.repeat_noise / self.acquisition.repeat_sd_fraction
+
+    def source(self, seed: int) -> TrialSource:
+        """Return what persons are drawn with."""
+        protocol = noisier(self.acquisition, self.noise_factor)
+        return TrialSource(
+            trial=trial_of(self.persons),
+            population=of_group(self.population, self.persons.group),
+            model=trial_model(self.model, self.persons),
+            bounds=self.model.prior,
+            protocol=protocol.model_copy(update={"repeats": self.repeats, "scale_fraction": 0.0}),
+            recording=self.recording,
+            grid_points=self.grid_points,
+            lvesv_fraction=self.lvesv_fraction,
+            seed=seed,
+        )
+
+
+def plan_bank(
+    *,
+    estimator: Path,
+    noise: Path,
+    bank: Path,
+    settings: PlanBankStageSettings,
+    origin: Origin,
+    processes: int = 1,
+) -> None:
+    """Simulate and answer the persons of a planned study, with the effect and without it.
+
+    Persons that the output holds already, made alike, are kept.
+
+    Args:
+        estimator: The network of the population.
+        noise: Noise of the study's cohort, from which standard errors are told.
+        bank: Output, written whole after every few persons.
+        processes: Persons that are answered side by side; no answer depends on it.
+
+    Raises:
+        OtherNetworkError: The network was trained under other settings.
+        ValueError: Nobody takes part, or nobody could be answered.
+        ArtefactError: An input is no such artefact.
+    """
+    check_network(estimator, settings.train_population)
+    answering = Answering(estimator, noise, settings, origin.seed)
+    done = {person.number: person for person in _kept(bank, settings, origin)}
+    missing = [number for number in range(settings.persons.number) if number not in done]
+    label = f"persons of the bank, {settings.repeats} repeats"
+    progress = Progress(label, len(missing), unit="person")
+    for number, person in _answered(answering, missing, processes):
+        if person is not None:
+            done[number] = person
+        progress.step()
+        if done and (progress.done % BATCH == 0 or progress.done == len(missing)):
+            kept = [done[each] for each in sorted(done)]
+            save(bank, to_dataset(bank_of(kept)), origin.provenance(KIND, settings))
+    if not done:
+        raise ValueError("nobody of the bank could be answered: every simulation of their posteriors failed")
+
+
+def _kept(path: Path, settings: PlanBankStageSettings, origin: Origin) -> list[BankPerson]:
+    """Return the persons that are there, if they were made under these settings and by this code."""
+    if not path.is_file():
+        return []
+    bank, found = read_bank(path)
+    wanted = origin.provenance(KIND, settings)
+    there = dict(found.settings)
+    there["persons"] = {**there.get("persons", {}), "number": settings.persons.number}
+    if (there, found.code_hash, found.seed) != (dict(wanted.settings), wanted.code_hash, wanted.seed):
+        LOGGER.info("%s was made under other settings or by other code, and is made anew", path)
+        return []
+    return [person for person in bank.persons if person.number < settings.persons.number]
+
+
+def _answered(
+    answering: Answering, numbers: Sequence[int], processes: int
+) -> Iterator[tuple[int, BankPerson | None]]:
+    """Yield persons as they are answered."""
+    with ProcessPoolExecutor(processes, mp_context=get_context("fork"), initializer=one_thread) as pool:
+        futures = {pool.submit(answering.person, number): number for number in numbers}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+@dataclass(frozen=True)
+class Answering:
+    """Draws the persons of a bank and answers them.
+
+    Attributes:
+        estimator: The network.
+        noise: Noise of the study's cohort.
+        settings: Of the bank.
+        seed: The study's seed.
+    """
+
+    estimator: Path
+    noise: Path
+    settings: PlanBankStageSettings
+    seed: int
+
+    def person(self, number: int) -> BankPerson | None:
+        """Draw, record and answer the person of this number; None where every simulation failed.
+
+        Raises:
+            ValueError: Nobody takes part in this place.
+        """
+        settings = self.settings
+        source = self.settings.source(self.seed)
+        drawn = draw_planned(
+            number, settings.design, settings.effect, settings.persons.response_spread, source
+        )
+        try:
+            return self._changes(drawn) if drawn.earlier is not None else self._levels(drawn)
+        except NoLikelihoodError as error:
+            LOGGER.info("person %d of the bank is left out: %s", number, error)
+            return None
+
+    def _levels(self, drawn: PlannedPerson) -> BankPerson:
+        """Return theta of one visit in both arms."""
+        posteriors = [self._exact(observed)[0] for observed in drawn.arms]
+        draws = [exact.phi[: self.settings.recycled_draws, OF_THETA] for exact in posteriors]
+        none = np.full((len(ARMS), len(THETA_NAMES)), np.nan)
+        return _bank_person(drawn, draws, drawn.theta, (none, none, none), posteriors)
+
+    def _changes(self, drawn: PlannedPerson) -> BankPerson:
+        """Return the ratio of both visits in both arms, and whether one person's change is called."""
+        if drawn.earlier is None:
+            raise ValueError(f"person {drawn.number} of the bank came once")
+        earlier = self._own(drawn.earlier)
+        settings, draws, found = self.settings, [], []
+        for arm, observed in zip(ARMS, drawn.arms, strict=True):
+            later = self._own(observed)
+            both = both_visits([earlier[0], later[0]], [drawn.earlier, observed], settings.changes)
+            own = [earlier[1], later[1]]
+            change = infer_change(both, own, settings.changes, self.seed, STREAM, drawn.number, arm)
+            theta = change.phi[:, : settings.recycled_draws, OF_THETA]
+            draws.append(theta[1] / theta[0])
+            found.append(change)
+        ratios = [change.ratios for change in found]
+        told = tuple(
+            np.stack([getattr(one, name)[OF_THETA] for one in ratios])
+            for name in ("risen", "fallen", "detectable")
+        )
+        return _bank_person(
+            drawn, draws, drawn.theta / drawn.theta_earlier, told, [change.exact for change in found]
+        )
+
+    def _own(self, observed: Observation) -> tuple[SpeedModel, OwnPosterior]:
+        exact, model = self._exact(observed)
+        return model, own_posterior(exact, flow_proposal(_flow(self.estimator), model.recording))
+
+    def _exact(self, observed: Observation) -> tuple[ExactPosterior, SpeedModel]:
+        settings = self.settings
+        components = read_noise(self.noise).components.times(settings.noise_factor)
+        model = speed_model(measured_speeds(observed, components), settings.model)
+        network = flow_proposal(_flow(self.estimator), model.recording)
+        names = (STREAM, settings.repeats, observed.context.subject)
+        return refined_posterior(model, network, settings.exact, self.seed, *names)[0], model
+
+
+@lru_cache(maxsize=1)
+def _flow(estimator: Path) -> TrainedSpline:
+    """Read the network, once a process."""
+    return load_spline(estimator)[0]
+
+
+def _bank_person(
+    drawn: PlannedPerson,
+    draws: Sequence[FloatArray],
+    truth: FloatArray,
+    told: tuple[FloatArray, ...],
+    posteriors: Sequence[ExactPosterior],
+) -> BankPerson:
+    risen, fallen, detectable = told
+    return BankPerson(
+        number=drawn.number,
+        values=np.stack(list(draws)),
+        truth=truth,
+        risen=risen,
+        fallen=fallen,
+        detectable=detectable,
+        efficiency=np.array([exact.efficiency for exact in posteriors]),
+        converged=np.array([float(exact.converged) for exact in posteriors]),
+        redrawn=drawn.redrawn,
+    )

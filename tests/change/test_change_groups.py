@@ -1,0 +1,248 @@
+"""What has changed in groups, on persons whose posteriors are known in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import arviz
+import hierarchy_case as case
+import numpy as np
+import pytest
+import ratio_case
+from scipy.stats import binom, kstest, norm
+
+from swesbi.arrays import FloatArray
+from swesbi.artefacts import Provenance, save
+from swesbi.change.group_words import group_lines
+from swesbi.change.groups import lacking_draws, ratio_hyperprior
+from swesbi.change.stored_groups import (
+    COLUMNS,
+    DIFFERENCE,
+    KIND,
+    PERSON_COLUMNS,
+    RATIO,
+    SPREAD,
+    ChangeGroups,
+    change_groups_datasets,
+    change_groups_table,
+    change_persons_table,
+    read_change_groups,
+    stored_groups,
+)
+from swesbi.hierarchy import model as population_model
+from swesbi.hierarchy.cohort import design_of
+from swesbi.hierarchy.infer import Inferred
+from swesbi.hierarchy.model import CohortModel
+from swesbi.hierarchy.ratio import RatioPrior, log_density
+from swesbi.hierarchy.refresh import shrunken_prior
+from swesbi.prior import bounds, draw_prior, sample
+from swesbi.show.figures.change_groups import draw_change_groups
+
+PRIOR = RatioPrior(case.THETA_PRIOR)
+EFFECT = np.log([1.1, 1.0, 0.75])
+SPREADS = np.array([0.06, 0.08, 0.08])
+GROUPS = ("treated", "control") * 7
+TITLE = "persons without hearts"
+
+
+def test_the_prior_of_a_ratio_is_that_of_two_visits() -> None:
+    rng = np.random.default_rng(1)
+    earlier, later = (sample(50_000, case.THETA_PRIOR, rng) for _ in range(2))
+    log_ratio = np.log(later / earlier)
+    low, high = (np.log(limit) for limit in bounds(PRIOR))
+    middle = log_density(np.ones((1, 3)), PRIOR)[0]
+    log_integral = 0.0
+    for j in range(3):
+        grid = np.linspace(low[j] + 1e-9, high[j] - 1e-9, 2001)
+        rows = np.zeros((len(grid), 3))
+        rows[:, j] = grid
+        relative = np.exp(log_density(np.exp(rows), PRIOR) + grid - middle)
+        log_integral += np.log(np.trapezoid(relative, grid))
+        passed = np.cumsum(relative) / relative.sum()
+        for level in (-0.9, -0.3, 0.2, 0.8):
+            share = float(np.interp(level, grid, passed))
+            assert share == pytest.approx((log_ratio[:, j] < level).mean(), abs=0.01)
+    assert log_integral + middle == pytest.approx(0.0, abs=1e-3)
+    assert log_density(np.array([[1.0, 16.0, 1.0]]), PRIOR)[0] == -np.inf
+
+
+def cohort(effect: FloatArray = EFFECT, groups: tuple[str, ...] = GROUPS, seed: int = 3) -> Inferred:
+    rng = np.random.default_rng(seed)
+    mean = np.where((np.array(groups) == "treated")[:, None], effect, 0.0)
+    return ratio_case.infer(
+        ratio_case.members_of(ratio_case.true_ratios(mean, SPREADS, rng), groups, seed), seed
+    )
+
+
+@pytest.fixture(scope="module")
+def inferred() -> Inferred:
+    return cohort()
+
+
+@pytest.fixture(scope="module")
+def stored(inferred: Inferred) -> ChangeGroups:
+    return stored_groups(inferred, ("left out with one visit, since a change needs two: P99",))
+
+
+def test_groups_differ_by_what_was_put_in(stored: ChangeGroups) -> None:
+    assert stored.converged
+    assert stored.groups == ("treated", "control")
+    table = change_groups_table(stored)
+    assert tuple(table.columns) == COLUMNS
+    assert len(table) == 3 * (2 + 1 + 1)
+    between = table[table["quantity"] == DIFFERENCE].set_index("parameter")
+    truth = dict(zip(between.index, np.exp(-EFFECT), strict=True))
+    for parameter, row in between.iterrows():
+        assert row["low_1"] < truth[str(parameter)] < row["high_1"]
+    assert between.loc["k_sr_per_s", "probability_above_1"] > 0.9
+    of_control = table[(table["quantity"] == RATIO) & (table["of"] == "control")]
+    assert (of_control["persons"] == 7).all()
+    assert np.isnan(table[table["quantity"] == SPREAD]["probability_above_1"]).all()
+
+
+def test_ratios_of_persons_lean_on_their_group(stored: ChangeGroups) -> None:
+    table = change_persons_table(stored)
+    assert tuple(table.columns) == PERSON_COLUMNS
+    assert len(table) == 3 * len(GROUPS)
+    width = np.log(table["high_1"] / table["low_1"])
+    assert (width / np.log(table["alone_high_1"] / table["alone_low_1"])).mean() < 0.9
+    assert (table["effective_draws"] > 5).all()
+
+
+def test_without_the_division_by_the_prior_of_the_ratio_the_likelihood_differs(
+    inferred: Inferred, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    eta = inferred.eta[:40].copy()
+    eta[:, :3] = np.exp(0.6)  # far from 1, where the prior of a ratio is far from flat
+    eta[:, 3:6] = 0.3
+    right = inferred.model.log_likelihood(eta)
+    monkeypatch.setattr(population_model, "log_density", lambda ratio, prior: -np.log(ratio).sum(axis=1))
+    broken = replace(inferred.model).log_likelihood(eta)
+    assert np.ptp(broken - right) > 1.0 or np.abs(broken - right - np.median(broken - right)).max() > 1.0
+
+
+def evidence_on_a_grid(measured: tuple[case.Measured, case.Measured], eta: FloatArray) -> float:
+    """Return log p(data | eta) / p(data) of the first person, by quadrature over both visits."""
+    found = 0.0
+    for j, prior in enumerate(case.THETA_PRIOR.parameters):
+        grid = np.linspace(np.log(prior.low), np.log(prior.high), 1201)
+        step = grid[1] - grid[0]
+        at_visit = norm.pdf(grid, np.log(prior.centre), prior.log_sd)
+        at_visit /= at_visit.sum() * step
+        delta = step * np.arange(-1200, 1201)
+        of_delta = np.convolve(at_visit, at_visit[::-1]) * step
+        population = norm.pdf(delta, np.log(eta[j]), eta[3 + j])
+        ratio = population / (population.sum() * step) / of_delta
+        earlier, later = (
+            at_visit * norm.pdf(one.log_theta[0, j], grid, one.error_sd[0, j]) for one in measured
+        )
+        number = np.arange(1201)
+        joint = earlier[:, None] * later[None]
+        found += np.log((joint * ratio[number[None] - number[:, None] + 1200]).sum() / joint.sum())
+    return float(found)
+
+
+def test_the_evidence_of_a_person_is_that_by_quadrature() -> None:
+    delta = np.array([[0.05, -0.1, -0.2]])
+    measured = ratio_case.measured_visits(delta, 5)
+    members = ratio_case.members_of(delta, ("",), 5, draws=40_000)
+    design = design_of(members, covariates=())
+    prior = ratio_hyperprior(design, ratio_case.SETTINGS.hyperprior)
+    model = CohortModel(
+        population_model.PopulationSettings(prior),
+        population_model.equal_draws([members[0].theta]),
+        design.matrix,
+        np.zeros(1),
+        PRIOR,
+    )
+    eta = np.array([[1.0, 0.9, 0.85, 0.1, 0.15, 0.12], [1.1, 1.4, 1.2, 0.2, 0.3, 0.2]])
+    expected = [evidence_on_a_grid(measured, row) for row in eta]
+    assert model.log_likelihood(eta) == pytest.approx(expected, abs=0.1)
+
+
+def test_a_pair_that_is_none_counts_little(stored: ChangeGroups) -> None:
+    rng = np.random.default_rng(7)
+    delta = ratio_case.true_ratios(np.zeros((8, 3)), SPREADS, rng)
+    delta[-1] = np.log([1.5, 1.0, 0.6])
+    kept = ratio_case.infer(ratio_case.members_of(delta, ("",) * 8, 7))
+    statuses = ("supported",) * 7 + ("unsupported",)
+    apart = ratio_case.infer(ratio_case.members_of(delta, ("",) * 8, 7, statuses))
+    assert np.median(apart.eta[:, 3]) < np.median(kept.eta[:, 3])
+    assert apart.shrunken.outlier[-1] > 0.9 > kept.shrunken.outlier[-1]
+    assert stored.persons.outlier_prior.max() == case.OUTLIERS.supported
+
+
+def test_a_group_of_one_is_not_compared_and_nobody_is_lost() -> None:
+    found = stored_groups(cohort(groups=("control",) * 7 + ("treated",)), ())
+    assert found.groups == ()
+    assert len(found.person) == 8
+    assert "the group 'treated' has one person" in found.notes
+    assert any("'treated' has one person" in line for line in group_lines(found))
+    assert len(draw_change_groups(found, TITLE).axes) == 6
+
+
+def test_one_person_alone_is_answered() -> None:
+    found = stored_groups(cohort(groups=("treated",)), ())
+    assert len(change_groups_table(found)) == 6
+    assert found.hyperparameter[0] == "median k0_kpa"
+
+
+def test_it_is_said_in_sentences_and_read_back(stored: ChangeGroups, tmp_path: Path) -> None:
+    path = tmp_path / "changes_groups.h5"
+    save(path, change_groups_datasets(stored), Provenance(KIND))
+    again = read_change_groups(path)
+    lines = "\n".join(group_lines(again))
+    assert "relaxation" in lines or "k_SR" in lines
+    assert "control over treated: 1." in lines
+    assert "control rose more than treated, or fell less, with a probability of" in lines
+    assert "P99." in lines
+    opened = arviz.from_netcdf(str(path), engine="h5netcdf")
+    assert opened.posterior["person_ratio"].sizes["person"] == len(GROUPS)
+    assert len(draw_change_groups(again, TITLE).axes) == 9
+
+
+def test_persons_of_whom_too_few_draws_are_left_are_named(inferred: Inferred) -> None:
+    assert lacking_draws(inferred, 1.5) == ()
+    (said,) = lacking_draws(inferred, 1e6)
+    assert "s0 (" in said
+
+
+def test_ratios_are_not_drawn_anew(inferred: Inferred) -> None:
+    with pytest.raises(ValueError, match="ratios of two visits are not drawn anew"):
+        shrunken_prior(inferred.model, inferred.eta, 0)
+
+
+def test_nobody_is_refused() -> None:
+    with pytest.raises(ValueError, match="nobody has a change"):
+        ratio_case.infer([])
+
+
+COHORTS = 60
+
+
+def levels(cohorts: int) -> FloatArray:
+    """Return where the truth lies in the draws of each hyperparameter, drawn from the hyperprior; (n, k)."""
+    found = []
+    for seed in range(cohorts):
+        rng = np.random.default_rng(500 + seed)
+        groups = ("a", "b") * 6
+        blank = ratio_case.members_of(np.zeros((12, 3)), groups, 1)
+        design = design_of(blank, covariates=())
+        eta = draw_prior(ratio_hyperprior(design, ratio_case.SETTINGS.hyperprior), 1, rng)[0]
+        mean = np.log(eta[:3]) + design.matrix @ np.log(eta[6:9])[None]
+        delta = ratio_case.true_ratios(mean, eta[3:6], rng)
+        inferred = ratio_case.infer(ratio_case.members_of(delta, groups, 500 + seed), seed)
+        found.append((inferred.exact.phi < eta).mean(axis=0))
+    return np.array(found)
+
+
+@pytest.mark.slow(minutes=3)
+def test_intervals_over_cohorts_hold_the_truth() -> None:
+    level = levels(COHORTS)
+    inside = ((level > 0.05) & (level < 0.95)).sum(axis=0)
+    low, high = binom.ppf([0.0005, 0.9995], COHORTS, 0.9)
+    assert ((inside >= low) & (inside <= high)).all()
+    assert inside.mean() / COHORTS == pytest.approx(0.9, abs=0.04)
+    p_values = [float(kstest(column, "uniform").pvalue) for column in level.T]
+    assert min(p_values) > 0.01 / len(p_values)

@@ -1,0 +1,196 @@
+"""Folders of subjects outside the study: who is refused and why, which network answers, what is kept."""
+
+from __future__ import annotations
+
+import argparse
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from openpyxl import load_workbook
+
+from swesbi.__main__ import main
+from swesbi.config.read import ConfigError, add_options, overlay, parsed, read_merged, read_yaml
+from swesbi.config.refusals import context_refusal, recording_refusal, refusals
+from swesbi.config.slices import stage_settings
+from swesbi.config.study import Study, load_study
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import same_recording
+from swesbi.recording.reader import read_samples
+from swesbi.show.answers_table import Asked, answers_table, explanations, read_answers, write_answers
+from swesbi.study.answering import OtherAnswerError, check_untouched, choose_experiment, experiments_to_ask
+from swesbi.study.new_subject import check_table
+from swesbi.verdict.answers import Answer
+
+ROOT = Path(__file__).parents[2]
+TRIAL = ROOT / "data" / "virtual_trial"
+NAMES = "subject,sex,age_years,bsa_m2,hr_bpm,lvedv_ml,lvesv_ml,ivsd_cm"
+THICK, GOOD, WRONG, ABSENT, SHORT = "P01-before", "P02-before", "BAD", "GONE", "P03-before"
+
+
+@pytest.fixture
+def cohort(tmp_path: Path) -> Path:
+    """A folder of five: one good, a thick septum, a wrong row, no file, a recording that is too short."""
+    folder = tmp_path / "clinic"
+    (folder / "swe").mkdir(parents=True)
+    rows = pd.read_csv(TRIAL / "subjects.csv").set_index("subject")[NAMES.split(",")[1:]]
+    rows.loc[THICK, ["ivsd_cm", "lvedv_ml", "lvesv_ml"]] = 1.05, 95.0, 40.0
+    lines = [",".join(map(str, [name, *rows.loc[name]])) for name in (THICK, GOOD, SHORT)]
+    text = "\n".join([NAMES, *lines, f"{WRONG},F,50,1.7,70,90,30,9.5", f"{ABSENT},F,50,1.7,70,90,30,0.8"])
+    (folder / "subjects.csv").write_text(text + "\n", encoding="utf-8")
+    (folder / "recording.yaml").write_bytes((TRIAL / "recording.yaml").read_bytes())
+    for name in (THICK, GOOD, SHORT):
+        table = pd.read_csv(TRIAL / "swe" / f"{name}.csv", comment="#")
+        kept = table["phase_index"] < 12 if name == SHORT else table["phase_index"] >= 0
+        table[kept].to_csv(folder / "swe" / f"{name}.csv", index=False)
+    return folder
+
+
+@pytest.fixture
+def study(cohort: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
+    monkeypatch.chdir(ROOT)
+    return load_study(overlay(read_yaml(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(cohort)}}))
+
+
+def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) -> None:
+    assert tuple(study.new_rows) == (THICK, GOOD, SHORT)
+    assert "column 'ivsd_cm': '9.5'" in study.new_refused[WRONG]
+    assert "there is no file GONE.csv" in study.new_refused[ABSENT]
+    assert recording_refusal(study, GOOD) == ""
+    assert "swe/P03-before.csv" in recording_refusal(study, SHORT)
+
+
+def test_the_workflow_asks_those_who_can_be_answered_and_lists_the_others(study: Study) -> None:
+    asked = stage_settings(study, "new_answers")["asked"]
+    outcome = {(row["subject"], row["experiment"]): row["refused"] for row in asked}
+    assert len(asked) == 5 * len(study.answering_experiments)
+    assert outcome[GOOD, "calibrated"] == outcome[GOOD, "amortised"] == outcome[THICK, "amortised"] == ""
+    assert "ivsd_cm = 1.05 lies outside" in outcome[THICK, "calibrated"]
+    for name in (SHORT, WRONG, ABSENT):
+        assert outcome[name, "calibrated"] and outcome[name, "amortised"]
+    assert set(refusals(study, ["amortised"])) == {("amortised", name) for name in (SHORT, WRONG, ABSENT)}
+
+
+def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s(
+    study: Study,
+) -> None:
+    experiments = experiments_to_ask(study, None)
+    assert experiments == ("calibrated", "amortised")
+    assert choose_experiment(study, GOOD, experiments) == ("calibrated", "")
+    chosen, note = choose_experiment(study, THICK, experiments)
+    assert chosen == "amortised"
+    assert "ivsd_cm = 1.05" in note and "amortised, trained over a population, answers instead" in note
+    with pytest.raises(ValueError, match="`--experiment amortised` can answer for this heart"):
+        choose_experiment(study, THICK, experiments_to_ask(study, "calibrated"))
+    assert context_refusal(study, "amortised", THICK) == ""
+
+
+def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Path) -> None:
+    check_untouched(tmp_path / "nowhere", study, GOOD)
+    (tmp_path / "mine").mkdir()
+    check_untouched(tmp_path / "mine", study, GOOD)
+    (tmp_path / "mine" / "notes.txt").write_text("mine")
+    with pytest.raises(OtherAnswerError, match="holds no answer; name another folder by --out, or .*--force"):
+        check_untouched(tmp_path / "mine", study, GOOD)
+    quality = study.config.recording
+    samples = read_samples(study.new_recording(GOOD), quality.phases, quality.density_kg_m3)
+    context = study.new_rows[GOOD].to_context()
+    one = ingest(samples, context, quality, 100)
+    assert same_recording(one, ingest(samples, context, quality, 100))
+    faster = type(samples)(**{**vars(samples), "speed_m_s": samples.speed_m_s * 1.001})
+    assert not same_recording(one, ingest(faster, context, quality, 100))
+
+
+def rows() -> list[Asked]:
+    phi = np.array([[80.0, 5.0, 20.0, 2.0], [70.0, 4.0, 15.0, 1.5], [90.0, 6.0, 25.0, 2.5]])
+    answer = Answer("supported", "", phi, 0.3, 0.4, "importance")
+    return [
+        Asked("S-1", "calibrated", answer, 0.9),
+        Asked("=S-2", "calibrated", None, float("nan"), "two\nlines"),
+    ]
+
+
+def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path) -> None:
+    table = answers_table(rows())
+    write_answers(table, tmp_path / "answers.csv", tmp_path / "answers.xlsx")
+    read = read_answers(tmp_path / "answers.csv")
+    assert list(read) == list(explanations())
+    assert read["k0_kpa_median"].tolist()[0] == 80.0
+    assert read["status"].tolist() == ["supported", "refused"]
+    assert read["reason"].tolist()[1] == "two lines"
+    text = (tmp_path / "answers.csv").read_text(encoding="utf-8")
+    assert all(f"# {name} " in text for name in explanations())
+    book = load_workbook(tmp_path / "answers.xlsx")
+    answers, meanings = book["answers"], book["columns"]
+    assert [cell.value for cell in answers[1]] == list(explanations())
+    assert answers["A3"].value == "=S-2" and answers["A3"].data_type == "s"
+    assert [row[0].value for row in meanings.iter_rows(min_row=2)] == list(explanations())
+
+
+def test_a_table_of_another_folder_of_the_same_name_is_not_written_over(tmp_path: Path) -> None:
+    check_table(tmp_path / "answers.csv", ["S-1"])
+    write_answers(answers_table(rows()), tmp_path / "answers.csv", tmp_path / "answers.xlsx")
+    check_table(tmp_path / "answers.csv", ["S-1", "=S-2", "S-3"])
+    with pytest.raises(OtherAnswerError, match="has the answers of =S-2, who are not in this cohort"):
+        check_table(tmp_path / "answers.csv", ["S-1"])
+
+
+def test_the_workbook_is_the_same_bytes_whenever_it_is_written(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        write_answers(answers_table(rows()), tmp_path / f"{name}.csv", tmp_path / f"{name}.xlsx")
+    assert (tmp_path / "one.xlsx").read_bytes() == (tmp_path / "two.xlsx").read_bytes()
+    with zipfile.ZipFile(tmp_path / "one.xlsx") as archive:
+        assert {member.date_time[0] for member in archive.infolist()} == {1980}
+        assert b"1980-01-01" in archive.read("docProps/core.xml")
+
+
+def test_paths_count_from_the_file_that_names_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    home, elsewhere = tmp_path / "home", tmp_path / "elsewhere"
+    for folder in (home, elsewhere):
+        folder.mkdir()
+    (home / "config.yaml").write_text("cohort: data/own\nresults: results\n")
+    (home / "beside.yaml").write_text("results: results-beside\n")
+    (elsewhere / "mine.yaml").write_text("cohort: clinic\nnew_subjects: {cohort: next, phases: 12}\n")
+    monkeypatch.chdir(elsewhere)
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--cohort", type=Path)
+    add_options(parser)
+    given = ["--config", "../home/config.yaml", "--cohort", "typed", "--overlay", "mine.yaml"]
+    options = parsed(parser, given)
+    assert Path.cwd() == home
+    assert options.cohort == elsewhere / "typed"
+    merged = read_merged(options.config, options.overlay)
+    assert merged["cohort"] == str(elsewhere / "clinic")
+    assert merged["new_subjects"] == {"cohort": str(elsewhere / "next"), "phases": 12}
+    assert merged["results"] == "results"
+    assert read_merged(options.config, home / "beside.yaml")["results"] == "results-beside"
+
+
+def test_commands_work_from_any_folder(
+    cohort: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["validate", "clinic", "--config", str(ROOT / "config.yaml")]) == 2
+    shown = capsys.readouterr().err
+    assert "2 recordings can be used as they are: P01-before, P02-before" in shown
+    assert Path.cwd() == tmp_path
+    assert main(["validate", "clinic", "--config", "nowhere.yaml"]) == 2
+    assert "nowhere.yaml: there is no such file; correct the path" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_with_a_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(_: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("swesbi.__main__._run", interrupted)
+    assert main(["validate"]) == 130
+    assert "interrupted; of what was being made nothing is left behind" in capsys.readouterr().err
+
+
+def test_an_experiment_on_features_is_told_from_those_that_can_answer(study: Study) -> None:
+    with pytest.raises(ConfigError, match="'paper': infers from features .*; calibrated and amortised can"):
+        experiments_to_ask(study, "paper")
