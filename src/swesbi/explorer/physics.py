@@ -50,7 +50,7 @@ KNOWN_CLASSES: Final = (
     "swesbi.prior.NuisanceSettings",
     "swesbi.posterior.adaptive.PriorProposal",
     "swesbi.posterior.refine.FittedProposal",
-    "swesbi.posterior.refine.LogitSpace",
+    "swesbi.posterior.space.LogitSpace",
     "swesbi.posterior.student.StudentProposal",
     "swesbi.posterior.student.StudentMixture",
 )

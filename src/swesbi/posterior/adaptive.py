@@ -25,8 +25,9 @@ from swesbi.posterior.importance import (
     k_hat_limit,
     smooth,
 )
-from swesbi.posterior.refine import FittedProposal, LogitSpace
+from swesbi.posterior.refine import FittedProposal
 from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import fitted_mixture
 from swesbi.prior import BoxPrior, draw_prior, log_density
 from swesbi.seeds import generator, integer_seed
