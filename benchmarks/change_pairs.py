@@ -64,7 +64,8 @@ from swesbi.show.csv import write_csv
 from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.registry import stage_code
 from swesbi.study.stages.exam import ExamAnswersStageSettings
-from swesbi.study.stages.new_subject import check_network, one_thread
+from swesbi.study.stages.new_subject import one_thread
+from swesbi.study.stages.other_network import check_network
 from swesbi.virtual_trial.settings import TRIAL
 
 LETTER: Final = "b"

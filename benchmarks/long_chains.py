@@ -52,7 +52,7 @@ from swesbi.show.csv import write_csv
 from swesbi.study.finished import FinishedPopulation, check_finished, finished_population
 from swesbi.study.stages.exam import ExamAnswersStageSettings
 from swesbi.study.stages.new_subject import STREAM as ANSWER_STREAM
-from swesbi.study.stages.new_subject import check_network
+from swesbi.study.stages.other_network import check_network
 
 STREAM: Final = "long chains"
 

@@ -151,7 +151,7 @@ def _tables(request: Request) -> dict[str, Path]:
 
 def _is_everyones(error: ValueError) -> bool:
     """Tell whether an error is of the network, and not of the subject."""
-    from swesbi.study.stages.new_subject import OtherNetworkError
+    from swesbi.study.stages.other_network import OtherNetworkError
 
     return isinstance(error, OtherNetworkError)
 

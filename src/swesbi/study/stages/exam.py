@@ -38,8 +38,9 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study.stages.answers import Answer, AnswerSettings, Knowledge
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
-from swesbi.study.stages.new_subject import STREAM, check_network, noise_test_of, one_thread
+from swesbi.study.stages.new_subject import STREAM, noise_test_of, one_thread
 from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.other_network import check_network
 from swesbi.verdict.answers import SEPARATOR, label_of_test, status
 from swesbi.verdict.pooled import read_null
 from swesbi.verdict.support import Support, SupportTest

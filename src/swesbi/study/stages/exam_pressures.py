@@ -17,8 +17,9 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import read_exact_result
 from swesbi.study.stages.exam import ExamAnswersStageSettings, Examiner, answer_missing, scored
-from swesbi.study.stages.new_subject import STREAM, check_network
+from swesbi.study.stages.new_subject import STREAM
 from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.other_network import check_network
 from swesbi.study.stages.pressures import PressuresStageSettings, infer_with_pressures
 from swesbi.verdict.answers import REFUSED
 

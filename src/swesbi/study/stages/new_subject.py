@@ -10,23 +10,19 @@ from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Final
 
 import torch
 from pydantic import Field
 from threadpoolctl import threadpool_limits
 
-from swesbi.artefacts import load
-from swesbi.base import Settings
 from swesbi.context import Context
 from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.likelihood import build_speed_model
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.files import load_spline, load_spline_provenance
+from swesbi.networks.spline.files import load_spline
 from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.importance import FlowProposal, flow_proposal
-from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.noise import compare_noise, read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.recording.protocol import Repeats, read_repeats
@@ -36,13 +32,13 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import levels_by
 from swesbi.simulations import read_simulations
-from swesbi.study.inspect.read import flatten
 from swesbi.study.stages import subject_figures
 from swesbi.study.stages.answers import Answer, AnswerSettings, Knowledge
 from swesbi.study.stages.cmaes import CmaesStageSettings, cmaes
 from swesbi.study.stages.cohort import IngestStageSettings, PassiveStageSettings, ingest, passive
 from swesbi.study.stages.flow_training import TrainFlowStageSettings, TrainPopulationStageSettings
 from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.other_network import check_network, check_quality
 from swesbi.study.stages.pressures import PressuresStageSettings, infer_with_pressures
 from swesbi.study.stages.simulation import SimulateSettings, simulate
 from swesbi.verdict.context import check_context, check_declared, nearest_known
@@ -53,7 +49,6 @@ from swesbi.verdict.support import SupportTest
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "new subject"
-ABSENT: Final = str(None)
 
 
 class OneAnswerSettings(AnswerSettings):
@@ -67,10 +62,6 @@ class OneAnswerSettings(AnswerSettings):
     clinical: ClinicalSettings
     reference_recordings: int = Field(ge=100, description="prior predictive recordings of the subject")
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the pool's")
-
-
-class OtherNetworkError(ValueError):
-    """The network was trained under other settings than these."""
 
 
 @dataclass(frozen=True)
@@ -192,43 +183,6 @@ def _draw_posterior(files: AnswerFiles, settings: OneAnswerSettings) -> None:
         files.posterior, files.support, files.reference_fit, (), files.posterior_png,
         settings.exact_subject_figures,
     )  # fmt: skip
-
-
-def check_network(estimator: Path, settings: Settings) -> None:
-    """Refuse a network that was trained under other settings than those of the configuration.
-
-    A setting that is null is one that is not there, as in a network trained before there was such a setting.
-
-    Raises:
-        OtherNetworkError: Names the first setting that differs.
-    """
-    provenance = load_spline_provenance(estimator)
-    here, there = flatten(settings.to_plain()), flatten(dict(provenance.settings))
-    for key in sorted(here.keys() | there.keys()):
-        if here.get(key, ABSENT) != there.get(key, ABSENT):
-            raise OtherNetworkError(
-                f"{estimator}: was trained with {key} = {there.get(key)}, the configuration has "
-                f"{here.get(key)}; run the study again, or use the configuration that it was trained with"
-            )
-
-
-def check_quality(noise: Path, quality: RecordingSettings) -> None:
-    """Refuse other limits of quality control than those under which the noise of the cohort was told.
-
-    The number of phases is each folder's own.
-
-    Raises:
-        OtherNetworkError: Names the first limit that differs.
-        ArtefactError: The file is not the noise of a cohort.
-    """
-    stored = load(noise, NOISE)[1].settings["recording"]
-    here, there = flatten(quality.to_plain()), flatten(stored)
-    for key in sorted((here.keys() | there.keys()) - {"phases"}):
-        if here.get(key, ABSENT) != there.get(key, ABSENT):
-            raise OtherNetworkError(
-                f"{noise}: was told under recording.{key} = {there.get(key)}, the configuration has "
-                f"{here.get(key)}; run the study again, or use the configuration that it was run with"
-            )
 
 
 def noise_test_of(

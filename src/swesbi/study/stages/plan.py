@@ -39,8 +39,9 @@ from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.study.stages.change import both_visits, own_posterior
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
-from swesbi.study.stages.new_subject import check_network, one_thread
+from swesbi.study.stages.new_subject import one_thread
 from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.other_network import check_network
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_trial.planned import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
 from swesbi.virtual_trial.source import TrialSource, of_group

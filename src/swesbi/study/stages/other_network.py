@@ -1,0 +1,56 @@
+"""What was trained, or told, under other settings than the configuration's is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from swesbi.artefacts import load
+from swesbi.base import Settings
+from swesbi.networks.spline.files import load_spline_provenance
+from swesbi.recording.noise import KIND as NOISE
+from swesbi.recording.settings import RecordingSettings
+from swesbi.study.inspect.read import flatten
+
+ABSENT: Final = str(None)
+
+
+class OtherNetworkError(ValueError):
+    """The network was trained under other settings than these."""
+
+
+def check_network(estimator: Path, settings: Settings) -> None:
+    """Refuse a network that was trained under other settings than those of the configuration.
+
+    A setting that is null is one that is not there, as in a network trained before there was such a setting.
+
+    Raises:
+        OtherNetworkError: Names the first setting that differs.
+    """
+    provenance = load_spline_provenance(estimator)
+    here, there = flatten(settings.to_plain()), flatten(dict(provenance.settings))
+    for key in sorted(here.keys() | there.keys()):
+        if here.get(key, ABSENT) != there.get(key, ABSENT):
+            raise OtherNetworkError(
+                f"{estimator}: was trained with {key} = {there.get(key)}, the configuration has "
+                f"{here.get(key)}; run the study again, or use the configuration that it was trained with"
+            )
+
+
+def check_quality(noise: Path, quality: RecordingSettings) -> None:
+    """Refuse other limits of quality control than those under which the noise of the cohort was told.
+
+    The number of phases is each folder's own.
+
+    Raises:
+        OtherNetworkError: Names the first limit that differs.
+        ArtefactError: The file is not the noise of a cohort.
+    """
+    stored = load(noise, NOISE)[1].settings["recording"]
+    here, there = flatten(quality.to_plain()), flatten(stored)
+    for key in sorted((here.keys() | there.keys()) - {"phases"}):
+        if here.get(key, ABSENT) != there.get(key, ABSENT):
+            raise OtherNetworkError(
+                f"{noise}: was told under recording.{key} = {there.get(key)}, the configuration has "
+                f"{here.get(key)}; run the study again, or use the configuration that it was run with"
+            )
