@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from swesbi.config.read import ConfigError, add_options, overlay, parsed, read_m
 from swesbi.config.refusals import context_refusal, recording_refusal, refusals
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
+from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
 from swesbi.recording.reader import read_samples
@@ -98,6 +100,8 @@ def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Pat
     samples = read_samples(study.new_recording(GOOD), quality.phases, quality.density_kg_m3)
     context = study.new_rows[GOOD].to_context()
     one = ingest(samples, context, quality, 100)
+    read_back = ClinicalMeasures(*(float("nan") for _ in range(3)))  # nothing was measured, of either
+    assert same_recording(one, replace(one, clinical=read_back))
     assert same_recording(one, ingest(samples, context, quality, 100))
     faster = type(samples)(**{**vars(samples), "speed_m_s": samples.speed_m_s * 1.001})
     assert not same_recording(one, ingest(faster, context, quality, 100))

@@ -285,7 +285,8 @@ def test_a_context_that_the_network_does_not_know_is_refused_and_nothing_written
 ) -> None:
     cohort = write_cohort(tmp_path / "other", finished, **context)
     before = snapshot(tmp_path)
-    done = refused("--cohort", str(cohort), "--subject", "C", "--out", str(tmp_path / "out"))
+    asked = ("--subject", "C", "--experiment", "calibrated", "--out", str(tmp_path / "out"))
+    done = refused("--cohort", str(cohort), *asked)
     assert done.returncode == 2
     assert words in done.stderr
     assert "trained on the contexts of A, B, F, G" in done.stderr
@@ -315,12 +316,13 @@ def test_a_study_that_has_not_been_run_is_named_with_the_command(
 ) -> None:
     smoke = (finished.folder / finished.config).read_text(encoding="utf-8")
     overlay = tmp_path / "other.yaml"
+    elsewhere = tmp_path / "results-other"  # an overlay elsewhere names folders as seen from its own
     overlay.write_text(smoke.replace("results: results-smoke", "results: results-other"), encoding="utf-8")
     done = refused("--cohort", "data/virtual_volunteers", "--subject", "C", "--overlay", str(overlay))
     assert done.returncode == 2
     assert "has not been run this far" in done.stderr
     command = done.stderr.splitlines()[-1].strip()
-    assert command.startswith("snakemake --cores 2 results-other/calibrated/estimator.pt ")
+    assert f"snakemake --cores 2 {elsewhere}/calibrated/estimator.pt " in command
     assert command.endswith(f" --configfile {overlay}")
 
 
@@ -346,7 +348,8 @@ class Plain(Settings):
 def test_a_network_of_other_settings_is_refused(refused: Typed, finished: StudyCopy, tmp_path: Path) -> None:
     smoke = (finished.folder / finished.config).read_text(encoding="utf-8")
     overlay = tmp_path / "other.yaml"
-    overlay.write_text(smoke + "passive:\n  exponent_b: 2.0\n", encoding="utf-8")
+    own = smoke.replace("results: results-smoke", f"results: {finished.results}")
+    overlay.write_text(own + "passive:\n  exponent_b: 2.0\n", encoding="utf-8")
     done = refused(
         *("--cohort", "data/virtual_volunteers", "--subject", "C"),
         *("--overlay", str(overlay), "--out", str(tmp_path / "out")),

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts import ArtefactError, atomic_path
-from swesbi.config.read import ConfigError, add_options, read_merged
+from swesbi.config.read import ConfigError, add_options, parsed, read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.show.docs.calibration import experiment_shown
 from swesbi.show.docs.figures import write_noise_figure, write_population_figure
@@ -30,8 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     add_options(parser)
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="default: docs")
-    given = parser.parse_args(arguments)
     try:
+        given = parsed(parser, sys.argv[1:] if arguments is None else arguments)
         write_docs(given.config, given.overlay, given.docs)
     except (ArtefactError, ConfigError, MarkError, FileNotFoundError) as error:
         print(f"swesbi: {error}", file=sys.stderr)
