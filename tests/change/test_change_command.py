@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
+import pandas as pd
 import pytest
 from study_copy import ROOT
 
@@ -74,11 +76,11 @@ def typed(
 ) -> Callable[..., str]:
     """Run the command on the virtual trial, and return what it says as an error."""
 
-    def run(*arguments: str) -> str:
+    def run(*arguments: str, cohort: Path = TRIAL) -> str:
         results = tmp_path / "results"
         (tmp_path / "overlay.yaml").write_text(f"results: {results}\n", encoding="utf-8")
         monkeypatch.chdir(ROOT)
-        chosen = ("--cohort", str(TRIAL), "--experiment", "amortised", *arguments)
+        chosen = ("--cohort", str(cohort), "--experiment", "amortised", *arguments)
         code = main(["change", "--overlay", str(tmp_path / "overlay.yaml"), *chosen])
         assert code == 2
         return capsys.readouterr().err
@@ -91,6 +93,24 @@ def test_mistakes_are_told_before_anything_runs(typed: Callable[..., str], tmp_p
     assert "visit = 'never'" in typed("--person", "P01", "--from", "never")
     assert "has not been run this far" in typed("--person", "P01")
     assert not (tmp_path / "results").exists()
+
+
+def test_what_is_wrong_with_a_person_s_visit_stops_that_person_alone(
+    typed: Callable[..., str], tmp_path: Path
+) -> None:
+    """A recording that is not there and a heart that cannot be, of two persons: a third is answered."""
+    cohort = tmp_path / "trial"
+    shutil.copytree(TRIAL, cohort)
+    (cohort / "swe" / "P01-before.csv").unlink()
+    table = pd.read_csv(cohort / "subjects.csv", dtype=str)
+    table.loc[table["subject"] == "P03-after", "ivsd_cm"] = "9.5"
+    table.to_csv(cohort / "subjects.csv", index=False)
+    assert "there is no file P01-before.csv" in typed("--person", "P01", cohort=cohort)
+    assert "column 'ivsd_cm': '9.5'" in typed("--person", "P03", cohort=cohort)
+    assert "has not been run this far" in typed("--person", "P02", cohort=cohort)
+    table.loc[table["subject"] == "P03-after", ["person", "visit", "group"]] = ""  # whose it is, nobody knows
+    table.to_csv(cohort / "subjects.csv", index=False)
+    assert "column 'ivsd_cm': '9.5'" in typed("--person", "P02", cohort=cohort)
 
 
 def test_a_refused_visit_is_named_and_nothing_is_written(

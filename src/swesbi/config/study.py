@@ -45,7 +45,7 @@ class Study:
         clinical_rows: What was measured of all these beside the speeds.
         new_clinical_rows: The same of those outside.
         visit_rows: Whose recordings these are.
-        new_visit_rows: The same of those outside.
+        new_visit_rows: The same of those outside, the refused ones included.
         layout: How the cohort's tables differ from this project's form.
         new_layout: The same of those outside.
         new_refused: Those outside whose row or recording cannot be used, and why; they have no row here.
@@ -243,7 +243,7 @@ def _with_new_subjects(study: Study, key: str) -> Study:
         study,
         new_rows={subject: new.rows[subject] for subject in usable},
         new_clinical_rows={subject: new.clinical[subject] for subject in usable},
-        new_visit_rows={subject: new.visits[subject] for subject in usable},
+        new_visit_rows=new.visits,
         new_layout=layout,
         new_refused=refused,
     )

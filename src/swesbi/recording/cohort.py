@@ -41,7 +41,7 @@ class SubjectTable:
         names: The subjects that have a usable name, in the file's order, those with other problems included.
         rows: The rows without a problem, by subject.
         clinical: What was measured beside the speeds, of the same subjects.
-        visits: Whose recordings they are, of the same subjects.
+        visits: Whose recordings they are, of the subjects with a usable name.
         problems: Every problem of the cells.
         lines: By row of the file, the text that stands there for the subject's name.
     """
@@ -80,14 +80,19 @@ def examine_subjects(path: Path) -> SubjectTable:
     rows = [_context_row(table, index, numbers) for index in range(len(table.cells))]
     clinical = clinical_rows(table, numbers["hr_bpm"])
     visits = visit_rows(table, numbers["age_years"])
-    good = [(row, own, visit) for row, own, visit in zip(rows, clinical, visits, strict=True) if row and own]
+    good = [(row, own) for row, own in zip(rows, clinical, strict=True) if row and own]
+    names = table.cells["subject"].tolist()
     return SubjectTable(
-        names=tuple(dict.fromkeys(name for name in table.cells["subject"] if is_subject(name))),
-        rows={row.subject: row for row, _, _ in good},
-        clinical={row.subject: own for row, own, _ in good},
-        visits={row.subject: visit for row, _, visit in good},
+        names=tuple(dict.fromkeys(filter(is_subject, names))),
+        rows={row.subject: row for row, _ in good},
+        clinical={row.subject: own for row, own in good},
+        visits={
+            name: visit
+            for name, visit in zip(table.cells["subject"], visits, strict=True)
+            if is_subject(name)
+        },
         problems=tuple(table.problems),
-        lines=dict(zip(table.rows.tolist(), table.cells["subject"], strict=True)),
+        lines=dict(zip(table.rows.tolist(), names, strict=True)),
     )
 
 

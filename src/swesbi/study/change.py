@@ -13,6 +13,7 @@ from swesbi.config.pairs import VisitPair, visit_pair
 from swesbi.config.read import ConfigError, parsed, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
+from swesbi.recording.visits import Visit
 from swesbi.study.answering import (
     OUTPUTS,
     add_answering,
@@ -61,8 +62,7 @@ def main(arguments: Sequence[str]) -> int:
     """
     options = parsed(_parser(), arguments)
     study = study_with(options)
-    if study.new_refused:  # a visit that is left out would make the pair another one
-        raise ConfigError("\n".join(study.new_refused.values()))
+    _check_visits(study, options.person)
     experiment = experiments_to_ask(study, options.experiment)[0]
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
     for subject in pair.subjects:
@@ -75,6 +75,20 @@ def main(arguments: Sequence[str]) -> int:
     _answer(folder, Asked(study, experiment, pair, finished), plain)
     print(_text(folder))
     return 0
+
+
+def _check_visits(study: Study, person: str) -> None:
+    """Refuse a person of whom a visit cannot be used: left out, it would make the pair another one.
+
+    A row that cannot be used and names no person may be one of these.
+
+    Raises:
+        ConfigError: Lists what is wrong with it.
+    """
+    whose = {subject: study.new_visit_rows.get(subject, Visit()).person for subject in study.new_refused}
+    lost = [study.new_refused[subject] for subject, name in whose.items() if name in ("", person)]
+    if lost:
+        raise ConfigError("\n".join(lost))
 
 
 def _answer(folder: Path, asked: Asked, plain: Mapping[str, Any]) -> None:
