@@ -33,7 +33,7 @@ from swesbi.recording.components import repeat_levels
 from swesbi.recording.noise import compare_noise, mean_errors
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study.answering import OUTPUTS, WITH_PRESSURES
-from swesbi.study.stages import new_subject as new_subject_stage
+from swesbi.study.stages import other_network
 from swesbi.study.stages.new_subject import known_noise
 from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
@@ -142,7 +142,7 @@ def test_a_good_proposal_is_left_alone(model: SpeedModel) -> None:
 
 
 def test_other_limits_of_quality_control_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    stage, limits = new_subject_stage, RECORDING.to_plain()
+    stage, limits = other_network, RECORDING.to_plain()
     provenance = Provenance("noise", settings={"recording": limits | {"phases": 24}})
     monkeypatch.setattr(stage, "load", lambda *_: (None, provenance))
     stage.check_quality(tmp_path, RECORDING)
@@ -330,7 +330,7 @@ def test_a_setting_that_is_null_is_one_that_is_not_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A network that was trained before there was a setting knows it not; its being null says the same."""
-    stage = new_subject_stage
+    stage = other_network
     known = {"theta": {"low": 1.0}, "scale": 2.0}
     monkeypatch.setattr(stage, "load_spline_provenance", lambda _: Provenance("flow", settings=known))
     stage.check_network(tmp_path, Plain(theta={"low": 1.0, "factor": None}, scale=2.0))
