@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
+from itertools import repeat
 from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Stored = TypeVar("Stored")
+Arrays = Mapping[Any, NDArray[Any]]
+"""Values by dataset name."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,11 @@ def from_groups(
         groups: Group name -> dataset.
         given: Values of fields that are not read; of a part's as ``part.name``.
     """
-    return _rebuilt(stored, groups, given or {}, "", Part())
+    arrays = {
+        name: {key: values.to_numpy() for key, values in group.variables.items()}
+        for name, group in groups.items()
+    }
+    return _rebuilt(stored, arrays, given or {}, "", Part())
 
 
 def from_dataset(stored: type[Stored], dataset: xr.Dataset, **given: object) -> Stored:
@@ -112,11 +119,25 @@ def from_dataset(stored: type[Stored], dataset: xr.Dataset, **given: object) -> 
 
 def from_rows(stored: type[Stored], dataset: xr.Dataset, along: str, **given: Sequence[Any]) -> list[Stored]:
     """Rebuild the dataclasses that lie along a dimension; the fields that are given, one value a row."""
-    rows = (dataset.isel({along: index}) for index in range(dataset.sizes[along]))
+    columns = {name: _rows_of(values, along) for name, values in dataset.variables.items()}
+    rows = ({name: next(column) for name, column in columns.items()} for _ in range(dataset.sizes[along]))
+    groups = list(schema_of(stored))
     return [
-        from_dataset(stored, row, **{name: values[index] for name, values in given.items()})
+        _rebuilt(
+            stored,
+            dict.fromkeys(groups, row),
+            {name: values[index] for name, values in given.items()},
+            "",
+            Part(),
+        )
         for index, row in enumerate(rows)
     ]
+
+
+def _rows_of(values: xr.Variable, along: str) -> Iterator[NDArray[Any]]:
+    """Return the values at each place of a dimension; of a variable that has it not, the same every time."""
+    array = values.to_numpy()
+    return iter(np.moveaxis(array, values.dims.index(along), 0)) if along in values.dims else repeat(array)
 
 
 @cache
@@ -136,16 +157,19 @@ def _under(name: str, hint: Any, mark: Variable | Labels | Part) -> Iterator[_Le
             yield _Leaf(f"{name}.{leaf.path}", leaf.hint, placed)
 
 
-def _marked(stored: type) -> Iterator[tuple[str, Any, Variable | Labels | Part]]:
-    """Yield name, type and mark of the marked fields and properties of a dataclass."""
+@cache
+def _marked(stored: type) -> tuple[tuple[str, Any, Variable | Labels | Part], ...]:
+    """Return name, type and mark of the marked fields and properties of a dataclass."""
     hints = get_type_hints(stored, include_extras=True)
     hinted = {member.name: hints[member.name] for member in fields(cast("Any", stored))}
     for name, member in vars(stored).items():
         if isinstance(member, property):
             hinted[name] = get_type_hints(member.fget, include_extras=True).get("return")
-    for name, hint in hinted.items():
-        if get_origin(hint) is Annotated:
-            yield name, get_args(hint)[0], get_args(hint)[1]
+    return tuple(
+        (name, get_args(hint)[0], get_args(hint)[1])
+        for name, hint in hinted.items()
+        if get_origin(hint) is Annotated
+    )
 
 
 def _is_text(hint: Any) -> bool:  # noqa: ANN401
@@ -162,10 +186,10 @@ def _stored(value: Any) -> Any:  # noqa: ANN401
 
 
 def _rebuilt(
-    stored: type[Stored], groups: Mapping[str, xr.Dataset], given: Mapping[str, Any], path: str, part: Part
+    stored: type[Stored], groups: Mapping[str, Arrays], given: Mapping[str, Any], path: str, part: Part
 ) -> Stored:
     """Rebuild a dataclass whose variables are placed as a part, and whose fields are given by their path."""
-    marks = {name: (hint, mark) for name, hint, mark in _marked(stored)}
+    marks = {name: (hint, mark) for name, hint, mark in _marked(cast("type", stored))}
     values = {}
     for name in (member.name for member in fields(cast("Any", stored))):
         if (at := f"{path}{name}") in given:
@@ -179,7 +203,7 @@ def _found(
     name: str,
     hint: Any,  # noqa: ANN401
     mark: Variable | Labels | Part,
-    groups: Mapping[str, xr.Dataset],
+    groups: Mapping[str, Arrays],
     given: Mapping[str, Any],
     at: str,
     part: Part,
@@ -190,10 +214,10 @@ def _found(
         )
         return _rebuilt(hint, groups, given, f"{at}.", within)
     if isinstance(mark, Labels):
-        dataset = next(group for group in groups.values() if (mark.name or mark.along) in group.coords)
-        return _read(dataset[mark.name or mark.along].to_numpy(), hint)
+        labels = mark.name or mark.along
+        return _read(next(group[labels] for group in groups.values() if labels in group), hint)
     placed = part.place(replace(mark, name=mark.name or name, meaning=""))
-    return _read(groups[placed.group or ROOT][placed.name].to_numpy(), hint)
+    return _read(groups[placed.group or ROOT][placed.name], hint)
 
 
 def _read(values: NDArray[Any], hint: Any) -> Any:  # noqa: ANN401
