@@ -68,6 +68,7 @@ exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figu
 	for name in exam exam_former_noise exam_pressures; do \
 		cp results/tables/$$name.csv results/tables/$${name}_samplers.csv docs/tables/ || exit; \
 		cp results/figures/$$name.png docs/figures/ || exit; done
+	$(BIN)/python -m swesbi.show.docs --stored
 
 verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code
 	$(BIN)/python -m swesbi verify --out results/tables/claims.csv

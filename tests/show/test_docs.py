@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -205,6 +206,24 @@ def test_an_unfinished_study_is_named(
     assert main(["--overlay", str(tmp_path / "changes.yaml"), "--docs", str(tmp_path)]) == 2
     assert "does not exist: finish the study first" in capsys.readouterr().err
     assert (tmp_path / "reproduction.md").read_text(encoding="utf-8") == SHIPPED
+
+
+def test_parts_of_stored_tables_are_written_without_a_study(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is shipped is what is written; a part of a study stays as it stands."""
+    monkeypatch.chdir(ROOT)
+    shutil.copytree(ROOT / "docs", tmp_path / "docs")
+    shutil.copy(ROOT / "README.md", tmp_path)
+    (tmp_path / "changes.yaml").write_text(f"results: {tmp_path / 'nowhere'}\n")
+    exam, calibration = (tmp_path / "docs" / name for name in ("exam.md", "calibration.md"))
+    spoilt = exam.read_text(encoding="utf-8").replace("At the cohort's noise", "At no noise")
+    exam.write_text(spoilt, encoding="utf-8")
+    given = ("--overlay", str(tmp_path / "changes.yaml"), "--docs", str(tmp_path / "docs"))
+    assert main([*given, "--stored"]) == 0
+    for path in (exam, calibration, tmp_path / "README.md"):
+        shipped = ROOT / path.relative_to(tmp_path)
+        assert path.read_text(encoding="utf-8") == shipped.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

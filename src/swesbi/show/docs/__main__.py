@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -14,7 +14,7 @@ from swesbi.config.read import ConfigError, add_options, parsed, read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.show.docs.calibration import experiment_shown
 from swesbi.show.docs.figures import write_noise_figure, write_population_figure
-from swesbi.show.docs.marks import MarkError, fill
+from swesbi.show.docs.marks import MarkError, fill, standing
 from swesbi.show.docs.pages import stored_pages, study_pages, together
 from swesbi.show.page.figures import PagePart, figures_of
 
@@ -30,19 +30,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     add_options(parser)
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="default: docs")
+    parser.add_argument(
+        "--stored",
+        action="store_true",
+        help="only the parts made of stored tables: no study is needed",
+    )
     try:
         given = parsed(parser, sys.argv[1:] if arguments is None else arguments)
-        write_docs(given.config, given.overlay, given.docs)
+        write_docs(given.config, given.overlay, given.docs, stored=given.stored)
     except (ArtefactError, ConfigError, MarkError, FileNotFoundError) as error:
         print(f"swesbi: {error}", file=sys.stderr)
         return EXIT_USAGE
     return 0
 
 
-def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
+def write_docs(config: Path, changes: Path | None, docs: Path, *, stored: bool = False) -> None:
     """Write the pages and copy the figures; the results' folder is the configuration's.
 
     The pages on experiments on speeds and over a population are written where the study runs one.
+
+    Args:
+        config: The configuration.
+        changes: Another that is merged over it, if any.
+        docs: Folder of the documentation.
+        stored: Whether to write the parts alone that are made of stored tables.
 
     Raises:
         ArtefactError: The study is not finished.
@@ -51,12 +62,21 @@ def write_docs(config: Path, changes: Path | None, docs: Path) -> None:
         FileNotFoundError: A page or a figure does not exist.
     """
     study = load_study(read_merged(config, changes), str(config))
-    pages = together(study_pages(study, docs, config.read_text(encoding="utf-8")), stored_pages(study, docs))
-    texts = {page: fill((docs / page).read_text(encoding="utf-8"), parts) for page, parts in pages.items()}
-    write_figures(study, docs)
+    pages = stored_pages(study, docs)
+    if not stored:
+        pages = together(study_pages(study, docs, config.read_text(encoding="utf-8")), pages)
+    texts = {page: _filled(docs / page, parts, stored) for page, parts in pages.items()}
+    if not stored:
+        write_figures(study, docs)
     for page, text in texts.items():
         with atomic_path(docs / page) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _filled(page: Path, parts: Mapping[str, str], keep: bool) -> str:
+    """Return the page with its parts, others kept as they stand or refused."""
+    text = page.read_text(encoding="utf-8")
+    return fill(text, {**(standing(text) if keep else {}), **parts})
 
 
 def write_figures(study: Study, docs: Path) -> None:

@@ -17,6 +17,11 @@ class MarkError(ValueError):
     """A page whose marks do not fit; the message says which."""
 
 
+def standing(page: str) -> dict[str, str]:
+    """Return what stands on the page, by mark."""
+    return {match["name"]: match["body"] for match in PART.finditer(page)}
+
+
 def fill(page: str, parts: Mapping[str, str]) -> str:
     """Return the page with every marked part replaced; text outside the marks stays as it is.
 
