@@ -1,4 +1,4 @@
-"""Store what a reader first sees of the results, on a desktop and on a phone, as figures of the documentation.
+"""Store the first screens of the results, on a desktop and on a phone, as figures of the documentation.
 
 ``python benchmarks/first_screens.py [results]`` needs Chromium and a finished study.
 """
