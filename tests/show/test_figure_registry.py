@@ -12,10 +12,13 @@ from report_case import make_experiment
 
 from swesbi.artefacts import ArtefactError
 from swesbi.show.figures.registry import FIGURES, FigureSpec
+from swesbi.show.page import FURTHER
 from swesbi.show.page.figures import PAGE_FIGURES, PageFigure, PagePart, figures_of, further_figures
 from swesbi.show.page.page import study_figures
 
-TEMPLATE = (files("swesbi.show.page") / "templates" / "page.html").read_text(encoding="utf-8")
+TEMPLATE = "".join(
+    (files("swesbi.show.page") / "templates" / f"{name}.html").read_text(encoding="utf-8") for name in FURTHER
+)
 FIELDS = {"predictive": 90.0, "credible": 90.0, "excluded": "Outside: F."}
 SOURCES = {
     PagePart.STUDY: "page.figures.study",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,9 +12,17 @@ import pytest
 from browser import Browser, browser, find_browser
 from study_copy import StudyCopy, duplicate
 
+from swesbi.show.page import FURTHER
+
 pytestmark = pytest.mark.slow
 
 DESKTOP_PX, PHONE_PX = 1280, 390
+PAGES = ("report.html", *(f"report/{name}.html" for name in FURTHER))
+MOST_WORDS, MOST_SCREENS = 900, 5.0
+WORDS = "document.body.innerText.split(/\\s+/).filter(Boolean).length"
+SCREENS = "document.documentElement.scrollHeight / innerHeight"
+FIRST_HEADING = "document.querySelector('figure.table thead th.number button')"
+COLUMN = "[...document.querySelectorAll('tbody tr')].map(row => parseFloat(row.cells[2].textContent))"
 IMAGES = """Promise.all([...document.images].map(async image => {
     await image.decode().catch(() => {});
     return [image.currentSrc || image.src, image.naturalWidth, image.alt];
@@ -77,13 +86,14 @@ NOT_OF_VOLUNTEERS = ("strata-amortised.png", "training-amortised.png", "small_ex
 
 
 @pytest.mark.parametrize("width_px", [DESKTOP_PX, PHONE_PX])
-def test_the_landing_page_shows_all_its_images_within_the_window(
-    page: Browser, results: Path, width_px: int
+@pytest.mark.parametrize("name", PAGES)
+def test_every_page_shows_all_its_images_within_the_window(
+    page: Browser, results: Path, name: str, width_px: int
 ) -> None:
-    page.open(results / "report.html", width_px)
+    page.open(results / name, width_px)
+    assert not page.evaluate(SCROLLS)
     page.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
     images = page.evaluate(IMAGES)
-    assert len(images) >= 6
     assert [source for source, width, _ in images if not width] == []
     of_volunteers = [image for image in images if not image[0].endswith(NOT_OF_VOLUNTEERS)]
     assert [source for source, _, alt in of_volunteers if "virtual volunteers" not in alt] == []
@@ -93,23 +103,53 @@ def test_the_landing_page_shows_all_its_images_within_the_window(
     assert_no_trouble(page)
 
 
-def test_every_link_of_the_landing_page_leads_somewhere(page: Browser, results: Path) -> None:
+def test_the_pages_are_short_enough_to_be_read(page: Browser, results: Path) -> None:
+    page.open(results / "report.html", 1400)
+    assert page.evaluate(WORDS) <= MOST_WORDS
+    for name in PAGES:
+        page.open(results / name, 1400)
+        assert page.evaluate(SCREENS) <= MOST_SCREENS, name
+
+
+def test_a_table_is_sorted_from_the_keyboard(page: Browser, results: Path) -> None:
     page.open(results / "report.html", DESKTOP_PX)
-    links, targets = page.evaluate(LINKS), set(page.evaluate(TARGETS))
+    page.evaluate(f"{FIRST_HEADING}.focus()")
+    for direction in ("ascending", "descending"):
+        for kind in ("keyDown", "keyUp"):
+            page.call("Input.dispatchKeyEvent", type=kind, key="Enter", code="Enter", text="\r")
+        assert page.evaluate(f"{FIRST_HEADING}.parentElement.getAttribute('aria-sort')") == direction
+        shown = page.evaluate(COLUMN)
+        assert len(shown) > 2
+        assert shown == sorted(shown, reverse=direction == "descending")
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_can_be_printed(page: Browser, results: Path, name: str) -> None:
+    page.open(results / name, DESKTOP_PX)
+    printed = base64.b64decode(page.call("Page.printToPDF")["data"])
+    assert printed.startswith(b"%PDF-")
+    assert not page.evaluate("document.querySelector('details[open]') !== null")
+    assert_no_trouble(page)
+
+
+def test_every_link_of_the_pages_leads_somewhere(page: Browser, results: Path) -> None:
+    root, links = results.resolve(), set()
+    targets: dict[Path, set[str]] = {}
+    for name in PAGES:
+        page.open(results / name, DESKTOP_PX)
+        targets[root / name] = set(page.evaluate(TARGETS))
+        links |= set(page.evaluate(LINKS))
     linked = set()
     for link in links:
         parts = urlsplit(link)
         path = Path(unquote(parts.path))
         assert parts.scheme == "file", link
-        assert path.is_relative_to(results.resolve()), link
+        assert path.is_relative_to(root), link
         assert path.is_file(), link
-        if path.name == "report.html":
-            assert parts.fragment in targets, link
-        else:
-            linked.add(path)
-    own = {"report.html", "snakemake-report.html"}
-    kept = {path for path in results.resolve().rglob("*") if path.is_file() and path.name not in own}
-    kept -= {path for path in kept if path.relative_to(results.resolve()).parts[0] in {"logs", "benchmarks"}}
+        assert not parts.fragment or parts.fragment in targets[path], link
+        linked.add(path)
+    kept = {path for path in root.rglob("*") if path.is_file() and path.name != "snakemake-report.html"}
+    kept -= {path for path in kept if path.relative_to(root).parts[0] in {"logs", "benchmarks"}}
     assert kept - linked == set()
 
 

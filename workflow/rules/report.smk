@@ -1,8 +1,10 @@
-"""The landing page of the results."""
+"""The landing page of the results, and the pages behind it."""
+
+from swesbi.show.page import FURTHER
 
 
 rule report:
-    """A page that is read without Snakemake: verdicts, figures, tables, and where every file lies."""
+    """Pages that are read without Snakemake: verdicts, figures, tables, and where every file lies."""
     input:
         recording=str(STUDY.cohort / "recording.yaml"),
         observations=of_subjects("cohort/{subject}/observation.h5", SHOWN),
@@ -63,6 +65,7 @@ rule report:
         artefacts=linked_artefacts(),
     output:
         report=f"{RESULTS}/report.html",
+        pages=expand(f"{RESULTS}/report/{{page}}.html", page=FURTHER),
         configuration=report(
             f"{RESULTS}/configuration.yaml",
             caption="../report/configuration.rst",
@@ -76,6 +79,6 @@ rule report:
     params:
         stage=stage("report"),
     message:
-        "Landing page of the results"
+        "Pages of the results"
     script:
         "../scripts/stage.py"

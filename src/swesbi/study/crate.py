@@ -93,7 +93,9 @@ def files_of(study: Study, settings: tuple[Path, ...]) -> Packed:
     if not page.is_file():
         raise ArtefactError(f"{page} does not exist: finish the study first (make study)")
     recordings = [path for path in sorted(cohort.rglob("*")) if path.is_file()]
-    shown = chain.from_iterable(sorted((results / name).glob("*")) for name in ("tables", "figures"))
+    shown = chain.from_iterable(
+        sorted((results / name).glob("*")) for name in ("tables", "figures", "report")
+    )
     shipped = study.cohort.as_posix() in SHIPPED
     return Packed(settings, tuple(recordings), (page, results / "configuration.yaml", *shown), shipped)
 

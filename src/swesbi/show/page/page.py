@@ -15,6 +15,8 @@ from swesbi.show.numbers import with_symbols
 from swesbi.show.page.exam import ExamSection
 from swesbi.show.page.figures import PagePart, figures_of, further_figures
 from swesbi.show.page.files import Figure, figure
+from swesbi.show.page.forest import svg_symbols
+from swesbi.show.page.landing import Landing
 from swesbi.show.page.sections import (
     Fact,
     PopulationSection,
@@ -36,10 +38,14 @@ from swesbi.show.tables.experiments import (
     training_table,
 )
 
+LANDING: Final = "report"
 TEMPLATES: Final = (
-    "templates/page.html", "templates/exam.html", "templates/macros.html", "templates/page.css",
+    "templates/report.html", "templates/method.html", "templates/checks.html", "templates/paper.html",
+    "templates/files.html", "templates/layout.html", "templates/exam.html", "templates/macros.html",
+    "templates/page.css", "templates/page.js",
 )  # fmt: skip
-ENTRY: Final = TEMPLATES[0]
+ABOVE: Final = "../"
+"""Before every path of a page in the folder ``report``: paths are relative to the landing page."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +91,7 @@ class PageProvenance:
 class Page:
     """Everything that the templates show."""
 
+    landing: Landing
     cohort: Cohort
     verdicts: tuple[Fact, ...]
     main: str
@@ -103,6 +110,7 @@ class Page:
 
 def make_page(
     results: Results,
+    landing: Landing,
     cohort: Cohort,
     figures: Figures,
     sections: Sequence[Section],
@@ -113,6 +121,7 @@ def make_page(
 ) -> Page:
     """Put the page together from the results; one section an experiment on speeds or over a population."""
     return Page(
+        landing=landing,
         cohort=cohort,
         verdicts=verdicts_in_words(results.main.supports),
         main=results.main.name,
@@ -170,9 +179,15 @@ def study_figures(
     return Figures(shown, tuple(shown[name] for name in further_figures()), training)
 
 
-def render(page: Page) -> str:
-    """Return the page as HTML; equal pages give equal text."""
-    return templates().get_template(Path(ENTRY).name).render(page=page)
+def render(page: Page, name: str = LANDING) -> str:
+    """Return one of the pages as HTML; equal pages give equal text.
+
+    Args:
+        page: What the pages show.
+        name: ``LANDING`` or one of ``FURTHER``.
+    """
+    root = "" if name == LANDING else ABOVE
+    return templates().get_template(f"{name}.html").render(page=page, here=name, root=root)
 
 
 def templates() -> Environment:
@@ -188,6 +203,7 @@ def templates() -> Environment:
         keep_trailing_newline=True,
     )
     environment.filters["symbols"] = with_symbols
+    environment.filters["svg_symbols"] = svg_symbols
     return environment
 
 

@@ -22,6 +22,8 @@ from swesbi.show.numbers import protocol_entry
 from swesbi.show.page.exam import ExamSection, make_exam_section, sat_exam, small_exam
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
+from swesbi.show.page.landing import make_landing
+from swesbi.show.page.new import new_subjects
 from swesbi.show.page.page import Cohort, PageProvenance, as_yaml, make_page, render, study_figures
 from swesbi.show.page.sections import (
     PopulationSection,
@@ -195,11 +197,15 @@ def report(
     exam_sat: Sequence[Path],
     artefacts: Sequence[Path],
     report: Path,
+    pages: Sequence[Path],
     configuration: Path,
     settings: ReportSettings,
     origin: Origin,
 ) -> None:
-    """Write the configuration and the page, which refers to every file by its path relative to itself.
+    """Write the configuration and the pages, which refer to every file by its path relative to themselves.
+
+    ``report`` is the landing page, ``pages`` the further ones in a folder beside it; none is written before
+    all have their text.
 
     What belongs to experiments on speeds or over a population is empty where none is run; ``noise``,
     ``truth_csv``, ``pressures_csv``, ``small_exam_csv``, ``small_exam_png`` and ``exam_sat`` hold one file or
@@ -224,9 +230,12 @@ def report(
     files_shown = file_groups(artefacts, report)
     cohort = _cohort(recording, title)
     exam = _exam(settings.exam, small_exam_csv, small_exam_png, exam_sat, report)
-    page = make_page(results, cohort, figures, sections, populations, exam, files_shown, origins)
-    _write(configuration, origins.configuration)
-    _write(report, render(page))
+    links = [relative(path, report) for path in artefacts]
+    landing = make_landing(results, exact, title, links, new_subjects(report))
+    page = make_page(results, landing, cohort, figures, sections, populations, exam, files_shown, origins)
+    texts = {report: render(page), **{path: render(page, path.stem) for path in pages}}
+    for path, text in {configuration: origins.configuration, **texts}.items():
+        _write(path, text)
 
 
 def _population(
