@@ -11,6 +11,7 @@ from swesbi.config.read import ConfigError, relocate
 from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
 from swesbi.show.figures.registry import captions, figure_of, names_of
+from swesbi.show.page import FURTHER
 from swesbi.population.settings import MOST_SHOWN
 from swesbi.study.running import RUN
 from swesbi.study.running import current_run, guard_execution
@@ -377,9 +378,9 @@ def population_outputs():
 
 
 def cohort_outputs():
-    """Return figures and tables of the experiments on the cohort, and the page."""
+    """Return figures and tables of the experiments on the cohort, and the pages."""
     return [
-        f"{RESULTS}/report.html",
+        *results_pages(),
         *explorer_page(),
         *expand(
             f"{RESULTS}/figures/{{figure}}.{{image}}",
@@ -427,6 +428,14 @@ def cohort_outputs():
     ]
 
 
+def results_pages():
+    """Return the landing page of the results, and those behind it."""
+    return [
+        f"{RESULTS}/report.html",
+        *expand(f"{RESULTS}/report/{{page}}.html", page=FURTHER),
+    ]
+
+
 def explorer_page():
     """Return the page on which the model is moved by hand: of the first experiment on speeds, if there is one."""
     return [f"{RESULTS}/explorer.html"] if SPEED_EXPERIMENTS else []
@@ -434,7 +443,8 @@ def explorer_page():
 
 def linked_artefacts():
     """Return the results that the landing page leads to, in the order in which it lists them."""
-    shown = [path for path in study_outputs() if path != f"{RESULTS}/report.html"]
+    pages = results_pages()
+    shown = [path for path in study_outputs() if path not in pages]
     of_each = ["pool.h5", "estimator.pt", "training.csv"]
     of_subject = ["support.json", "posterior.h5", "predictive.h5"]
     return [

@@ -1,7 +1,5 @@
 """The landing page of the results, and the pages behind it."""
 
-from swesbi.show.page import FURTHER
-
 
 rule report:
     """Pages that are read without Snakemake: verdicts, figures, tables, and where every file lies."""
@@ -64,8 +62,8 @@ rule report:
         exam_sat=exam_that_was_sat(),
         artefacts=linked_artefacts(),
     output:
-        report=f"{RESULTS}/report.html",
-        pages=expand(f"{RESULTS}/report/{{page}}.html", page=FURTHER),
+        report=results_pages()[0],
+        pages=results_pages()[1:],
         configuration=report(
             f"{RESULTS}/configuration.yaml",
             caption="../report/configuration.rst",
