@@ -135,7 +135,7 @@ def contexts_of(dataset: xr.Dataset, along: str) -> tuple[Context, ...]:
 
 def same_recording(one: Observation, other: Observation) -> bool:
     """Tell whether two observed curves are of the same samples, heart and further measures."""
-    if (one.context, one.clinical) != (other.context, other.clinical):
+    if one.context != other.context or not one.clinical.same_as(other.clinical):
         return False
     names = ("phase", "phase_index", "speed_m_s", "speed_se_m_s", "samples_accepted", "samples_by_repeat")
     pairs = [(getattr(one, name), getattr(other, name)) for name in names]
