@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cohorts
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -50,3 +51,15 @@ def write_free_cohort(folder: Path, rows: dict[str, pd.DataFrame], noise: str = 
     for name, table in rows.items():
         table.to_csv(folder / "swe" / f"{name}.csv", index=False)
     return folder
+
+
+def mixed(folder: Path) -> Path:
+    """A cohort of a gated recording of 20 phases, one of 24 and a free-running one."""
+    cohort = cohorts.write_cohort(folder)
+    lines = [*cohorts.ROWS.values(), "S-3,F,25,1.7,60,90,34,0.8"]
+    (cohort / "subjects.csv").write_text("\n".join([cohorts.HEADER, *lines]) + "\n")
+    cohorts.recording(5, 24).to_csv(cohort / "swe" / "s_2x.csv", index=False)
+    (cohort / "swe" / "s_2x.yaml").write_text("protocol: { phases: 24, repeats_are: sweeps }\n")
+    train(2).to_csv(cohort / "swe" / "S-3.csv", index=False)
+    (cohort / "swe" / "S-3.yaml").write_text(NOISE)
+    return cohort

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import cohorts
 import free_case
 import numpy as np
 import pandas as pd
@@ -198,20 +197,8 @@ def test_what_cannot_be_declared_is_refused(tmp_path: Path, noise: str, words: s
     assert "recording.yaml" in str(refusal.value)
 
 
-def mixed(folder: Path) -> Path:
-    """A cohort of a gated recording of 20 phases, one of 24 and a free-running one."""
-    cohort = cohorts.write_cohort(folder)
-    lines = [*cohorts.ROWS.values(), "S-3,F,25,1.7,60,90,34,0.8"]
-    (cohort / "subjects.csv").write_text("\n".join([cohorts.HEADER, *lines]) + "\n")
-    cohorts.recording(5, 24).to_csv(cohort / "swe" / "s_2x.csv", index=False)
-    (cohort / "swe" / "s_2x.yaml").write_text("protocol: { phases: 24, repeats_are: sweeps }\n")
-    free_case.train(2).to_csv(cohort / "swe" / "S-3.csv", index=False)
-    (cohort / "swe" / "S-3.yaml").write_text(free_case.NOISE)
-    return cohort
-
-
 def test_protocols_stand_together_in_one_cohort(tmp_path: Path) -> None:
-    cohort = mixed(tmp_path / "c")
+    cohort = free_case.mixed(tmp_path / "c")
     report = examine_cohort(cohort, QUALITY, POINTS)
     assert [str(problem) for problem in report.problems] == []
     assert [len(one.observation.phase) for one in report.subjects] == [20, 24]
@@ -234,7 +221,7 @@ def test_protocols_stand_together_in_one_cohort(tmp_path: Path) -> None:
     ],
 )
 def test_one_recordings_trouble_leaves_the_others(tmp_path: Path, own: str, words: str) -> None:
-    cohort = mixed(tmp_path / "c")
+    cohort = free_case.mixed(tmp_path / "c")
     (cohort / "swe" / "s_2x.yaml").write_text(own)
     report = examine_cohort(cohort, QUALITY, POINTS)
     assert words in str(report.problems[0])
@@ -242,7 +229,7 @@ def test_one_recordings_trouble_leaves_the_others(tmp_path: Path, own: str, word
 
 
 def test_where_networks_are_asked_a_free_recording_is_refused_in_words(tmp_path: Path) -> None:
-    cohort = mixed(tmp_path / "c")
+    cohort = free_case.mixed(tmp_path / "c")
     with pytest.raises(RecordingError, match=r"is free-running.*experiments of the paper need gated phases"):
         read_samples(cohort / "swe" / "S-3.csv", 20, 1000.0)
 
@@ -250,7 +237,7 @@ def test_where_networks_are_asked_a_free_recording_is_refused_in_words(tmp_path:
 def test_validate_says_what_errors_are_told_from_and_draws_a_sheet(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    cohort = mixed(tmp_path / "c")
+    cohort = free_case.mixed(tmp_path / "c")
     assert main(["validate", str(cohort), "--plot", str(tmp_path / "sheets")]) == 0
     said = capsys.readouterr().out
     assert "3 recordings can be used" in said
