@@ -43,6 +43,7 @@ HEAVY = {
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base", "structure": "base"}
 OF_OTHERS = (
     "new_subject",
+    "free_subject",
     "person_change",
     "change_groups",
     "plan_bank",
@@ -447,6 +448,9 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
     assert parts["exact_subject_figures"] == settings_of(study, "exact_subject_figures") | title
     assert parts["simulate"]["context"] == parts["ingest"]["context"]
     assert parts["margin_fraction"] == SHIPPED["new_subjects"]["margin_fraction"]
+    free = settings_of(study, "free_subject")
+    for stage in ("ingest", "exact_posterior", "verdict"):
+        assert free[stage] == settings_of(study, stage)
 
 
 def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share() -> None:

@@ -19,7 +19,7 @@ from swesbi.__main__ import main
 from swesbi.recording.layout import layout_of
 from swesbi.recording.reader import read_samples
 from swesbi.show.answers_table import read_answers
-from swesbi.study.answering import OUTPUTS
+from swesbi.study.answering import FREE_OUTPUTS, OUTPUTS
 
 PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -81,6 +81,15 @@ def test_validate_prints_the_table_of_the_page(walked: tuple[StudyCopy, dict[str
     shown = next(text for command, text in walked[1].items() if " validate " in command)
     assert "2 recordings can be used; origin: synthetic recordings of docs/own-data.md" in shown
     assert blocks("text")[0] in shown
+
+
+@pytest.mark.slow
+def test_push_trains_are_answered_without_a_study(walked: tuple[StudyCopy, dict[str, str]]) -> None:
+    said = next(text for command, text in walked[1].items() if "--cohort data/virtual_push_trains" in command)
+    assert said.startswith("A is free-running: no network takes it")
+    assert "declared coefficient of variation, integrated out" in said
+    answer = walked[0].folder / "results" / "calibrated" / "new" / "virtual_push_trains" / "A"
+    assert {path.name for path in answer.iterdir()} == set(FREE_OUTPUTS.values())
 
 
 @pytest.mark.slow

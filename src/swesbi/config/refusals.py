@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from swesbi.config.new_recordings import quality_of
 from swesbi.config.study import Study
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.settings import RecordingSettings
 
 
 def context_refusal(study: Study, experiment: str, subject: str) -> str:
@@ -43,20 +43,14 @@ def recording_refusal(study: Study, subject: str) -> str:
     from swesbi.recording.ingest import ingest
     from swesbi.recording.reader import read_samples
 
-    settings = new_recording_settings(study)
     try:
+        settings, layout = quality_of(study, subject), study.new_layout_of(subject)
         path = study.new_recording(subject)
-        samples = read_samples(path, settings.phases, settings.density_kg_m3, study.new_layout, subject)
+        samples = read_samples(path, settings.phases, settings.density_kg_m3, layout, subject)
         ingest(samples, study.new_rows[subject].to_context(), settings, study.config.measurement.grid_points)
     except RecordingError as error:
         return str(error)
     return ""
-
-
-def new_recording_settings(study: Study) -> RecordingSettings:
-    """Return quality control as configured, with the number of phases of the recordings outside the study."""
-    settings, phases = study.config.recording, study.config.new_subjects.phases
-    return settings.model_copy(update={"phases": phases or settings.phases})
 
 
 def refusals(study: Study, experiments: Sequence[str]) -> dict[tuple[str, str], str]:

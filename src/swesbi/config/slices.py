@@ -89,7 +89,7 @@ SOURCES: Final[Mapping[str, str]] = {
 
 `value_of` says what a source is; ``stage.`` before a name stands for the settings of that stage.
 """
-OF_NEW_SUBJECTS: Final = ("new_subject", "new_subject_of_population")
+OF_NEW_SUBJECTS: Final = ("new_subject", "new_subject_of_population", "free_subject")
 """Stages whose subject is outside the study."""
 FIGURE: Final = "_figure"
 SHARED_BY_FIGURES: Final = "cohort_title"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from swesbi.config.new_recordings import noise_declared, quality_of
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
 from swesbi.config.read import ConfigError
@@ -42,9 +43,26 @@ def _answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any
     simulated = "context prior forward_model draws=experiment.predictive.draws"
     parts["simulate"] = fields(study.outside, wildcards, simulated)
     parts["simulate"]["draws"] = [0, parts["simulate"]["draws"]]
-    parts["ingest"]["recording"]["phases"] = new.phases or study.config.recording.phases
+    subject = wildcard(wildcards, "subject")
+    parts["ingest"]["recording"] = quality_of(study, subject).to_plain()
+    parts["ingest"]["layout"] = study.new_layout_of(subject).to_plain()
     parts["exact_subject_figures"]["cohort_title"] = new.cohort_title
     return parts
+
+
+def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the answer to a free-running recording depends on, which no network gives."""
+    stages = "stage.ingest stage.exact_posterior stage.verdict stage.exact_subject_figures"
+    parts = fields(study.outside, wildcards, stages)
+    subject = wildcard(wildcards, "subject")
+    parts["ingest"]["recording"] = quality_of(study, subject).to_plain()
+    parts["ingest"]["layout"] = study.new_layout_of(subject).to_plain()
+    parts["exact_subject_figures"]["cohort_title"] = study.config.new_subjects.cohort_title
+    checked = (
+        "predictive_draws=experiment.predictive.draws predictive_interval=experiment.predictive.interval"
+    )
+    noise = {"noise": noise_declared(study, subject).to_plain()}
+    return parts | noise | fields(study.outside, wildcards, checked)
 
 
 def _new_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
@@ -150,6 +168,7 @@ OUTSIDE: Final[Mapping[str, Callable[[Study, Wildcards, Fields], dict[str, Any]]
     "exam_answers": _exam_answers,
     "exam_pressures": _exam_answers,
     "exam_table": _exam_table,
+    "free_subject": _free_subject,
     "new_subject": _new_subject,
     "new_subject_of_population": _new_subject_of_population,
 }

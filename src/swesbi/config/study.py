@@ -23,7 +23,7 @@ from swesbi.recording.cohort import (
 )
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.problems import Problem, RecordingError, listed
-from swesbi.recording.protocol import read_layout
+from swesbi.recording.protocol import own_protocol, read_layout, with_own_phases
 from swesbi.recording.settings import ContextRow
 from swesbi.recording.visits import Person, Visit, persons_of
 
@@ -139,7 +139,17 @@ class Study:
         Raises:
             RecordingError: There is no such file, more than one, or it leads out of its folder.
         """
-        return find_recording(self.new_cohort, subject, self.new_layout.table.file)
+        return find_recording(self.new_cohort, subject, self.new_layout_of(subject).table.file)
+
+    def new_layout_of(self, subject: str) -> TableLayout:
+        """Return how the table of a subject outside the cohort differs, by its own file where it has one.
+
+        Raises:
+            RecordingError: That file cannot be used.
+        """
+        if not own_protocol(self.new_cohort, subject).exists():
+            return self.new_layout
+        return read_layout(self.new_protocol, subject)
 
     @property
     def new_cohort(self) -> Path:
@@ -197,6 +207,10 @@ class Study:
         return replace(self, config=parse_config(overlay(self.config.to_plain(), changes), source))
 
 
+OWN_PROTOCOL: Final = "says how one recording was made, but networks learn from a cohort of one protocol"
+ONE_PROTOCOL: Final = "leave the subject out of `subjects` and ask `swesbi new-subject`, or remove the file"
+
+
 def load_study(raw: Mapping[str, Any], source: str = "config.yaml", new_cohort: str = "") -> Study:
     """Validate a raw configuration and the cohort it names, before anything runs.
 
@@ -235,7 +249,10 @@ def _with_new_subjects(study: Study, key: str) -> Study:
     refused = dict(new.refused)
     for subject in new.rows:
         try:
-            find_recording(cohort, subject, layout.table.file)
+            own = own_protocol(cohort, subject).exists()
+            with_own_phases(cohort / PROTOCOL, subject, study.config.recording)
+            chosen = read_layout(cohort / PROTOCOL, subject) if own else layout
+            find_recording(cohort, subject, chosen.table.file)
         except RecordingError as error:
             refused.setdefault(subject, str(error))
     usable = [subject for subject in new.rows if subject not in refused]
@@ -310,5 +327,7 @@ def _check_files(study: Study, key: str) -> None:
             study.recording(subject)
         except RecordingError as error:
             problems.extend(error.problems)
+        if (own := own_protocol(study.cohort, subject)).exists():
+            problems.append(Problem(str(own), OWN_PROTOCOL, ONE_PROTOCOL))
     if problems:
         raise ConfigError(f"{key} = {str(study.cohort)!r}: {listed(problems)}")

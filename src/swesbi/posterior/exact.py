@@ -40,7 +40,7 @@ class ExactPosterior:
     Attributes:
         phi: Draws; shape (n, d).
         reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
-        npe_phi: Draws of the proposal as they came; shape (m, d).
+        npe_phi: Draws of the proposal as they came, of the prior where there is no network; shape (m, d).
         weighted: All draws of the proposal with their weights.
         effective_draws: By parameter; shape (d,).
         converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
@@ -102,10 +102,24 @@ def exact_posterior(
     for draws in settings.attempts:
         weighted = weigh(model, proposal, draws, settings.prior_fraction, seed)
         limit = k_hat_limit(draws, settings.max_k_hat)
-        reasons = weight_failures(weighted, limit, settings.min_effective_draws)
-        if not reasons:
+        if not weight_failures(weighted, limit, settings.min_effective_draws):
             break
-    else:
+    return certified(model, weighted, settings, seed)
+
+
+def certified(
+    model: LikelihoodModel, weighted: WeightedDraws, settings: ExactSettings, seed: int
+) -> ExactPosterior:
+    """Return equal draws of the posterior: of the weights where these are reliable, and else of MCMC.
+
+    Args:
+        model: Prior and exact likelihood.
+        weighted: Draws with their weights; MCMC starts from them.
+        settings: Sizes and criteria.
+        seed: Seed of everything.
+    """
+    limit = k_hat_limit(len(weighted.phi), settings.max_k_hat)
+    if reasons := weight_failures(weighted, limit, settings.min_effective_draws):
         return _by_mcmc(model, weighted, limit, reasons, settings, seed)
     return ExactPosterior(
         phi=resample(weighted, settings.draws, generator(seed, "exact", "resampling")),

@@ -29,7 +29,7 @@ class ExactResult:
 
     Attributes:
         phi: Equally weighted draws; shape (n, d).
-        npe_phi: Draws of the network as they came; shape (m, d).
+        npe_phi: Draws of the network as they came, or of the prior where there was none; shape (m, d).
         sampler: What gave ``phi``: importance or mcmc.
         k_hat: Pareto shape of the importance weights.
         k_hat_limit: Largest shape of reliable weights.

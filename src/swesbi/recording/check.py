@@ -12,6 +12,7 @@ import numpy as np
 
 from swesbi.arrays import IntArray
 from swesbi.recording.cohort import (
+    PROTOCOL,
     RECORDINGS,
     SUBJECTS,
     SUFFIXES,
@@ -20,10 +21,14 @@ from swesbi.recording.cohort import (
     examine_subjects,
     find_recording,
 )
+from swesbi.recording.foreign import is_free
+from swesbi.recording.free_noise import SOURCES
+from swesbi.recording.free_observation import FreeObservation, ingest_free
+from swesbi.recording.free_samples import FreeSamples, free_rejection, read_free_samples
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.protocol import Protocol, read_protocol
+from swesbi.recording.protocol import Protocol, own_protocol, read_protocol, with_own_phases
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import RecordingSettings, is_subject
@@ -42,6 +47,11 @@ HEADER: Final = (
     "samples",
     "E (kPa)",
     "rejected, by reason",
+)
+FREE_HEADER: Final = ("subject", "pushes", "rejected", "beats", "SE of c_s", "E (kPa)", "errors")
+FREE_LEGEND: Final = (
+    "Free-running: pushes: accepted, each at an instant of its own. beats: that they lie in. SE of c_s:\n"
+    "relative standard error of a speed, median; errors: what it is told from."
 )
 LEGEND: Final = (
     "phases: measured of gated. SE of c_s: standard error of a phase's mean shear-wave speed, median and\n"
@@ -66,15 +76,25 @@ class Checked:
 
 
 @dataclass(frozen=True)
+class CheckedFree:
+    """One subject whose free-running recording can be used; the verdict is as of :class:`Checked`."""
+
+    samples: FreeSamples
+    verdict: IntArray
+    observation: FreeObservation
+
+
+@dataclass(frozen=True)
 class CohortReport:
     """What a cohort holds.
 
     Attributes:
-        subjects: The subjects without a problem, in the order of ``subjects.csv``.
+        subjects: The subjects without a problem whose recordings are gated, in the order of ``subjects.csv``.
         origin: Where the recordings come from; empty if the cohort does not say.
         problems: Everything that must be corrected.
         notes: What is odd, and harmless.
         visits: Whose recordings those of the table without a problem are, by subject.
+        free: The subjects without a problem whose recordings are free-running, likewise.
     """
 
     subjects: tuple[Checked, ...]
@@ -82,6 +102,13 @@ class CohortReport:
     problems: tuple[Problem, ...]
     notes: tuple[str, ...]
     visits: Mapping[str, Visit] = field(default_factory=dict)
+    free: tuple[CheckedFree, ...] = ()
+
+    @property
+    def usable(self) -> tuple[str, ...]:
+        """Names of all without a problem, the gated ones first."""
+        gated = (one.observation.subject for one in self.subjects)
+        return (*gated, *(one.observation.subject for one in self.free))
 
 
 def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) -> CohortReport:
@@ -101,9 +128,10 @@ def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) 
     protocol = _collect(problems, partial(read_protocol, cohort, settings)) or Protocol("")
     check = partial(_check, cohort, protocol, table=table, settings=settings, grid_points=grid_points)
     checked = [_collect(problems, partial(check, name)) for name in table.names]
-    subjects = tuple(subject for subject in checked if subject)
+    gated = tuple(subject for subject in checked if isinstance(subject, Checked))
+    free = tuple(subject for subject in checked if isinstance(subject, CheckedFree))
     notes = () if protocol.layout.table.file else _notes(cohort, table.names)
-    return CohortReport(subjects, protocol.origin, tuple(problems), notes, table.visits)
+    return CohortReport(gated, protocol.origin, tuple(problems), notes, table.visits, free)
 
 
 def _collect(problems: list[Problem], read: Callable[[], Value]) -> Value | None:
@@ -127,10 +155,15 @@ def _check(
     table: SubjectTable,
     settings: RecordingSettings,
     grid_points: int,
-) -> Checked | None:
+) -> Checked | CheckedFree | None:
     """Read and ingest one recording; a subject whose row is wrong has its recording read all the same."""
+    if own_protocol(cohort, name).exists():
+        settings = with_own_phases(cohort / PROTOCOL, name, settings)
+        protocol = read_protocol(cohort, settings, name)
     layout = protocol.layout
     path = find_recording(cohort, name, layout.table.file)
+    if is_free(path, layout):
+        return _check_free(path, protocol, name, table, settings)
     samples = read_samples(path, settings.phases, settings.density_kg_m3, layout, name)
     if name not in table.rows:
         return None
@@ -141,6 +174,17 @@ def _check(
     if isinstance(levels, SweepLevels) and not is_crossed(levels):
         raise RecordingError(Problem(str(path), NOT_CROSSED, ONE_NUMBER, column="repeat"))
     return Checked(samples, verdict, observation)
+
+
+def _check_free(
+    path: Path, protocol: Protocol, name: str, table: SubjectTable, settings: RecordingSettings
+) -> CheckedFree | None:
+    samples = read_free_samples(path, settings.density_kg_m3, protocol.layout, name)
+    if name not in table.rows:
+        return None
+    context, clinical = table.rows[name].to_context(), table.clinical[name].to_measures()
+    observation = ingest_free(samples, context, settings, protocol.noise, clinical)
+    return CheckedFree(samples, free_rejection(samples, settings), observation)
 
 
 def _recorded(cohort: Path) -> tuple[str, ...]:
@@ -166,11 +210,29 @@ def _files(cohort: Path) -> list[Path]:
 def summary(report: CohortReport) -> str:
     """Return a table with one line a subject, what its columns mean, who has further measures or visits."""
     observed = [subject.observation for subject in report.subjects]
-    rows = [HEADER, *map(_row, observed)]
-    return "\n".join([*_aligned(rows), "", LEGEND, *_measured(observed), *persons_in_words(report.visits)])
+    free = [subject.observation for subject in report.free]
+    gated = [*_aligned([HEADER, *map(_row, observed)]), "", LEGEND] if observed else []
+    running = [*_aligned([FREE_HEADER, *map(_free_row, free)]), "", FREE_LEGEND] if free else []
+    between = [""] if gated and running else []
+    further = [*_measured([*observed, *free]), *persons_in_words(report.visits)]
+    return "\n".join([*gated, *between, *running, *further])
 
 
-def _measured(observed: Sequence[Observation]) -> list[str]:
+def _free_row(observed: FreeObservation) -> tuple[str, ...]:
+    relative, stiffness = observed.relative_se, observed.stiffness_kpa
+    reasons = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count)
+    return (
+        observed.subject,
+        str(len(observed.phase)),
+        str(sum(observed.rejected.values())),
+        str(observed.beats),
+        f"{float(np.median(relative)):.1%}",
+        f"{stiffness.min():.1f}-{stiffness.max():.1f}",
+        f"{SOURCES[observed.noise_source]}; rejected: {reasons or 'none'}",
+    )
+
+
+def _measured(observed: Sequence[Observation | FreeObservation]) -> list[str]:
     """Say of which subjects there are measures beside the speeds; nothing if of none."""
     having = {
         "cuff pressures": [one.subject for one in observed if one.clinical.has_pressures],

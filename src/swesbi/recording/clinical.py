@@ -6,9 +6,10 @@ All of it is optional: a recording says as much without, and more with it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Annotated, Final, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from swesbi.artefacts import Variable
@@ -74,6 +75,10 @@ class ClinicalMeasures:
     lvet_ms: Annotated[float, Variable("", "ms", "ejection time of the left ventricle; NaN without")] = (
         math.nan
     )
+
+    def same_as(self, other: ClinicalMeasures) -> bool:
+        """Tell whether both hold the same values; what was taken of neither is the same."""
+        return np.array_equal(astuple(self), astuple(other), equal_nan=True)
 
     @property
     def has_pressures(self) -> bool:

@@ -1,4 +1,4 @@
-"""Columns of the file of a recording, and the words of its status."""
+"""Columns of the file of a recording, gated or free-running, and the words of its status."""
 
 from __future__ import annotations
 
@@ -18,3 +18,9 @@ COLUMNS: Final = (
     "fit_r2",
     "status",
 )
+TIME: Final = "time_ms"
+STANDARD_ERROR: Final = "se_m_s"
+FREE_REQUIRED: Final = (TIME, "rr_ms")
+FREE_OPTIONAL: Final = ("beat", "repeat", STANDARD_ERROR, "fit_r2", "status")
+FREE_COLUMNS: Final = (*FREE_REQUIRED, SPEED, *FREE_OPTIONAL)
+"""Of a free-running recording: it has instants in place of phases."""

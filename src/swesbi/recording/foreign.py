@@ -18,7 +18,7 @@ import pandas as pd
 
 from swesbi.arrays import IntArray
 from swesbi.recording.cohort import EXCEL
-from swesbi.recording.columns import COLUMNS, MODULUS, SPEED
+from swesbi.recording.columns import COLUMNS, FREE_OPTIONAL, FREE_REQUIRED, MODULUS, SPEED, TIME
 from swesbi.recording.layout import (
     COUNTED,
     MEASURED,
@@ -38,6 +38,23 @@ THREE: Final = "3"  # E = 3 mu of an incompressible, isotropic tissue
 
 
 @dataclass(frozen=True)
+class Wanted:
+    """Which columns of this project a recording has: those that it must have, and those that it may have."""
+
+    required: tuple[str, ...]
+    optional: tuple[str, ...] = ()
+
+    def values(self, layout: TableLayout) -> dict[str, str | int | float]:
+        """Return what the layout says of columns that the tables lack, as far as they are wanted."""
+        every = (*self.required, *self.optional)
+        return {column: value for column, value in layout.values.items() if column in every}
+
+
+GATED: Final = Wanted(COLUMNS)
+FREE: Final = Wanted((*FREE_REQUIRED, SPEED), FREE_OPTIONAL)
+
+
+@dataclass(frozen=True)
 class Cells:
     """Cells under this project's names, each with where it stands in the file.
 
@@ -54,21 +71,38 @@ class Cells:
     rows: IntArray
 
 
-def read_foreign(path: Path, layout: TableLayout, subject: str) -> TextTable:
+def is_free(path: Path, layout: TableLayout) -> bool:
+    """Tell whether a recording is free-running: it has instants and no phases; none that cannot be read."""
+    if "phase_index" in layout.values:
+        return False
+    time, phase = layout.source(TIME), layout.source("phase_index")
+    try:
+        if path.suffix.lower() == ".mat":
+            known = list(read_mat_table(path, (), (str(time), str(phase))).cells)
+        else:
+            rows, _ = _rows(path, layout)
+            known = [cell.strip() for cell in (rows[0][1] if rows else [])]
+    except RecordingError:
+        return False
+    return time in known and phase not in known
+
+
+def read_foreign(path: Path, layout: TableLayout, subject: str, wanted: Wanted = GATED) -> TextTable:
     """Return one subject's samples in the columns of this project, or in kPa where a modulus was measured.
 
     Args:
         path: The table: .csv, .mat, .xlsx or .xlsm.
         layout: How it differs.
         subject: Whose rows are wanted, where it is a table of several.
+        wanted: The columns of this project.
 
     Raises:
         RecordingError: The file is no such table, lacks a column or has no row of the subject.
     """
-    table, sources = _source(path, layout)
+    table, sources = _source(path, layout, wanted)
     own = _of_subject(table, layout, subject)
     melted = _melted(table, own, sources)
-    understood = _understood(melted, layout)
+    understood = _understood(melted, layout, wanted)
     unit = {column: layout.units[column] for column in layout.units}
 
     def place(index: int, column: str) -> Place:
@@ -83,17 +117,22 @@ def read_foreign(path: Path, layout: TableLayout, subject: str) -> TextTable:
     return TextTable(table.source, understood, melted.rows, unit=table.unit, place=place)
 
 
-def _source(path: Path, layout: TableLayout) -> tuple[TextTable, dict[str, tuple[str, ...]]]:
+def _source(path: Path, layout: TableLayout, wanted: Wanted) -> tuple[TextTable, dict[str, tuple[str, ...]]]:
     """Return the columns of the file that are used, as text, and which of them each of ours is."""
-    wanted = [*COLUMNS, *((SUBJECT,) if SUBJECT in layout.columns else ())]
-    wanted = [layout.measured if name == SPEED else name for name in wanted if name not in layout.values]
+    columns = [*wanted.required, *((SUBJECT,) if SUBJECT in layout.columns else ())]
+    columns = [layout.measured if name == SPEED else name for name in columns if name not in layout.values]
+    optional = [name for name in wanted.optional if name not in layout.values]
     if path.suffix.lower() == ".mat":
-        names = [_single(path, layout.source(column)) for column in wanted]
-        table = read_mat_table(path, names)
-        return table, {column: (name,) for column, name in zip(wanted, names, strict=True)}
+        named = {column: _single(path, layout.source(column)) for column in (*columns, *optional)}
+        table = read_mat_table(
+            path, [named[column] for column in columns], [named[column] for column in optional]
+        )
+        return table, {column: (name,) for column, name in named.items() if name in table.cells}
     rows, decimal_comma = _rows(path, layout)
     known = [cell.strip() for cell in (rows[0][1] if rows else [])]
-    sources = {column: _matching(path, column, layout.source(column), known) for column in wanted}
+    # one that may be missing must be there all the same where the layout says what it is called
+    columns += [name for name in optional if name in layout.columns or name in known]
+    sources = {column: _matching(path, column, layout.source(column), known) for column in columns}
     table = below_names(path, rows, list(dict.fromkeys(name for names in sources.values() for name in names)))
     return (with_decimal_points(table, _texts(sources)) if decimal_comma else table), sources
 
@@ -172,7 +211,7 @@ def _melted(table: TextTable, own: pd.DataFrame, sources: dict[str, tuple[str, .
     return Cells(cells, cells, columns, rows)
 
 
-def _understood(melted: Cells, layout: TableLayout) -> pd.DataFrame:
+def _understood(melted: Cells, layout: TableLayout, wanted: Wanted) -> pd.DataFrame:
     """Return the cells in this project's columns, units, words and numbers."""
     cells = melted.cells.copy()
     for column, unit in layout.units.items():
@@ -184,12 +223,13 @@ def _understood(melted: Cells, layout: TableLayout) -> pd.DataFrame:
         cells["status"] = cells["status"].map(lambda word: layout.table.statuses.get(word, word))
     if layout.table.first_phase and "phase_index" in cells:
         cells["phase_index"] = cells["phase_index"].map(_less(layout.table.first_phase))
-    for column, value in layout.values.items():
+    values = wanted.values(layout)
+    for column, value in values.items():
         if value != COUNTED:
             cells[column] = str(value)
-    for column in (name for name, value in layout.values.items() if value == COUNTED):
+    for column in (name for name, value in values.items() if value == COUNTED):
         cells[column] = _counted(cells, column)
-    return cells[[name for name in (*COLUMNS, *MEASURED[1:]) if name in cells]]
+    return cells[[name for name in (*wanted.required, *wanted.optional, *MEASURED[1:]) if name in cells]]
 
 
 def _counted(cells: pd.DataFrame, column: str) -> pd.Series[str]:

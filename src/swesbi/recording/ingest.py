@@ -124,7 +124,11 @@ def implausible(
 
 def _heart_rate(samples: Samples, context: Context, limit: float) -> Problem | None:
     beats = samples.frame().groupby(["phase_index", "repeat"])["rr_ms"].median()
-    median = float(beats.median())
+    return other_heart_rate(float(beats.median()), context, limit, samples.source)
+
+
+def other_heart_rate(median: float, context: Context, limit: float, source: str) -> Problem | None:
+    """Return what is wrong where a recording's median RR interval (ms) is too far from its context's."""
     expected = 1e3 * context.period_s
     if abs(median / expected - 1.0) <= limit:
         return None
@@ -132,7 +136,7 @@ def _heart_rate(samples: Samples, context: Context, limit: float) -> Problem | N
         f"the median RR interval is {median:.0f} ms ({6e4 / median:.0f} beats per minute), but hr_bpm of "
         f"{context.subject} in subjects.csv is {context.hr_bpm:g} ({expected:.0f} ms), limit {limit:.0%}"
     )
-    return Problem(samples.source, reason, "give the heart rate of this recording", column="rr_ms")
+    return Problem(source, reason, "give the heart rate of this recording", column="rr_ms")
 
 
 def _delays(samples: Samples) -> Problem | None:
@@ -146,12 +150,17 @@ def _delays(samples: Samples) -> Problem | None:
 
 
 def _speeds(samples: Samples, accepted: BoolArray) -> Problem | None:
-    median = float(np.median(samples.speed_m_s[accepted]))
+    return other_unit(samples.speed_m_s[accepted], samples.source)
+
+
+def other_unit(speed_m_s: FloatArray, source: str) -> Problem | None:
+    """Return what is wrong where the median of accepted speeds cannot be one in m/s."""
+    median = float(np.median(speed_m_s))
     low, high = MEDIAN_SPEED_RANGE_M_S
     if low <= median <= high:
         return None
     reason = f"the median shear-wave speed is {median:.3g} m/s, expected {low:g} to {high:g}"
-    return Problem(samples.source, reason, "check the unit: m/s, or kPa for a modulus", column=SPEED)
+    return Problem(source, reason, "check the unit: m/s, or kPa for a modulus", column=SPEED)
 
 
 def ingest(

@@ -14,7 +14,16 @@ from typing import Any, Final
 from pydantic import Field, ValidationError
 
 from swesbi.base import Settings
-from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
+from swesbi.recording.columns import (
+    COLUMNS,
+    FAILED_STATUSES,
+    FREE_COLUMNS,
+    MODULUS,
+    SPEED,
+    STATUS_OK,
+    TIME,
+)
+from swesbi.recording.columns import STANDARD_ERROR as FREE_STANDARD_ERROR
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 
 SUBJECT: Final = "subject"
@@ -23,6 +32,7 @@ MEASURED: Final = (SPEED, MODULUS, SHEAR_MODULUS)
 STANDARD_ERROR: Final = "shear_wave_speed_se_m_s"
 COUNTED: Final = "counted"
 COUNTABLE: Final = ("phase_index", "sample")
+ALL_COLUMNS: Final = tuple(dict.fromkeys((*COLUMNS, *FREE_COLUMNS)))
 STATUSES: Final = (STATUS_OK, *FAILED_STATUSES)
 SPEED_UNITS: Final = {"m/s": "1", "cm/s": "0.01", "mm/s": "0.001"}
 MODULUS_UNITS: Final = {"kPa": "1", "Pa": "0.001"}
@@ -33,6 +43,8 @@ UNITS: Final[Mapping[str, Mapping[str, str]]] = {
     SHEAR_MODULUS: MODULUS_UNITS,
     "trigger_delay_ms": TIME_UNITS,
     "rr_ms": TIME_UNITS,
+    TIME: TIME_UNITS,
+    FREE_STANDARD_ERROR: SPEED_UNITS,
     "fit_r2": {"1": "1", "%": "0.01"},
 }
 """What a number in each unit is multiplied by for the column's own, as text that is exact in decimals."""
@@ -110,13 +122,16 @@ def _problem(path: Path, details: Any) -> Problem:  # noqa: ANN401
 
 
 def _columns(path: Path, layout: TableLayout) -> list[Problem]:
-    known = (SUBJECT, *COLUMNS, *MEASURED[1:])
+    known = (SUBJECT, *ALL_COLUMNS, *MEASURED[1:])
     problems = []
     for column, names in layout.columns.items():
         key, value = f"columns.{column}", str(names)
         if column == STANDARD_ERROR:
             reason = f"under the key `{key}`: means with standard errors are not taken"
-            remedy = "errors are told from repeats: give the samples themselves, a row or a column each"
+            remedy = (
+                "errors are told from repeats: give the samples themselves, a row or a column each; of a "
+                f"free-running recording, with {TIME}, the column is {FREE_STANDARD_ERROR}"
+            )
             problems.append(Problem(str(path), reason, remedy, value=value))
         elif column not in known:
             reason, remedy = f"under the key `{key}` is for no column", f"those are {', '.join(known)}"
@@ -156,9 +171,10 @@ def _table(path: Path, layout: TableLayout) -> list[Problem]:
     problems = []
     table = layout.table
     for column, value in table.values.items():
-        if column not in COLUMNS or column in layout.columns:
+        if column not in ALL_COLUMNS or column in layout.columns:
             reason = f"under the key `table.values.{column}` is for no column that the tables lack"
-            problems.append(Problem(str(path), reason, f"those are {', '.join(COLUMNS)}", value=str(value)))
+            remedy = f"those are {', '.join(ALL_COLUMNS)}"
+            problems.append(Problem(str(path), reason, remedy, value=str(value)))
         elif value == COUNTED and column not in COUNTABLE:
             reason = f"under the key `table.values.{column}`: only {' and '.join(COUNTABLE)} can be counted"
             problems.append(Problem(str(path), reason, "give a value", value=str(value)))

@@ -6,7 +6,7 @@ The contexts are a file of their own, so that comparing a subject with the cohor
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -135,8 +135,7 @@ def contexts_of(dataset: xr.Dataset, along: str) -> tuple[Context, ...]:
 
 def same_recording(one: Observation, other: Observation) -> bool:
     """Tell whether two observed curves are of the same samples, heart and further measures."""
-    measured = astuple(one.clinical), astuple(other.clinical)
-    if one.context != other.context or not np.array_equal(*measured, equal_nan=True):
+    if one.context != other.context or not one.clinical.same_as(other.clinical):
         return False
     names = ("phase", "phase_index", "speed_m_s", "speed_se_m_s", "samples_accepted", "samples_by_repeat")
     pairs = [(getattr(one, name), getattr(other, name)) for name in names]

@@ -1,4 +1,8 @@
-"""``recording.yaml``: what a cohort says of how its recordings were made."""
+"""``recording.yaml``: what a cohort says of how its recordings were made, and ``swe/<subject>.yaml`` of one.
+
+What the second says stands in place of the first for that recording: keys of ``protocol`` one by one,
+``columns``, ``units``, ``table`` and ``noise`` as wholes.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +12,18 @@ from pathlib import Path
 from typing import Any, Final, Literal, cast, get_args
 
 import yaml
+from pydantic import ValidationError
 
-from swesbi.recording.cohort import PROTOCOL, check_file
+from swesbi.recording.cohort import PROTOCOL, RECORDINGS, check_file
 from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 from swesbi.recording.table import read_bytes
 
 Repeats = Literal["separate", "sweeps"]
 SEE_TEMPLATE: Final = "`swesbi template FOLDER` writes one to start from"
+OVERRIDING: Final = ("protocol", *TableLayout.model_fields, "noise")
+"""Keys of ``recording.yaml`` that a recording may say for itself."""
 SAY_REPEATS: Final = (
     "write `sweeps` if a repeat of one number runs over all phases, `separate` or nothing if each phase is "
     "repeated by itself"
@@ -36,10 +43,16 @@ class Protocol:
     origin: str
     repeats_are: Repeats = "separate"
     layout: TableLayout = TableLayout()
+    noise: NoiseDeclaration = NoiseDeclaration()
 
 
-def read_protocol(cohort: Path, settings: RecordingSettings) -> Protocol:
+def read_protocol(cohort: Path, settings: RecordingSettings, subject: str = "") -> Protocol:
     """Read ``recording.yaml``, which must agree with the settings of ingestion where it says the same.
+
+    Args:
+        cohort: Its folder.
+        settings: Of ingestion; of one recording, with the phases that it says for itself.
+        subject: Whose own file stands in its place where it says otherwise; nobody's without.
 
     Raises:
         RecordingError: The file is missing, no YAML mapping, lacks ``origin``, disagrees, or says of its
@@ -47,34 +60,108 @@ def read_protocol(cohort: Path, settings: RecordingSettings) -> Protocol:
     """
     path = cohort / PROTOCOL
     check_file(path, cohort)
-    plain = _mapping(path)
+    plain = _of_recording(path, subject)
     origin, repeats = plain.get("origin"), _repeats(plain)
     problems = [*_disagreements(path, plain, settings), *_problems_of_repeats(path, repeats)]
     if not isinstance(origin, str) or not origin.strip():
         remedy = "say in a few words who or what was recorded"
         problems.append(Problem(str(path), "has no text under the key `origin`", remedy))
     raise_any(problems)
-    return Protocol(str(origin).strip(), cast("Repeats", repeats), layout_of(plain, path))
+    return Protocol(
+        str(origin).strip(), cast("Repeats", repeats), layout_of(plain, path), _noise(plain, path)
+    )
 
 
-def read_repeats(path: Path) -> Repeats:
-    """Read from a cohort's ``recording.yaml`` what its repeats are, and nothing else.
+def own_protocol(cohort: Path, subject: str) -> Path:
+    """Return where a recording may say what of its making differs from the cohort's."""
+    return cohort / RECORDINGS / f"{subject}.yaml"
+
+
+def with_own_phases(path: Path, subject: str, settings: RecordingSettings) -> RecordingSettings:
+    """Return the settings with the number of gated phases that a recording says for itself, if it does.
+
+    Args:
+        path: ``recording.yaml`` of the cohort.
+        subject: Whose recording it is.
+        settings: Those of the cohort.
+
+    Raises:
+        RecordingError: The recording's own file cannot be used, or has no such number.
+    """
+    protocol = _own(path, subject).get("protocol") or {}
+    phases = protocol.get("phases") if isinstance(protocol, dict) else None
+    if phases is None:
+        return settings
+    try:
+        return RecordingSettings.from_plain(settings.to_plain() | {"phases": phases})
+    except ValidationError as error:
+        file = str(own_protocol(path.parent, subject))
+        reason = f"under the key `protocol.phases`: {error.errors()[0]['msg']}"
+        raise RecordingError(Problem(file, reason, "correct it", value=str(phases))) from error
+
+
+def read_noise_declaration(path: Path, subject: str = "") -> NoiseDeclaration:
+    """Read what a cohort's ``recording.yaml``, or a recording's own, says of errors; arguments as below.
+
+    Raises:
+        RecordingError: A file is missing or no YAML mapping, or says what is not known.
+    """
+    return _noise(_of_recording(path, subject), path)
+
+
+def read_repeats(path: Path, subject: str = "") -> Repeats:
+    """Read from a cohort's ``recording.yaml``, or a recording's own, what repeats are, and nothing else.
 
     Raises:
         RecordingError: The file is missing or no YAML mapping, or says what is not known.
     """
-    repeats = _repeats(_mapping(path))
+    repeats = _repeats(_of_recording(path, subject))
     raise_any(_problems_of_repeats(path, repeats))
     return cast("Repeats", repeats)
 
 
-def read_layout(path: Path) -> TableLayout:
-    """Read from a cohort's ``recording.yaml`` how its tables differ, and nothing else.
+def read_layout(path: Path, subject: str = "") -> TableLayout:
+    """Read from a cohort's ``recording.yaml``, or a recording's own, how tables differ, and nothing else.
 
     Raises:
         RecordingError: The file is missing or no YAML mapping, or says what is not known.
     """
-    return layout_of(_mapping(path), path)
+    return layout_of(_of_recording(path, subject), path)
+
+
+def _of_recording(path: Path, subject: str) -> Mapping[str, Any]:
+    """Return what ``recording.yaml`` says, with what the subject's own file says in its place."""
+    plain, own = _mapping(path), _own(path, subject)
+    protocols = plain.get("protocol"), own.get("protocol")
+    whole = {**plain, **own}
+    if all(isinstance(protocol, dict) for protocol in protocols):
+        whole["protocol"] = {**plain["protocol"], **own["protocol"]}
+    return whole
+
+
+def _own(path: Path, subject: str) -> Mapping[str, Any]:
+    file = own_protocol(path.parent, subject)
+    if not subject or not (file.exists() or file.is_symlink()):
+        return {}
+    check_file(file, path.parent)
+    own = _mapping(file)
+    if unknown := [str(key) for key in own if key not in OVERRIDING]:
+        reason = "is no key that a recording may say for itself"
+        remedy = f"those are {', '.join(OVERRIDING)}"
+        raise RecordingError(Problem(str(file), reason, remedy, value=unknown[0]))
+    return own
+
+
+def _noise(plain: Mapping[str, Any], path: Path) -> NoiseDeclaration:
+    """Return what is declared of errors; of a key ``noise`` that is left out or empty, nothing."""
+    said = plain.get("noise")
+    try:
+        return NoiseDeclaration.from_plain({} if said is None else said)
+    except (ValidationError, TypeError, ValueError) as error:
+        first = error.errors()[0] if isinstance(error, ValidationError) else {"loc": (), "msg": str(error)}
+        key = ".".join(["noise", *map(str, first["loc"])])
+        reason = f"under the key `{key}`: {str(first['msg']).removeprefix('Value error, ')}"
+        raise RecordingError(Problem(str(path), reason, "see `template`", value=str(said))) from error
 
 
 def _mapping(path: Path) -> Mapping[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 from swesbi.arrays import FloatArray, IntArray
 from swesbi.recording.cohort import EXCEL, SUFFIXES, WORKBOOKS
 from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
-from swesbi.recording.foreign import read_foreign
+from swesbi.recording.foreign import is_free, read_foreign
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
@@ -22,6 +22,11 @@ MEASURED: Final = (SPEED, MODULUS)
 REQUIRED: Final = tuple(name for name in COLUMNS if name != SPEED)
 READERS: Final = {".csv": read_table, ".mat": read_mat_table}
 OWN_FORM: Final = TableLayout()
+NOT_GATED: Final = "is free-running: it has instants (time_ms) and no phases (phase_index)"
+ASK_FREE: Final = (
+    "networks and the experiments of the paper need gated phases; `swesbi new-subject` answers it without a "
+    "network; in a study's own cohort leave it out of `subjects`"
+)
 SPEED_RANGE_M_S: Final = (0.05, 30.0)
 
 
@@ -48,6 +53,8 @@ def read_samples(
         RecordingError: The table is malformed, a value is impossible or a sample is given twice; it lists
             every problem with file, row, column and value.
     """
+    if is_free(path, layout):
+        raise RecordingError(Problem(str(path), NOT_GATED, ASK_FREE))
     table = _table(path, layout, subject)
     table.unique(["phase_index", "repeat", "sample"])
     phase_index = _phase_index(table, phases)
@@ -55,7 +62,7 @@ def read_samples(
     rr = table.number("rr_ms", 150, 5000, "give the RR interval in ms")
     repeat = table.integer("repeat", 0, 10_000, "number the repeats of a phase from 0 or 1")
     sample = table.integer("sample", 0, 1_000_000, "number the samples of a repeat from 0 or 1")
-    speed = _speed(table, density_kg_m3)
+    speed = read_speed(table, density_kg_m3)
     r2 = table.number("fit_r2", -1, 1, "R2 is a fraction, empty if there is none", may_be_empty=True)
     status = table.choice("status", (STATUS_OK, *FAILED_STATUSES))
     table.finish()
@@ -63,6 +70,20 @@ def read_samples(
 
 
 def _table(path: Path, layout: TableLayout, subject: str) -> TextTable:
+    check_suffix(path)
+    if path.suffix.lower() in EXCEL or not layout.is_own:
+        return read_foreign(path, layout, subject)
+    table = READERS[path.suffix.lower()](path, REQUIRED, MEASURED)
+    check_measured(table)
+    return table
+
+
+def check_suffix(path: Path) -> None:
+    """Refuse a file of a format that is not read.
+
+    Raises:
+        RecordingError: It is a workbook of a format that is not read, or none of the formats at all.
+    """
     suffix = path.suffix.lower()
     if suffix in WORKBOOKS:
         raise RecordingError(Problem(str(path), "is a workbook", SAVE_AS_CSV))
@@ -70,16 +91,20 @@ def _table(path: Path, layout: TableLayout, subject: str) -> TextTable:
         raise RecordingError(
             Problem(str(path), f"is none of {', '.join(SUFFIXES)}", "give it in one of these formats")
         )
-    if suffix in EXCEL or not layout.is_own:
-        return read_foreign(path, layout, subject)
-    table = READERS[suffix](path, REQUIRED, MEASURED)
+
+
+def check_measured(table: TextTable) -> None:
+    """Refuse a table that has not exactly one column of what was measured.
+
+    Raises:
+        RecordingError: It has both, or none.
+    """
     measured = [name for name in MEASURED if name in table.cells]
     if len(measured) != 1:
         reason = f"has {'both' if measured else 'none'} of the columns {' and '.join(MEASURED)}"
         raise RecordingError(
-            Problem(str(path), reason, "give exactly one of them, the one that was measured")
+            Problem(table.source, reason, "give exactly one of them, the one that was measured")
         )
-    return table
 
 
 def _phase_index(table: TextTable, phases: int) -> IntArray:
@@ -95,7 +120,8 @@ def _phase_index(table: TextTable, phases: int) -> IntArray:
     return table.integer("phase_index", 0, phases - 1, remedy)
 
 
-def _speed(table: TextTable, density_kg_m3: float) -> FloatArray:
+def read_speed(table: TextTable, density_kg_m3: float) -> FloatArray:
+    """Return the speeds in m/s, from the modulus where that was measured; NaN where there is none."""
     if SPEED in table.cells:
         remedy = "give it in m/s, or leave it empty if it failed"
         return table.number(SPEED, *SPEED_RANGE_M_S, remedy, may_be_empty=True)

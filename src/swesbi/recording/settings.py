@@ -101,3 +101,23 @@ class NoiseSettings(Settings):
     """How the uncertainty of the variance components is told."""
 
     interval: float = Field(gt=0, lt=1, description="mass of the profile-likelihood intervals")
+
+
+class NoiseDeclaration(Settings):
+    """Section ``noise`` of ``recording.yaml``: what is known of the errors of a recording without repeats."""
+
+    fit_points: int | None = Field(default=None, ge=3, le=100_000, description="points of each line fit")
+    cv_fraction: float | None = Field(
+        default=None, gt=0.0, le=0.5, description="median of the prior of the relative standard error"
+    )
+    cv_log_sd: float | None = Field(
+        default=None, gt=0.0, le=1.5, description="standard deviation of its logarithm"
+    )
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.cv_fraction is None) != (self.cv_log_sd is None):
+            raise ValueError("cv_fraction and cv_log_sd belong together: give both")
+        if self.fit_points is not None and self.cv_fraction is not None:
+            raise ValueError("declares fit_points and cv_fraction: keep one")
+        return self

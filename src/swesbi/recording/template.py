@@ -19,6 +19,7 @@ EXIT_REFUSED: Final = 2
 TEMPLATES: Final = {
     PROTOCOL: "recording.yaml",
     f"{RECORDINGS}/_example.csv": "example.csv",
+    f"{RECORDINGS}/_example_free.csv": "example_free.csv",
 }
 
 

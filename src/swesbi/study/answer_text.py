@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
+
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactResult
 from swesbi.prior import ParameterPrior
 from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.free_noise import SOURCES
+from swesbi.recording.free_observation import FreeObservation
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
 from swesbi.verdict.support import Support
 
@@ -49,6 +53,15 @@ def pressures_text(clinical: ClinicalMeasures, result: ExactResult, prior: Seque
             "verdict is that of the speeds:",
             *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
         ]
+    )
+
+
+def free_text(observed: FreeObservation) -> str:
+    """Say what a free-running recording consists of, and what its errors are told from."""
+    median = 100.0 * float(np.median(observed.relative_se))
+    return (
+        f"{len(observed.phase)} pushes at instants of their own; errors: {SOURCES[observed.noise_source]}, "
+        f"{median:.1f} % in the median"
     )
 
 

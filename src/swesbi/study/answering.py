@@ -8,15 +8,25 @@ from pathlib import Path
 from typing import Any, Final, get_type_hints
 
 from swesbi.artefacts import folder_made_whole
+from swesbi.config.new_recordings import is_free_running, noise_declared, quality_of
 from swesbi.config.parts import named
 from swesbi.config.read import ConfigError, add_options, in_words, overlay, read_merged
-from swesbi.config.refusals import context_refusal, new_recording_settings, trained_on
+from swesbi.config.refusals import context_refusal, trained_on
 from swesbi.config.study import Study, load_study
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.study.finished import FinishedPopulation, FinishedStudy, answering_stage
 from swesbi.study.registry import file_arguments, stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
+FREE_OUTPUTS: Final = {
+    "observation": "observation.h5",
+    "posterior": "posterior.h5",
+    "support": "support.json",
+    "predictive": "predictive.h5",
+    "ppc_png": "ppc.png",
+    "posterior_png": "posterior.png",
+}
+"""Of a free-running recording."""
 OUTPUTS: Final = {
     "observation": "observation.h5",
     "shard": "simulations.h5",
@@ -28,6 +38,7 @@ OUTPUTS: Final = {
 }
 REFERENCE: Final = {"passive_baseline": "passive.h5", "reference_fit": "cmaes.h5"}
 """Further outputs, where the reference fit is asked for."""
+FREE_STAGE: Final = "free_subject"
 WITH_PRESSURES: Final = "with_pressures.h5"
 """A further output, of a subject of whom the pressures of a cuff were taken."""
 
@@ -160,20 +171,45 @@ def check_untouched(folder: Path, study: Study, subject: str) -> None:
     remedy = "name another folder by --out, or write over it by --force"
     if not kept.is_file():
         raise OtherAnswerError(f"{folder}: is there already and holds no answer; {remedy}")
-    from swesbi.recording.ingest import ingest
-    from swesbi.recording.observation import read_observation, same_recording
-    from swesbi.recording.reader import read_samples
-
-    settings = new_recording_settings(study)
-    path = study.new_recording(subject)
-    samples = read_samples(path, settings.phases, settings.density_kg_m3, study.new_layout, subject)
-    clinical = study.outside.clinical_of(subject).to_measures()
-    context, points = study.new_rows[subject].to_context(), study.config.measurement.grid_points
-    if not same_recording(read_observation(kept), ingest(samples, context, settings, points, clinical)):
+    same = _is_of_pushes if is_free_running(study, subject) else _is_of_samples
+    if not same(kept, study, subject):
         raise OtherAnswerError(
             f"{folder}: holds the answer to another recording of {subject!r}, or its row of subjects.csv has "
             f"changed since; {remedy}"
         )
+
+
+def _is_of_samples(kept: Path, study: Study, subject: str) -> bool:
+    """Tell whether an observed curve is that of a subject's gated recording as it is now."""
+    from swesbi.artefacts.files import hdf5_provenance
+    from swesbi.recording.ingest import ingest
+    from swesbi.recording.observation import KIND, read_observation, same_recording
+    from swesbi.recording.reader import read_samples
+
+    settings, layout = quality_of(study, subject), study.new_layout_of(subject)
+    path, points = study.new_recording(subject), study.config.measurement.grid_points
+    samples = read_samples(path, settings.phases, settings.density_kg_m3, layout, subject)
+    context, clinical = study.new_rows[subject].to_context(), study.outside.clinical_of(subject).to_measures()
+    now = ingest(samples, context, settings, points, clinical)
+    return hdf5_provenance(kept).kind == KIND and same_recording(read_observation(kept), now)
+
+
+def _is_of_pushes(kept: Path, study: Study, subject: str) -> bool:
+    """Tell whether what is kept are the pushes of a subject's free-running recording as it is now."""
+    from swesbi.artefacts.files import hdf5_provenance
+    from swesbi.recording.free_observation import (
+        KIND,
+        ingest_free,
+        read_free_observation,
+        same_free_recording,
+    )
+    from swesbi.recording.free_samples import read_free_samples
+
+    settings, layout = quality_of(study, subject), study.new_layout_of(subject)
+    samples = read_free_samples(study.new_recording(subject), settings.density_kg_m3, layout, subject)
+    context, clinical = study.new_rows[subject].to_context(), study.outside.clinical_of(subject).to_measures()
+    now = ingest_free(samples, context, settings, noise_declared(study, subject), clinical)
+    return hdf5_provenance(kept).kind == KIND and same_free_recording(read_free_observation(kept), now)
 
 
 def answer_into(
@@ -214,6 +250,19 @@ def answer_into(
             **file_arguments(run, files),
             settings=settings,
             origin=Origin(study.config.seed, subject, stage_code(stage)),
+        )
+
+
+def answer_free_into(folder: Path, study: Study, subject: str, plain: Mapping[str, Any]) -> None:
+    """Answer a free-running recording, without a network; arguments and errors as of :func:`answer_into`."""
+    run = stage_function(FREE_STAGE)
+    settings = get_type_hints(run)["settings"].from_plain(plain)
+    with folder_made_whole(folder) as made:
+        outputs = {name: made / file for name, file in FREE_OUTPUTS.items()}
+        run(
+            **file_arguments(run, {"recording": study.new_recording(subject)} | outputs),
+            settings=settings,
+            origin=Origin(study.config.seed, subject, stage_code(FREE_STAGE)),
         )
 
 

@@ -10,16 +10,20 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts import ArtefactError
+from swesbi.config.new_recordings import is_free_running
 from swesbi.config.read import parsed, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
-from swesbi.study.answer_text import answer_text, pressures_text
+from swesbi.study.answer_text import answer_text, free_text, pressures_text
 from swesbi.study.answering import (
+    FREE_OUTPUTS,
+    FREE_STAGE,
     OUTPUTS,
     REFERENCE,
     WITH_PRESSURES,
     OtherAnswerError,
     add_answering,
+    answer_free_into,
     answer_into,
     check_new_subject,
     check_untouched,
@@ -33,6 +37,10 @@ from swesbi.study.finished import answering_stage, check_finished, finished_expe
 
 LOGGER: Final = logging.getLogger("swesbi")
 EXIT_REFUSED: Final = 2
+FREE_NOTE: Final = (
+    "{subject} is free-running: no network takes it; answered from the prior of {experiment} by adaptive "
+    "importance sampling"
+)
 TABLE: Final = {"table": "answers.csv", "workbook": "answers.xlsx"}
 
 
@@ -90,6 +98,8 @@ def _answer(request: Request, subject: str, out: Path | None) -> Given:
     study = request.study
     for experiment in request.experiments:
         check_new_subject(study, experiment, subject)
+    if is_free_running(study, subject):
+        return _answer_free(request, subject, out)
     experiment, note = choose_experiment(study, subject, request.experiments)
     finished = finished_experiment(study, experiment)
     check_finished(finished, request.snakemake)
@@ -99,6 +109,17 @@ def _answer(request: Request, subject: str, out: Path | None) -> Given:
         check_untouched(folder, study, subject)
     answer_into(folder, study, subject, experiment, plain, finished)
     return Given(experiment, folder, note)
+
+
+def _answer_free(request: Request, subject: str, out: Path | None) -> Given:
+    """Answer a free-running recording by the prior of the first experiment, without its network."""
+    study, experiment = request.study, request.experiments[0]
+    plain = stage_settings(study, FREE_STAGE, experiment=experiment, subject=subject)
+    folder = out or folder_of(study, experiment, subject)
+    if not request.force:
+        check_untouched(folder, study, subject)
+    answer_free_into(folder, study, subject, plain)
+    return Given(experiment, folder, FREE_NOTE.format(subject=subject, experiment=experiment))
 
 
 def _answer_all(request: Request) -> int:
@@ -179,12 +200,16 @@ def _write_table(
 
 def _text(study: Study, subject: str, given: Given) -> str:
     from swesbi.posterior.result import read_exact_result
+    from swesbi.recording.free_observation import read_free_observation
     from swesbi.verdict.support import read_support
 
     prior = study.config.speed_experiments[study.config.base_of(given.experiment)]
     bounds = (*study.config.priors[prior.prior].parameters, prior.passive_scale_kpa)
     result, folder = read_exact_result(given.folder / OUTPUTS["posterior"]), given.folder
     answer = [answer_text(subject, result, read_support(folder / OUTPUTS["support"]), bounds)]
+    if is_free_running(study, subject):
+        answer.append(free_text(read_free_observation(folder / FREE_OUTPUTS["observation"])))
+        return "\n".join([*answer, f"written to {folder.resolve()}: {', '.join(FREE_OUTPUTS.values())}"])
     written = [*OUTPUTS.values(), *(REFERENCE.values() if study.config.new_subjects.reference_fit else ())]
     for clinical in pressures_of(study, subject):
         answer.append(pressures_text(clinical, read_exact_result(folder / WITH_PRESSURES), bounds))
@@ -198,7 +223,8 @@ def _parser() -> argparse.ArgumentParser:
         description="Answer subjects who are not in the study's cohort with the network that the study has "
         "trained: exact posterior with its certificate, verdict, figures, in seconds and without training. "
         "A heart unlike those that it was trained on is answered by the network of a population, if one runs "
-        "and knows it, and else refused, with the reason. The configuration is that of the study.",
+        "and knows it, and else refused, with the reason. A free-running recording is answered without a "
+        "network, from the prior on, in a minute or so. The configuration is that of the study.",
         epilog="Exit code: 0 answered; 2 refused, or one of --all was: the others are answered all the same.",
     )
     parser.add_argument("--cohort", type=Path, required=True, help="folder with the recordings")

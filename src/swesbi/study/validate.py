@@ -38,9 +38,10 @@ def main(arguments: Sequence[str]) -> int:
         lines = [f"{cohort}: {several}{listed(problems)}", *_usable(report), "Nothing was written."]
         print("\n".join(lines), file=sys.stderr)
         return EXIT_PROBLEMS
-    print(f"{cohort}: {len(report.subjects)} recordings can be used; origin: {report.origin}\n")
+    print(f"{cohort}: {len(report.usable)} recordings can be used; origin: {report.origin}\n")
     print(summary(report))
-    for note in (*report.notes, *(() if here else (_elsewhere(cohort, config, options.config),))):
+    elsewhere = () if here or not report.subjects else (_elsewhere(cohort, config, options.config),)
+    for note in (*report.notes, *elsewhere, *_free_running(report)):
         print(f"note: {note}")
     if options.plot:
         _plot(report, options.plot)
@@ -52,7 +53,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="swesbi validate",
         description="Check a cohort before anything runs on it. Either every problem is listed, with file, "
         "row, column, value and remedy, and the exit code is 2; or a table says for each subject how many "
-        "phases were measured, how many samples were rejected and why, and how large standard errors are. "
+        "phases were measured, how many samples were rejected and why, and how large standard errors are; of "
+        "a free-running recording, how many pushes there are, and what their errors are told from. "
         "Number of phases, density and limits of quality control are those of `recording` in config.yaml.",
     )
     parser.add_argument("cohort", type=Path, help="folder with subjects.csv, recording.yaml and swe/")
@@ -66,14 +68,14 @@ def _parser() -> argparse.ArgumentParser:
 
 def _usable(report: CohortReport) -> list[str]:
     """Say whose recordings can be used as they are, though those of others cannot."""
-    names = [subject.observation.subject for subject in report.subjects]
+    names = report.usable
     one = "recording can" if len(names) == 1 else "recordings can"
     return [f"{len(names)} {one} be used as they are: {', '.join(names)}"] if names else []
 
 
 def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> list[Problem]:
     """Return the subjects that the configuration names and the cohort has not."""
-    known = [subject.observation.subject for subject in report.subjects]
+    known = report.usable
     if report.problems:
         return []
     reason = f"is no subject of {Path(config.cohort) / SUBJECTS}, which has {', '.join(known)}"
@@ -100,12 +102,28 @@ def _elsewhere(cohort: Path, config: Config, source: Path) -> str:
     )
 
 
+def _free_running(report: CohortReport) -> tuple[str, ...]:
+    """Say what can be asked about free-running recordings, if there are any."""
+    if not report.free:
+        return ()
+    names = ", ".join(one.observation.subject for one in report.free)
+    return (
+        f"free-running: {names}; `swesbi new-subject` answers them without a network. Networks and the "
+        "experiments of the paper need gated phases: leave them out of `subjects` of a study",
+    )
+
+
 def _plot(report: CohortReport, folder: Path) -> None:
     # matplotlib is slow to import, and most checks draw nothing
+    from swesbi.show.figures.free_recording import draw_free_sheet
     from swesbi.show.figures.recording import draw_recording_sheet
     from swesbi.show.figures.style import save_figure
 
     for subject in report.subjects:
         path = folder / f"{subject.observation.subject}.png"
         save_figure(draw_recording_sheet(subject, report.origin), path)
+        print(f"wrote {path}")
+    for free in report.free:
+        path = folder / f"{free.observation.subject}.png"
+        save_figure(draw_free_sheet(free, report.origin), path)
         print(f"wrote {path}")

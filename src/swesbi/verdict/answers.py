@@ -30,6 +30,8 @@ ALARMS: Final = ("strained or unsupported", "unsupported")
 SUPPORTED: Final = "supported"
 STRAINED: Final = "strained"
 UNSUPPORTED: Final = "unsupported"
+NO_VERDICT: Final = "no verdict"
+"""Of a recording without null distributions, where nothing else speaks against the model."""
 STATUSES: Final = (SUPPORTED, STRAINED, UNSUPPORTED)
 SHOWN_TESTS: Final = 3
 TEST_LABELS: Final = {

@@ -153,11 +153,11 @@ def make_support(
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,
         sampler=exact.sampler,
-        answer=_answer(exact),
+        answer=answer_of(exact),
     )
 
 
-def _answer(exact: CertifiedPosterior) -> dict[str, dict[str, float | str]]:
+def answer_of(exact: CertifiedPosterior) -> dict[str, dict[str, float | str]]:
     """Return median and limits of the credible interval of each reported parameter, with mass and unit."""
     ends = median_and_interval(exact.phi[:, REPORTED], exact.interval_mass)
     return {

@@ -96,8 +96,8 @@ def _legend(figure: Figure, panel: PosteriorPanel, color: str, interval: float) 
 def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_title: str) -> Figure:
     """Draw a corner plot of the exact posterior of the active parameters and the passive scale.
 
-    The network's own draws are outlines: where they agree with the reported ones, the weights had little
-    to do. An unsupported subject is drawn on grey.
+    The network's own draws, or those of the prior where there was no network, are outlines: where they agree
+    with the reported ones, the weights had little to do. An unsupported subject is drawn on grey.
 
     Args:
         panel: The subject.
@@ -175,7 +175,7 @@ def _exact_legend(figure: Figure, panel: ExactPanel, color: str) -> None:
     mass = as_percent(panel.result.interval_mass)
     handles = [
         Line2D([], [], color=color, label=f"exact posterior ({status(panel.support)})"),
-        Line2D([], [], color=NETWORK, lw=0.8, ls="--", label=f"network alone, {mass} region"),
+        Line2D([], [], color=NETWORK, lw=0.8, ls="--", label=f"{panel.start}, {mass} region"),
         *_common_handles(mass),
     ]
     if panel.truth is not None:

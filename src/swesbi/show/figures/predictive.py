@@ -79,6 +79,9 @@ class PosteriorPanel:
     support: Support
 
 
+NETWORK_ALONE: Final = "network alone"
+
+
 @dataclass(frozen=True)
 class ExactPanel:
     """One subject's exact posterior.
@@ -89,6 +92,7 @@ class ExactPanel:
         fit_theta: (3,) the CMA-ES reference fit, if one was made; else None.
         support: The verdict.
         truth: (3,) active parameters that made the recording, of a generated cohort; else None.
+        start: What the draws are with which the inference began.
     """
 
     subject: str
@@ -96,6 +100,7 @@ class ExactPanel:
     fit_theta: FloatArray | None
     support: Support
     truth: FloatArray | None
+    start: str = NETWORK_ALONE
 
 
 def draw_predictions(axes: Axes, panel: PredictivePanel) -> None:

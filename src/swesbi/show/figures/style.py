@@ -30,7 +30,12 @@ EXCLUDED_BACKGROUND: Final = "#EDEDED"
 EXCLUDED_POSTERIOR: Final = "#4D5B66"
 STRAINED: Final = "#B07000"
 NETWORK: Final = "#6A1B9A"
-STATUS_COLORS: Final = {"supported": POSTERIOR, "strained": STRAINED, "unsupported": EXCLUDED_POSTERIOR}
+STATUS_COLORS: Final = {
+    "supported": POSTERIOR,
+    "no verdict": POSTERIOR,
+    "strained": STRAINED,
+    "unsupported": EXCLUDED_POSTERIOR,
+}
 
 RC: Final[Any] = {
     "font.family": "DejaVu Sans",

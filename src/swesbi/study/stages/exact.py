@@ -87,13 +87,14 @@ def exact_posterior(
 def write_posterior(
     path: Path,
     exact: ExactPosterior,
-    proposal: FlowProposal,
+    proposal: FlowProposal | None,
     settings: ExactPosteriorStageSettings,
     origin: Origin,
 ) -> None:
-    """Write an exact posterior with the network's conditioning vector, and log how reliable it is."""
-    components, prior = proposal.flow.components, settings.model.prior
-    groups = exact_to_groups(exact, proposal.condition, components, prior, settings.exact)
+    """Write an exact posterior, with the conditioning vector of a network if there was one, and log it."""
+    condition = np.empty(0) if proposal is None else proposal.condition
+    components = () if proposal is None else proposal.flow.components
+    groups = exact_to_groups(exact, condition, components, settings.model.prior, settings.exact)
     save(path, groups, origin.provenance(POSTERIOR, settings))
     _report(origin.subject, exact)
 

@@ -105,7 +105,7 @@ def _answer(
     """Ingest the recording of ``origin.subject``, infer it, judge and draw it; errors as of the stages."""
     check_quality(noise, settings.ingest.recording)
     ingest(recording=recording, observation=files.observation, settings=settings.ingest, origin=origin)
-    repeats, components = read_repeats(protocol), read_noise(noise).components
+    repeats, components = read_repeats(protocol, origin.subject), read_noise(noise).components
     known = known_noise(repeats, components)
     model = build_speed_model(files.observation, known, settings.exact_posterior.model)
     clinical = settings.ingest.clinical.to_measures()

@@ -16,6 +16,7 @@ from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.show.figures.posterior import draw_cohort_posteriors, draw_exact_posteriors
 from swesbi.show.figures.posterior_subject import draw_exact_subject, draw_subject_posterior
 from swesbi.show.figures.predictive import (
+    NETWORK_ALONE,
     ExactPanel,
     PosteriorPanel,
     PredictivePanel,
@@ -104,12 +105,16 @@ def save_exact_posterior(
     truth: Sequence[Path],
     figure: Path,
     settings: ExactSubjectFiguresSettings,
+    start: str = NETWORK_ALONE,
 ) -> None:
-    """Draw the exact posterior; ``cmaes`` is the reference fit, or nothing, ``truth`` as above."""
+    """Draw the exact posterior; ``cmaes`` is the reference fit, or nothing, ``truth`` as above.
+
+    ``start`` says what the draws are with which the inference began.
+    """
     fit, result = _reference_fit(cmaes), read_exact_result(posterior)
     subject = load(posterior, POSTERIOR)[1].subject
     theta = None if fit is None else fit.theta
-    panel = ExactPanel(subject, result, theta, read_support(support), read_truth(truth).get(subject))
+    panel = ExactPanel(subject, result, theta, read_support(support), read_truth(truth).get(subject), start)
     save_figure(draw_exact_subject(panel, settings.prior, settings.cohort_title), figure)
 
 

@@ -1,0 +1,114 @@
+"""Predictive checks of a free-running recording: new pushes at its instants, and the curve behind them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+
+from swesbi.arrays import FloatArray
+from swesbi.artefacts import Part, Variable, from_groups, load, register, schema_of
+from swesbi.checks.scores import Band, band, coverage
+from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.speeds import PredictedSpeeds
+from swesbi.recording.phases import analysis_grid
+from swesbi.recording.speed import youngs_modulus_kpa
+
+
+@dataclass(frozen=True)
+class FreePredictiveCheck:
+    """What prior and posterior predict of a free-running recording, and how its p pushes lie in it."""
+
+    grid: Annotated[FloatArray, Variable("grid", "1", "analysis phases, fraction of the cycle")]
+    prior: Annotated[Band, Part("prior_{}_kpa", "grid", "kPa", words={"noise": " of noiseless curves"})]
+    posterior: Annotated[
+        Band, Part("posterior_{}_kpa", "grid", "kPa", words={"noise": " of noiseless curves"})
+    ]
+    phase: Annotated[FloatArray, Variable("push", "1", "instants of the pushes, fraction of the beat")]
+    stiffness_kpa: Annotated[FloatArray, Variable("push", "kPa", "observed stiffness 3 rho c_s^2")]
+    relative_se: Annotated[FloatArray, Variable("push", "1", "standard error of each speed over it")]
+    pushes: Annotated[
+        Band, Part("push_{}_kpa", "push", "kPa", words={"noise": " of new pushes, errors included"})
+    ]
+    interval: Annotated[float, Variable("", "1", "probability mass of every interval")]
+    coverage: Annotated[float, Variable("", "1", "share of the pushes inside the interval of new ones")]
+
+
+def check_pushes(
+    model: FreeModel,
+    phi: FloatArray,
+    prior_phi: FloatArray,
+    interval: float,
+    grid_points: int,
+    rng: np.random.Generator,
+) -> FreePredictiveCheck:
+    """Compare a recording with new pushes that draws of its posterior would give at the same instants.
+
+    Args:
+        model: The recording and its model.
+        phi: Draws of the posterior; shape (n, d).
+        prior_phi: Draws of the prior; shape (m, d).
+        interval: Mass of the intervals.
+        grid_points: Points of the grid.
+        rng: Draws the errors.
+    """
+    recording, density = model.model.recording, model.settings.density_kg_m3
+    grid = analysis_grid(grid_points)
+    curves, predicted = _predicted(model, phi, grid)
+    prior, _ = _predicted(model, prior_phi, grid)
+    observed = youngs_modulus_kpa(recording.speed_m_s, density)
+    new = band(youngs_modulus_kpa(draw_pushes(model, predicted, rng), density), interval)
+    return FreePredictiveCheck(
+        grid=grid,
+        prior=band(youngs_modulus_kpa(prior.speed_m_s, density), interval),
+        posterior=band(youngs_modulus_kpa(curves.speed_m_s, density), interval),
+        phase=recording.phase,
+        stiffness_kpa=observed,
+        relative_se=recording.relative_se,
+        pushes=new,
+        interval=interval,
+        coverage=coverage(observed, new),
+    )
+
+
+def draw_pushes(model: FreeModel, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
+    """Draw the speeds (n, p) of new pushes at the recording's instants, one recording of each simulation.
+
+    The factor of the errors is drawn from its posterior, where it is not known; what the model misses is one
+    in each cell, as in the likelihood.
+    """
+    discrepancy, count = model.settings.discrepancy, len(predicted.log_speed)
+    _, place = np.unique(model.cell, return_inverse=True)
+    level, timing = rng.standard_normal((2, count, place.max() + 1))
+    own = rng.standard_normal(predicted.log_speed.shape) * model.model.recording.relative_se
+    missed = discrepancy.speed_fraction * level[:, place]
+    missed = missed + discrepancy.timing_cycle * predicted.slope * timing[:, place]
+    return np.asarray(np.exp(predicted.log_speed + missed + model.draw_factor(predicted, rng)[:, None] * own))
+
+
+def _predicted(
+    model: FreeModel, phi: FloatArray, grid: FloatArray
+) -> tuple[PredictedSpeeds, PredictedSpeeds]:
+    """Return the log speeds of the draws that can be simulated, on the grid and at the pushes."""
+    plain, pushes = model.model, len(model.cell)
+    phase = np.concatenate([plain.recording.phase, grid])
+    wider = replace(plain, recording=replace(plain.recording, phase=phase))
+    both = wider.predict(phi)
+    good = np.isfinite(both.log_speed).all(axis=1)
+    log_speed, slope = both.log_speed[good], both.slope[good]
+    on_grid = PredictedSpeeds(log_speed[:, pushes:], slope[:, pushes:])
+    return on_grid, PredictedSpeeds(log_speed[:, :pushes], slope[:, :pushes])
+
+
+KIND: Final = register("free_predictive", schema_of(FreePredictiveCheck))
+
+
+def read_free_predictive(path: Path) -> FreePredictiveCheck:
+    """Read the predictive check of a free-running recording.
+
+    Raises:
+        ArtefactError: The file is no such artefact.
+    """
+    return from_groups(FreePredictiveCheck, {"/": load(path, KIND)[0]})

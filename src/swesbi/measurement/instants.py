@@ -1,0 +1,149 @@
+"""The likelihood of speeds at any instants of the cycle, which share what the model misses.
+
+Pushes lie at instants s_i, several of them as near to one another as one likes, so what the model misses is
+not drawn anew for each. It is one in a cell of the cycle, as it is one at a gated phase: with log c(s) the
+noiseless log speed, a push i in the cell b has
+
+    log c_i = log c(s_i) + delta n_b + tau (d log c / ds)(s_i) m_b + lambda e_i,   n_b, m_b ~ N(0, 1),
+
+and e_i ~ N(0, se_i^2) of its own, so that pushes of a cell have the covariance
+
+    lambda^2 diag(se^2) + delta^2 1 1^T + tau^2 f f^T,   f_i = (d log c / ds)(s_i),
+
+and those of different cells none. With one push a cell that is the variance of a gated phase
+(``likelihood.log_speed_sd``). Nothing is averaged: of pushes of one instant and of equal, known errors the
+mean of log c is sufficient, so that their likelihood is that of the mean in all but a factor without phi.
+
+Where the errors are declared and not known, lambda is one factor of all of them with log lambda ~ N(0, v^2),
+and the likelihood is the integral over it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.special import logsumexp
+
+from swesbi.arrays import FloatArray, IntArray
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.measurement.shared_error import Innovations
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
+from swesbi.recording.free_observation import FreeObservation
+
+WIDEST_STEP: Final = 0.25
+REACH: Final = 6.0  # standard deviations of log lambda to either side
+
+
+def cell_innovations(
+    distance: FloatArray, slope: FloatArray, se: FloatArray, cell: IntArray, discrepancy: DiscrepancySettings
+) -> Innovations:
+    """Standardise n rows of p data, each datum given those before it in its row.
+
+    The filter of ``shared_error``, with a state of two components (n_b, m_b) that begins anew in each cell
+    and loadings (delta, tau f_i) that differ from row to row.
+
+    Args:
+        distance: Data less their means; shape (n, p).
+        slope: d log c / ds of each row; shape (n, p).
+        se: Standard deviations of the own errors; shape (n, p).
+        cell: Cell of each datum, those of one side by side; shape (p,).
+        discrepancy: delta and tau.
+    """
+    z, sd = np.empty_like(distance), np.empty_like(distance)
+    level = discrepancy.speed_fraction
+    first = np.concatenate([[True], cell[1:] != cell[:-1]])
+    for i in range(len(cell)):
+        if first[i]:
+            mean_n, mean_m, cross = (np.zeros(len(distance)) for _ in range(3))
+            var_n, var_m = np.ones(len(distance)), np.ones(len(distance))
+        timing = discrepancy.timing_cycle * slope[:, i]
+        gain_n = var_n * level + cross * timing
+        gain_m = cross * level + var_m * timing
+        sd[:, i] = np.sqrt(se[:, i] ** 2 + level * gain_n + timing * gain_m)
+        z[:, i] = (distance[:, i] - level * mean_n - timing * mean_m) / sd[:, i]
+        gain_n, gain_m = gain_n / sd[:, i], gain_m / sd[:, i]
+        mean_n, mean_m = mean_n + gain_n * z[:, i], mean_m + gain_m * z[:, i]
+        var_n, var_m, cross = var_n - gain_n**2, var_m - gain_m**2, cross - gain_n * gain_m
+    return Innovations(z, sd)
+
+
+def error_factors(log_sd: float, pushes: int) -> tuple[FloatArray, FloatArray]:
+    """Return nodes lambda_k and log weights of the integral over lambda; (k,) each, one where it is known.
+
+    The trapezium rule in u = log lambda / v over +-6. Of a normal density of standard deviation s it is off
+    by 2 exp(-2 pi^2 s^2 / h^2) with steps of h (Trefethen and Weideman 2014, SIAM Review 56:385), 5e-9 with
+    h = s. The information of p speeds on log lambda is 2 p at most, so s^2 >= 1 / (1 + 2 p v^2).
+
+    Args:
+        log_sd: v.
+        pushes: p.
+    """
+    if log_sd == 0.0:
+        return np.ones(1), np.zeros(1)
+    step = min(WIDEST_STEP, 1.0 / np.sqrt(1.0 + 2.0 * pushes * log_sd**2))
+    half = int(np.ceil(REACH / step))
+    u = np.linspace(-REACH, REACH, 2 * half + 1)
+    log_weight = -0.5 * u**2
+    return np.exp(log_sd * u), log_weight - logsumexp(log_weight)
+
+
+@dataclass(frozen=True)
+class FreeModel:
+    """A free-running recording under the settings of an experiment on speeds.
+
+    Attributes:
+        model: What predicts the speeds at the instants of its p pushes; their errors are its own likelihood's
+            alone where no two share a cell.
+        cell: Cell of each push; shape (p,).
+        noise_log_sd: v, of the factor of all errors; 0 where they are known.
+    """
+
+    model: SpeedModel
+    cell: IntArray
+    noise_log_sd: float
+
+    @property
+    def settings(self) -> SpeedModelSettings:
+        """The settings of the model, its prior among them."""
+        return self.model.settings
+
+    def log_likelihood(self, phi: FloatArray) -> FloatArray:
+        """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
+        total = logsumexp(self.log_joint(self.model.predict(phi)), axis=0)
+        return np.where(np.isnan(total), -np.inf, total)
+
+    def log_joint(self, predicted: PredictedSpeeds) -> FloatArray:
+        """Return log p(speeds | phi, lambda_k) with the log weight of the node lambda_k; shape (k, n)."""
+        factors, log_weight = error_factors(self.noise_log_sd, len(self.cell))
+        rows = [self.innovations(predicted, factor).log_density for factor in factors]
+        return np.stack(rows) + log_weight[:, None]
+
+    def draw_factor(self, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
+        """Draw the factor of the errors given the recording and each of n simulations; shape (n,)."""
+        factors, _ = error_factors(self.noise_log_sd, len(self.cell))
+        joint = self.log_joint(predicted)
+        below = np.cumsum(np.exp(joint - logsumexp(joint, axis=0)), axis=0) < rng.random(joint.shape[1])
+        return np.asarray(factors[below.sum(axis=0).clip(max=len(factors) - 1)])
+
+    def innovations(self, predicted: PredictedSpeeds, factor: FloatArray | float = 1.0) -> Innovations:
+        """Return the standardised residuals of n simulations, (n, p), errors times a factor of each, (n,)."""
+        recording = self.model.recording
+        distance = np.log(recording.speed_m_s) - predicted.log_speed
+        se = np.reshape(factor, (-1, 1)) * recording.relative_se + np.zeros_like(distance)
+        return cell_innovations(distance, predicted.slope, se, self.cell, self.settings.discrepancy)
+
+
+def free_model(observed: FreeObservation, settings: SpeedModelSettings) -> FreeModel:
+    """Build the model of a free-running recording.
+
+    Raises:
+        ValueError: A reference beat does not become periodic.
+    """
+    alone = np.empty((len(observed.phase), 0))
+    recording = SpeedRecording(
+        observed.context, observed.phase, observed.speed_m_s, observed.relative_se, alone
+    )
+    return FreeModel(speed_model(recording, settings), observed.cell, observed.noise_log_sd)

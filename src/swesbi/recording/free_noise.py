@@ -1,0 +1,95 @@
+"""The errors of the speeds of a free-running recording, which has no repeats to tell them from.
+
+They stand in the file, or follow from the quality of its fits, or are declared: then the declared coefficient
+of variation is not taken for granted but has a log-normal prior, and is integrated out of the likelihood
+(``measurement.instants``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from swesbi.arrays import BoolArray, FloatArray
+from swesbi.recording.columns import STANDARD_ERROR
+from swesbi.recording.free_samples import FreeSamples
+from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.settings import NoiseDeclaration
+
+NoiseSource = Literal["se_m_s", "fit_r2", "declared"]
+SOURCES: Final[dict[str, str]] = {
+    "se_m_s": "standard errors of the file",
+    "fit_r2": "standard errors by the R2 of the fits",
+    "declared": "declared coefficient of variation, integrated out",
+}
+DECLARE: Final = (
+    "add a column se_m_s; or declare in recording.yaml, or in swe/<subject>.yaml, "
+    "`noise: { cv_fraction: 0.1, cv_log_sd: 0.3 }`, or `noise: { fit_points: 12 }` where each speed is the "
+    "slope of a line through so many points and fit_r2 its R2"
+)
+
+
+@dataclass(frozen=True)
+class FreeNoise:
+    """Errors of n speeds.
+
+    Attributes:
+        relative_se: Standard error of each speed as a fraction of it; where it is declared, its prior median.
+        log_sd: Standard deviation of the logarithm of what all of them are multiplied by; 0 where known.
+        source: What they are told from.
+    """
+
+    relative_se: FloatArray
+    log_sd: float
+    source: NoiseSource
+
+
+def free_noise(samples: FreeSamples, accepted: BoolArray, declared: NoiseDeclaration) -> FreeNoise:
+    """Return the errors of the accepted speeds: of the file before anything that is declared.
+
+    The slope of a line through n points has, by least squares, the relative standard error
+    sqrt((1 / R2 - 1) / (n - 2)): its t statistic is sqrt((n - 2) R2 / (1 - R2)) (Draper and Smith, Applied
+    Regression Analysis, 1998, Ch. 6). A speed is that slope or its inverse, to first order with the same one.
+
+    Args:
+        samples: The recording, N pushes.
+        accepted: Which passed quality control; shape (N,), n of them.
+        declared: What ``recording.yaml`` says.
+
+    Raises:
+        RecordingError: Nothing tells the errors, or those of an accepted push are missing.
+    """
+    count = int(accepted.sum())
+    if STANDARD_ERROR in samples.columns:
+        relative = (samples.se_m_s / samples.speed_m_s)[accepted]
+        _check_all(samples, accepted, relative, STANDARD_ERROR, "is empty beside a speed that is accepted")
+        return FreeNoise(relative, 0.0, "se_m_s")
+    if declared.fit_points is not None:
+        r2 = samples.fit_r2[accepted]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            relative = np.sqrt((1.0 / r2 - 1.0) / (declared.fit_points - 2))
+        wrong = np.where((r2 > 0.0) & (r2 < 1.0), relative, np.nan)
+        _check_all(samples, accepted, wrong, "fit_r2", "tells no error: it must lie between 0 and 1")
+        return FreeNoise(relative, 0.0, "fit_r2")
+    if declared.cv_fraction is not None and declared.cv_log_sd is not None:
+        return FreeNoise(np.full(count, declared.cv_fraction), declared.cv_log_sd, "declared")
+    reason = "has no repeats at a phase, and nothing says how large the errors of its speeds are"
+    raise RecordingError(Problem(samples.source, reason, DECLARE))
+
+
+def _check_all(
+    samples: FreeSamples, accepted: BoolArray, relative: FloatArray, column: str, reason: str
+) -> None:
+    """Refuse an accepted push without a usable error; the first is named by its instant."""
+    missing = np.flatnonzero(np.isnan(relative))
+    if missing.size:
+        index = np.flatnonzero(accepted)[missing[0]]
+        value = samples.se_m_s[index] if column == STANDARD_ERROR else samples.fit_r2[index]
+        where = (
+            f"of the push at time_ms {samples.time_ms[index]:g} ({missing.size} of {accepted.sum()} pushes)"
+        )
+        text = "" if np.isnan(value) else f"{value:g}"
+        remedy = "give it, or another status than ok"
+        raise RecordingError(Problem(samples.source, f"{where} {reason}", remedy, column=column, value=text))

@@ -1,0 +1,172 @@
+"""A free-running recording as it was read: pushes at any instants of any beats, and which are accepted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.recording.cohort import EXCEL
+from swesbi.recording.columns import (
+    FAILED_STATUSES,
+    FREE_OPTIONAL,
+    FREE_REQUIRED,
+    STANDARD_ERROR,
+    STATUS_OK,
+    TIME,
+)
+from swesbi.recording.foreign import FREE, read_foreign
+from swesbi.recording.layout import TableLayout
+from swesbi.recording.phases import LATEST_BEAT_PHASE
+from swesbi.recording.reader import (
+    MEASURED,
+    OWN_FORM,
+    READERS,
+    SPEED_RANGE_M_S,
+    check_measured,
+    check_suffix,
+    read_speed,
+)
+from swesbi.recording.samples import ACCEPTED, REASONS
+from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.table import TextTable
+
+SEVERAL: Final = (
+    "give a push one row, the mean of its samples, or say by `beat` and `repeat` which of several it is"
+)
+OWN_BEAT: Final = (
+    "give the time since the R peak that begins the push's own beat, and number the beats in `beat`"
+)
+
+
+@dataclass(frozen=True)
+class FreeSamples:
+    """Columns of a free-running recording, each of shape (N,), N attempted pushes in any order.
+
+    Attributes:
+        time_ms: Time of the push since the R peak of its beat.
+        rr_ms: RR interval of that beat.
+        beat: Which beat; 0 where the file does not say.
+        repeat: Which of several trains; 0 where the file does not say.
+        speed_m_s: Shear-wave speed c_s; NaN where the estimate failed.
+        se_m_s: Its standard error; NaN where none is given.
+        fit_r2: R2 of the wave fit; NaN where there was none.
+        status: "ok" or one of ``FAILED_STATUSES``.
+        columns: Which optional columns the file has.
+        source: Where the samples come from, for messages.
+    """
+
+    time_ms: FloatArray
+    rr_ms: FloatArray
+    beat: IntArray
+    repeat: IntArray
+    speed_m_s: FloatArray
+    se_m_s: FloatArray
+    fit_r2: FloatArray
+    status: NDArray[np.str_]
+    columns: tuple[str, ...] = ()
+    source: str = "samples in memory"
+
+    @property
+    def phase(self) -> FloatArray:
+        """Instant of each push as a fraction of its own beat, time / RR modulo the beat, in [0, 1); (N,)."""
+        return (self.time_ms / self.rr_ms) % 1.0
+
+    def beats_rr_ms(self) -> FloatArray:
+        """Return the RR interval of each beat: the median over its pushes; beats of a train in order."""
+        named, index = np.unique(np.stack([self.repeat, self.beat]), axis=1, return_inverse=True)
+        if "beat" not in self.columns:  # nobody can tell the beats apart
+            return self.rr_ms
+        return np.array([np.median(self.rr_ms[index.ravel() == beat]) for beat in range(named.shape[1])])
+
+
+def read_free_samples(
+    path: Path, density_kg_m3: float, layout: TableLayout = OWN_FORM, subject: str = ""
+) -> FreeSamples:
+    """Read one row (CSV, workbook) or element (.mat) per attempted push; further columns are ignored.
+
+    Args:
+        path: The recording; its suffix tells the format.
+        density_kg_m3: Density rho behind a Young's modulus.
+        layout: How the table differs from this project's form, by ``recording.yaml``.
+        subject: Whose rows are wanted of a table of several.
+
+    Raises:
+        RecordingError: The table is malformed, a value is impossible, or a push is given twice or lies
+            beyond the end of its beat; it lists every problem with file, row, column and value.
+    """
+    check_suffix(path)
+    table = _table(path, layout, subject)
+    has = tuple(name for name in FREE_OPTIONAL if name in table.cells)
+    table.unique([name for name in ("repeat", "beat", TIME) if name in table.cells])
+    time = table.number(TIME, 0, 5000, "give the time since the R peak of the push's beat in ms")
+    rr = table.number("rr_ms", 150, 5000, "give the RR interval in ms")
+    late = time >= LATEST_BEAT_PHASE * rr
+    table.flag(TIME, late, "lies after the end of its beat (time_ms / rr_ms)", OWN_BEAT)
+    beat = _numbered(table, "beat", "number the beats from 0 or 1")
+    repeat = _numbered(table, "repeat", "number the trains from 0 or 1")
+    speed = read_speed(table, density_kg_m3)
+    samples = FreeSamples(
+        time, rr, beat, repeat, speed, _errors(table, speed), _fit(table), _status(table), has, str(path)
+    )
+    table.finish()
+    return samples
+
+
+def _table(path: Path, layout: TableLayout, subject: str) -> TextTable:
+    if path.suffix.lower() in EXCEL or not layout.is_own:
+        return read_foreign(path, layout, subject, FREE)
+    table = READERS[path.suffix.lower()](path, FREE_REQUIRED, (*MEASURED, *FREE_OPTIONAL))
+    check_measured(table)
+    return table
+
+
+def _numbered(table: TextTable, column: str, remedy: str) -> IntArray:
+    if column not in table.cells:
+        return np.zeros(len(table.cells), dtype=np.int64)
+    return table.integer(column, 0, 1_000_000, remedy)
+
+
+def _errors(table: TextTable, speed_m_s: FloatArray) -> FloatArray:
+    """Return the standard errors: more than nothing and, of a speed that is to be used, below it."""
+    if STANDARD_ERROR not in table.cells:
+        return np.full(len(table.cells), np.nan)
+    remedy = "give the standard error of the speed in m/s"
+    error = table.number(STANDARD_ERROR, 0.0, SPEED_RANGE_M_S[1], remedy, may_be_empty=True)
+    table.flag(STANDARD_ERROR, error == 0.0, "is no standard error", f"{remedy}, or leave it empty")
+    table.flag(STANDARD_ERROR, error >= speed_m_s, "is not smaller than the speed", f"{remedy}; check units")
+    return error
+
+
+def _fit(table: TextTable) -> FloatArray:
+    if "fit_r2" not in table.cells:
+        return np.full(len(table.cells), np.nan)
+    return table.number("fit_r2", -1, 1, "R2 is a fraction, empty if there is none", may_be_empty=True)
+
+
+def _status(table: TextTable) -> NDArray[np.str_]:
+    if "status" not in table.cells:
+        return np.full(len(table.cells), STATUS_OK)
+    return table.choice("status", (STATUS_OK, *FAILED_STATUSES))
+
+
+def free_rejection(samples: FreeSamples, settings: RecordingSettings) -> IntArray:
+    """Return for each push the index into ``REASONS`` of its rejection, or ``ACCEPTED``; shape (N,).
+
+    As of gated samples, but for what needs neighbours at the same phase: there are no outliers and no sparse
+    phases. A fit is judged where the file has one.
+    """
+    verdict = np.full(samples.status.shape, ACCEPTED, dtype=np.int64)
+    rules: list[tuple[BoolArray, str]] = [(samples.status == name, name) for name in FAILED_STATUSES]
+    rules.append((np.isnan(samples.speed_m_s), "empty_speed"))
+    if "fit_r2" in samples.columns:
+        rules.append((~(samples.fit_r2 >= settings.min_fit_r2), "low_fit_r2"))
+    median = float(np.median(samples.beats_rr_ms()))
+    rules.append((np.abs(samples.rr_ms / median - 1.0) > settings.max_rr_deviation_fraction, "ectopic_rr"))
+    for wrong, reason in rules:
+        verdict[wrong & (verdict == ACCEPTED)] = REASONS.index(reason)
+    return verdict

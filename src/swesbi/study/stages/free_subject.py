@@ -1,0 +1,138 @@
+"""A subject outside the study whose recording is free-running, answered from the prior, without a network."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import Field
+
+from swesbi.artefacts import save, to_groups, write_json
+from swesbi.base import Level, Settings
+from swesbi.checks.free_predictive import KIND as PREDICTIVE
+from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
+from swesbi.heart.periodic import Status
+from swesbi.measurement.instants import FreeModel, free_model
+from swesbi.posterior.from_prior import posterior_from_prior
+from swesbi.posterior.result import read_exact_result
+from swesbi.recording.free_noise import SOURCES
+from swesbi.recording.free_observation import KIND, FreeObservation, ingest_free
+from swesbi.recording.free_samples import read_free_samples
+from swesbi.recording.settings import NoiseDeclaration
+from swesbi.seeds import generator
+from swesbi.show.figures.free_predictive import draw_free_check
+from swesbi.show.figures.style import save_figure
+from swesbi.study.stages.cohort import IngestStageSettings
+from swesbi.study.stages.exact import ExactPosteriorStageSettings, write_posterior
+from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.subject_figures import ExactSubjectFiguresSettings, save_exact_posterior
+from swesbi.study.stages.verdict import VerdictStageSettings
+from swesbi.verdict.ejection import ejection_tests
+from swesbi.verdict.support import Support
+from swesbi.verdict.volumes import volume_tests
+from swesbi.verdict.without_null import residual_test, support_without_null
+
+LOGGER = logging.getLogger("swesbi")
+STREAM = "free subject"
+PRIOR_DRAWS = "prior, from which it began"
+
+
+class FreeSubjectStageSettings(Settings):
+    """What the answer to a free-running recording depends on."""
+
+    ingest: IngestStageSettings
+    noise: NoiseDeclaration
+    exact_posterior: ExactPosteriorStageSettings
+    verdict: VerdictStageSettings
+    exact_subject_figures: ExactSubjectFiguresSettings
+    predictive_draws: int = Field(ge=1, description="posterior draws of the predictive check")
+    predictive_interval: Level = Field(description="mass of its intervals")
+
+
+@dataclass(frozen=True)
+class FreeFiles:
+    """What is written of a free-running recording.
+
+    Attributes:
+        observation: Its pushes.
+        posterior: Exact posterior.
+        support: Verdict, or that there is none.
+        posterior_png: Figure of the posterior.
+        predictive: Predictive check.
+        ppc_png: Its figure.
+    """
+
+    observation: Path
+    posterior: Path
+    support: Path
+    posterior_png: Path
+    predictive: Path
+    ppc_png: Path
+
+
+def free_subject(
+    *, recording: Path, files: FreeFiles, settings: FreeSubjectStageSettings, origin: Origin
+) -> None:
+    """Ingest the free-running recording of ``origin.subject``, infer it from the prior on, judge and draw it.
+
+    Raises:
+        RecordingError: The recording is malformed, has too few pushes, or nothing tells its errors.
+        NoLikelihoodError: Every simulation fails.
+        ArtefactError: A file cannot be written.
+    """
+    observed = _observed(recording, settings)
+    save(files.observation, to_groups(observed), origin.provenance(KIND, settings))
+    model = free_model(observed, settings.exact_posterior.model)
+    exact = posterior_from_prior(model, settings.exact_posterior.exact, origin.seed, STREAM, origin.subject)
+    write_posterior(files.posterior, exact, None, settings.exact_posterior, origin)
+    judged = _judged(model, files.posterior, observed, settings.verdict, origin)
+    write_json(files.support, judged.to_json())
+    check = _checked(model, files.posterior, settings, origin)
+    save(files.predictive, to_groups(check), origin.provenance(PREDICTIVE, settings))
+    LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
+    save_exact_posterior(
+        files.posterior, files.support, (), (), files.posterior_png, settings.exact_subject_figures,
+        PRIOR_DRAWS,
+    )  # fmt: skip
+    title, errors = settings.exact_subject_figures.cohort_title, SOURCES[observed.noise_source]
+    save_figure(draw_free_check(origin.subject, check, judged, errors, title), files.ppc_png)
+
+
+def _observed(recording: Path, settings: FreeSubjectStageSettings) -> FreeObservation:
+    ingestion = settings.ingest
+    quality, context = ingestion.recording, ingestion.context.to_context()
+    samples = read_free_samples(recording, quality.density_kg_m3, ingestion.layout, context.subject)
+    return ingest_free(samples, context, quality, settings.noise, ingestion.clinical.to_measures())
+
+
+def _checked(
+    model: FreeModel, posterior: Path, settings: FreeSubjectStageSettings, origin: Origin
+) -> FreePredictiveCheck:
+    exact, measurement = read_exact_result(posterior), settings.exact_posterior.model.measurement
+    rng = generator(origin.seed, STREAM, origin.subject, "new pushes")
+    draws = settings.predictive_draws
+    prior = exact.npe_phi[:draws]
+    return check_pushes(
+        model, exact.phi[:draws], prior, settings.predictive_interval, measurement.grid_points, rng
+    )
+
+
+def _judged(
+    model: FreeModel,
+    posterior: Path,
+    observed: FreeObservation,
+    settings: VerdictStageSettings,
+    origin: Origin,
+) -> Support:
+    """Return what can be said without null distributions."""
+    exact, plain, rule = read_exact_result(posterior), model.model, settings.rule
+    beats = plain.simulate(exact.phi)
+    works = beats.status == Status.PERIODIC
+    predicted = plain.predict_from(exact.phi, beats).rows(works.nonzero()[0])
+    rng = generator(origin.seed, STREAM, origin.subject, "residuals")
+    period_s, sd_ms = observed.context.period_s, settings.lvet_sd_ms
+    ejection = ejection_tests(beats, period_s, observed.clinical, sd_ms, settings.ejection_time)
+    volumes = volume_tests(plain, exact.phi, beats, rule.volumes)
+    residuals = residual_test(model, predicted, rule, rng)
+    return support_without_null(model, exact, residuals, volumes, ejection, rule)

@@ -1,0 +1,122 @@
+"""What can be said for or against a recording that no null distributions are known of.
+
+The tests of a gated recording look at features of a curve, and compare them with recordings of the same
+phases. A free-running recording has neither. Two things need no nulls: the volumes and the ejection time that
+the posterior predicts, whose tolerances are declared, and the posterior predictive p-value of the residuals.
+That one is conservative: under the model, P(p <= a) <= 2 a (Meng 1994, Ann Stat 22:1142), so it is held
+against half a level.
+Where they do not speak against the model, there is no verdict: what they do not see, nobody has looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from scipy.special import logsumexp
+from scipy.stats import chi2
+
+from swesbi.arrays import FloatArray
+from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.speeds import PredictedSpeeds
+from swesbi.parameters import THETA_NAMES
+from swesbi.posterior.result import ExactResult
+from swesbi.verdict.answers import NO_VERDICT
+from swesbi.verdict.nulls import Verdict
+from swesbi.verdict.settings import RuleSettings
+from swesbi.verdict.support import Support, SupportTest
+from swesbi.verdict.verdict import answer_of, grade
+
+WHY_NONE: Final = (
+    "a free-running recording has no null distributions to be judged by, and neither residuals nor "
+    "what else was measured speak against the model"
+)
+
+
+def residual_test(
+    model: FreeModel, predicted: PredictedSpeeds, rule: RuleSettings, rng: np.random.Generator
+) -> SupportTest:
+    """Return the posterior predictive p-value of the squared residuals, over factors of the errors as well.
+
+    Given phi and the factor, the standardised residuals of a new recording are independent normals, so that
+    the p-value of each draw is that of chi-squared with as many degrees of freedom as there are pushes.
+
+    Args:
+        model: The recording and its model.
+        predicted: Of n equally weighted posterior draws that can be simulated.
+        rule: Levels of the verdict.
+        rng: Draws the factor of each.
+    """
+    factor = model.draw_factor(predicted, rng)
+    chi_squared = model.innovations(predicted, factor).chi_squared
+    pushes = len(model.cell)
+    p_value = float(np.mean(chi2.sf(chi_squared, pushes)))
+    level = 0.5 * rule.strained_level
+    return SupportTest(
+        name="residuals",
+        statistic=float(np.median(chi_squared)),
+        p_value=p_value,
+        threshold=level,
+        flagged=p_value <= level,
+        detail=f"squared residuals {np.median(chi_squared):.1f} of {pushes} pushes in the median, posterior "
+        f"predictive p-value {p_value:.2g}",
+    )
+
+
+def support_without_null(
+    model: FreeModel,
+    exact: ExactResult,
+    residuals: SupportTest,
+    volumes: Sequence[SupportTest],
+    ejection: Sequence[SupportTest],
+    rule: RuleSettings,
+) -> Support:
+    """Put together what is said of a recording that has no null distributions.
+
+    Args:
+        model: The recording and its model.
+        exact: Its posterior.
+        residuals: As of :func:`residual_test`.
+        volumes: Predicted volumes beside the measured ones.
+        ejection: The predicted ejection time likewise, where one was measured.
+        rule: Levels and limits.
+    """
+    status = grade(_of_residuals(residuals, rule), volumes, ejection, rule.volumes.unsupported_abs_z)
+    flagged = [test for test in (residuals, *volumes, *ejection) if test.flagged]
+    word = status.word if status else NO_VERDICT
+    told = "; ".join(f"{test.name.replace('_', ' ')}: {test.detail}" for test in flagged) or WHY_NONE
+    unsure = () if exact.converged else (exact.reasons,)
+    z = np.abs(_residuals_at_best(model, exact.phi))
+    median = np.median(exact.npe_phi, axis=0)
+    return Support(
+        max_abs_z=float(z.max()),
+        worst_component=f"push at {model.model.recording.phase[int(np.argmax(z))]:.3f} of its beat",
+        in_prior_draws=len(exact.npe_phi),
+        candidate_draws=len(exact.npe_phi),
+        unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
+        supported=status != Verdict.UNSUPPORTED,
+        verdict=f"{word}: {told}",
+        reasons=(*(f"{test.name}: {test.detail}" for test in flagged), *unsure),
+        status=word,
+        tests=(residuals, *volumes, *ejection),
+        k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
+        efficiency=exact.efficiency,
+        sampler=exact.sampler,
+        answer=answer_of(exact),
+    )
+
+
+def _of_residuals(test: SupportTest, rule: RuleSettings) -> Verdict:
+    p_value = 1.0 if test.p_value is None else test.p_value
+    if p_value <= 0.5 * rule.unsupported_level:
+        return Verdict.UNSUPPORTED
+    return Verdict.STRAINED if test.flagged else Verdict.SUPPORTED
+
+
+def _residuals_at_best(model: FreeModel, phi: FloatArray) -> FloatArray:
+    """Return the standardised residuals at the likeliest of the draws phi (n, d); shape (p,)."""
+    predicted = model.model.predict(phi)
+    likelihood = np.nan_to_num(logsumexp(model.log_joint(predicted), axis=0), nan=-np.inf)
+    best = np.array([int(np.argmax(likelihood))])
+    return np.asarray(model.innovations(predicted.rows(best)).z[0])

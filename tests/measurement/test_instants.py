@@ -1,0 +1,81 @@
+"""The likelihood at any instants against dense normal densities, quadrature and gated phases."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import speed_case
+from numpy.typing import NDArray
+from scipy.integrate import quad
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal, norm
+
+from swesbi.measurement.instants import FreeModel, cell_innovations, error_factors
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.prior import draw_prior
+
+FloatArray = NDArray[np.float64]
+DISCREPANCY = DiscrepancySettings(speed_fraction=0.03, timing_cycle=0.02)
+
+
+def test_pushes_of_a_cell_share_the_models_error() -> None:
+    rng = np.random.default_rng(2)
+    cell = np.array([0, 0, 0, 3, 7, 7])
+    se = rng.uniform(0.02, 0.1, 6)
+    distance, slope = 0.1 * rng.standard_normal((5, 6)), 3.0 * rng.standard_normal((5, 6))
+    told = cell_innovations(distance, slope, np.tile(se, (5, 1)), cell, DISCREPANCY).log_density
+    same = cell[:, None] == cell[None]
+    for row in range(5):
+        moved = 0.02**2 * np.outer(slope[row], slope[row])
+        covariance = np.diag(se**2) + same * (0.03**2 + moved)
+        dense = multivariate_normal(np.zeros(6), covariance).logpdf(distance[row])
+        assert told[row] == pytest.approx(dense, abs=1e-10)
+
+
+@pytest.mark.parametrize("pushes", [2, 30, 400])
+def test_an_unknown_factor_of_the_errors_is_integrated_out(pushes: int) -> None:
+    """Against adaptive quadrature over the factor, for pushes of independent errors."""
+    log_sd, se = 0.4, 0.1
+    distance = 0.14 * np.random.default_rng(pushes).standard_normal(pushes)
+
+    def log_joint(u: float) -> float:
+        return float(norm.logpdf(distance, scale=se * np.exp(log_sd * u)).sum() + norm.logpdf(u))
+
+    top = max(log_joint(u) for u in np.linspace(-3, 3, 601))
+    mass, _ = quad(lambda u: np.exp(log_joint(u) - top), -6, 6, epsabs=1e-13, limit=400)
+    factors, log_weight = error_factors(log_sd, pushes)
+    rows = [norm.logpdf(distance, scale=se * factor).sum() for factor in factors]
+    assert logsumexp(np.array(rows) + log_weight) == pytest.approx(top + np.log(mass), abs=1e-6)
+
+
+def test_known_errors_have_one_factor() -> None:
+    factors, log_weight = error_factors(0.0, 10)
+    assert (factors.tolist(), log_weight.tolist()) == ([1.0], [0.0])
+
+
+def test_one_push_a_cell_is_a_gated_phase() -> None:
+    gated = speed_case.model()
+    phi = draw_prior(gated.settings.prior, 50, np.random.default_rng(0))
+    free = FreeModel(gated, np.arange(20), 0.0)
+    np.testing.assert_allclose(free.log_likelihood(phi), gated.log_likelihood(phi), rtol=1e-12)
+
+
+def test_repeats_as_pushes_say_what_their_mean_says() -> None:
+    """Three pushes at each phase differ from their mean by a factor that does not depend on phi."""
+    gated = speed_case.model()
+    recording = gated.recording
+    apart = 0.05 * np.random.default_rng(1).standard_normal((20, 3))
+    apart -= apart.mean(axis=1, keepdims=True)
+    pushes = replace(
+        recording,
+        phase=np.repeat(recording.phase, 3),
+        speed_m_s=(recording.speed_m_s[:, None] * np.exp(apart)).ravel(),
+        relative_se=np.repeat(recording.relative_se * np.sqrt(3.0), 3),
+        shared=np.empty((60, 0)),
+    )
+    free = FreeModel(replace(gated, recording=pushes), np.repeat(np.arange(20), 3), 0.0)
+    phi = draw_prior(gated.settings.prior, 50, np.random.default_rng(0))
+    beside = free.log_likelihood(phi) - gated.log_likelihood(phi)
+    np.testing.assert_allclose(beside, beside[0], atol=1e-8)

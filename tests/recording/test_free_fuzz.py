@@ -1,0 +1,90 @@
+"""Whatever a free-running file holds, it gives valid pushes or is refused in words; never a traceback."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import speed_case
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_fuzz import KNOBS, NUMBERS, SIGNS, STATUSES
+
+from swesbi.context import Context
+from swesbi.recording.columns import FREE_COLUMNS, MODULUS
+from swesbi.recording.free_noise import SOURCES
+from swesbi.recording.free_observation import ingest_free
+from swesbi.recording.free_samples import read_free_samples
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.settings import NoiseDeclaration
+
+HEART = Context("T", "F", 25.0, 1.7, 60.0, 90.0, 34.0, 0.8)
+DECLARED = st.sampled_from(
+    [
+        NoiseDeclaration(),
+        NoiseDeclaration(fit_points=3),
+        NoiseDeclaration(cv_fraction=0.5, cv_log_sd=1.5),
+    ]
+)
+CELLS = st.one_of(NUMBERS, st.sampled_from(["0.5", "1", "2.5", "300", "980", "1000", "1050"]))
+NAMES = st.lists(st.sampled_from([*FREE_COLUMNS, MODULUS, "phase_index", "x"]), max_size=9)
+
+
+def answered(path: Path, declared: NoiseDeclaration) -> bool:
+    """Read a recording; tell whether it can be inferred."""
+    try:
+        samples = read_free_samples(path, 1000.0)
+        seen = ingest_free(samples, HEART, speed_case.shipped().recording, declared)
+    except RecordingError as error:
+        assert error.problems
+        assert str(path) in str(error)
+        return False
+    assert len(seen.phase) >= 2
+    assert ((seen.phase >= 0.0) & (seen.phase < 1.0)).all()
+    assert (np.diff(seen.phase) >= 0.0).all()
+    assert ((seen.cell >= 0) & (seen.cell < 20)).all()
+    assert (np.isfinite(seen.relative_se) & (seen.relative_se > 0.0)).all()
+    assert np.isfinite(seen.stiffness_kpa).all()
+    assert seen.noise_source in SOURCES
+    return True
+
+
+@given(data=st.data(), sign=SIGNS, declared=DECLARED)
+@settings(max_examples=200, **KNOBS)
+def test_any_table_is_read_or_refused(
+    tmp_path: Path, data: st.DataObject, sign: str, declared: NoiseDeclaration
+) -> None:
+    names = data.draw(NAMES)
+    row = [STATUSES if name == "status" else CELLS for name in names]
+    rows = data.draw(st.lists(st.tuples(*row), max_size=5))
+    path = tmp_path / "T.csv"
+    path.write_text("\n".join(sign.join(cells) for cells in (names, *rows)), encoding="utf-8")
+    answered(path, declared)
+
+
+@given(
+    rows=st.lists(
+        st.tuples(
+            st.floats(0.0, 1200.0), st.floats(850.0, 1150.0), st.floats(0.3, 8.0), st.floats(1e-6, 1.0)
+        ),
+        min_size=1,
+        max_size=12,
+    )
+)
+@settings(max_examples=100, **KNOBS)
+def test_plausible_pushes_are_read_or_refused(
+    tmp_path: Path, rows: list[tuple[float, float, float, float]]
+) -> None:
+    path = tmp_path / "T.csv"
+    lines = [",".join(map(repr, row)) for row in rows]
+    path.write_text("\n".join(["time_ms,rr_ms,shear_wave_speed_m_s,se_m_s", *lines]), encoding="utf-8")
+    answered(path, NoiseDeclaration())
+
+
+@pytest.mark.parametrize("cut", [1, 20, 59, 70, 76, 90, 93])
+def test_a_file_that_was_cut_off_is_read_or_refused(tmp_path: Path, cut: int) -> None:
+    text = "time_ms,rr_ms,shear_wave_speed_m_s,se_m_s\n100,1000,2.0,0.2\n300,1000,3.0,0.3\n700,1000,1.5,0.1\n"
+    path = tmp_path / "T.csv"
+    path.write_text(text[:cut], encoding="utf-8")
+    assert answered(path, NoiseDeclaration()) is (cut in (76, 93))  # after whole rows, two at least

@@ -1,0 +1,200 @@
+"""Free-running recordings are answered from the prior on: right posteriors, and all that an answer has."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import exact_case
+import free_case
+import numpy as np
+import pytest
+import speed_case
+from numpy.typing import NDArray
+from study_copy import ROOT
+
+from swesbi.__main__ import main
+from swesbi.artefacts import save, to_groups
+from swesbi.checks.free_predictive import draw_pushes, read_free_predictive
+from swesbi.config.new_recordings import noise_declared
+from swesbi.config.read import ConfigError, overlay, read_yaml
+from swesbi.config.refusals import recording_refusal
+from swesbi.config.slices import stage_settings
+from swesbi.config.study import Study, load_study
+from swesbi.draws import median_and_interval
+from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.posterior.adaptive import adaptive_rounds
+from swesbi.posterior.from_prior import posterior_from_prior
+from swesbi.posterior.importance import resample, weigh
+from swesbi.posterior.result import read_exact_result
+from swesbi.prior import draw_prior
+from swesbi.recording.free_observation import KIND, ingest_free, read_free_observation
+from swesbi.recording.free_samples import read_free_samples
+from swesbi.show.answers_table import read_answers
+from swesbi.study.answering import FREE_OUTPUTS, OtherAnswerError, check_untouched
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.without_null import residual_test
+
+FloatArray = NDArray[np.float64]
+SETTINGS = exact_case.SETTINGS.model_copy(update={"min_effective_draws": 1500})
+
+
+def as_pushes(gated: SpeedRecording, repeats: int, seed: int = 1) -> SpeedRecording:
+    """A gated recording as single pushes about each mean, with errors as large as make those of the mean."""
+    apart = 0.05 * np.random.default_rng(seed).standard_normal((len(gated.phase), repeats))
+    apart -= apart.mean(axis=1, keepdims=True)
+    return replace(
+        gated,
+        phase=np.repeat(gated.phase, repeats),
+        speed_m_s=(gated.speed_m_s[:, None] * np.exp(apart)).ravel(),
+        relative_se=np.repeat(gated.relative_se * np.sqrt(repeats), repeats),
+        shared=np.empty((repeats * len(gated.phase), 0)),
+    )
+
+
+@pytest.mark.slow(minutes=1)
+def test_a_gated_recording_as_pushes_has_its_gated_posterior() -> None:
+    """Quantiles agree within Monte Carlo error, from the prior on and from a fitted proposal."""
+    gated = speed_case.model()
+    pushes = replace(gated, recording=as_pushes(gated.recording, 3))
+    free = posterior_from_prior(FreeModel(pushes, np.repeat(np.arange(20), 3), 0.0), SETTINGS, 3, "test")
+    assert free.converged
+    weighted = weigh(gated, exact_case.fitted(gated), 8000, 0.1, 5)
+    known = resample(weighted, 4000, np.random.default_rng(6))
+    effective = min(float(free.effective_draws.min()), weighted.efficiency * 8000)
+    for level in (0.05, 0.25, 0.5, 0.75, 0.95):
+        # the error of a quantile is that of the share below it
+        below = np.mean(free.phi < np.quantile(known, level, axis=0), axis=0)
+        error = np.sqrt(level * (1.0 - level) * 2.0 / min(effective, 4000.0))
+        np.testing.assert_allclose(below, level, atol=4.5 * error)
+
+
+@pytest.mark.slow(minutes=5)
+def test_intervals_cover_what_made_the_recording() -> None:
+    """Ranks of the truth where errors are declared too small or too large, a factor of its own prior."""
+    rng = np.random.default_rng(8)
+    blank, covered = speed_case.model(), []
+    for index in range(40):
+        phase = np.sort(rng.random(25))
+        ones = np.ones(25)
+        recording = replace(
+            blank.recording, phase=phase, speed_m_s=ones, relative_se=0.1 * ones, shared=np.empty((25, 0))
+        )
+        model = FreeModel(replace(blank, recording=recording), (20 * phase).astype(np.int64), 0.4)
+        phi = draw_prior(model.settings.prior, 1, rng)
+        wider = replace(recording, relative_se=recording.relative_se * np.exp(0.4 * rng.standard_normal()))
+        known = replace(model, model=replace(model.model, recording=wider), noise_log_sd=0.0)
+        speed = draw_pushes(known, model.model.predict(phi), rng)[0]
+        if not np.isfinite(speed).all():
+            continue
+        seen = replace(model, model=replace(model.model, recording=replace(recording, speed_m_s=speed)))
+        for last in adaptive_rounds(seen, SETTINGS, index):
+            weighted = last.weighted
+        draws = resample(weighted, 2000, rng)
+        low, _, high = median_and_interval(draws, 0.9)
+        covered.extend(((phi[0] >= low) & (phi[0] <= high)).tolist())
+    # four parameters of forty recordings: 0.9 +- 3.5 standard errors, were they all independent
+    assert 0.80 < np.mean(covered) <= 0.985
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The answers to a cohort of one good and one empty free-running recording, under the smoke settings."""
+    folder = tmp_path_factory.mktemp("free")
+    rows = {"T1": free_case.train(3).iloc[::4], "T2": free_case.train(2, lost=1.0)}
+    cohort = free_case.write_free_cohort(folder / "trains", rows)
+    code = main(
+        ["new-subject", "--cohort", str(cohort), "--all", "--out", str(folder / "out"),
+         "--overlay", "tests/smoke.yaml"]
+    )  # fmt: skip
+    assert code == 2
+    return folder / "out"
+
+
+def test_an_answer_has_its_files_and_says_that_there_is_no_verdict(out: Path) -> None:
+    assert {path.name for path in (out / "T1").iterdir()} == set(FREE_OUTPUTS.values())
+    support = json.loads((out / "T1" / "support.json").read_text())
+    assert support["status"] == "no verdict"
+    assert support["verdict"].startswith("no verdict: a free-running recording has no null distributions")
+    assert [test["name"] for test in support["tests"]] == [
+        "residuals", "end_diastolic_volume", "end_systolic_volume",
+    ]  # fmt: skip
+    posterior = read_exact_result(out / "T1" / "posterior.h5")
+    assert posterior.converged
+    assert support["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))
+    seen = read_free_observation(out / "T1" / "observation.h5")
+    assert seen.noise_source == "declared"
+    check = read_free_predictive(out / "T1" / "predictive.h5")
+    assert check.coverage >= 0.6
+    assert (check.posterior.high - check.posterior.low).mean() < (check.prior.high - check.prior.low).mean()
+
+
+def test_the_table_has_a_row_for_the_answer_and_one_for_the_refusal(out: Path) -> None:
+    table = read_answers(out / "answers.csv").set_index("subject")
+    assert table.loc["T1", "status"] == "no verdict"
+    assert table.loc["T2", "status"] == "refused"
+    assert "0 pushes are acceptable" in str(table.loc["T2", "reason"])
+
+
+@pytest.fixture
+def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
+    """The study asked of a cohort of a gated recording of 20 phases, one of 24 and a free-running one."""
+    monkeypatch.chdir(ROOT)
+    cohort = free_case.mixed(tmp_path / "mixed")
+    return load_study(overlay(read_yaml(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(cohort)}}))
+
+
+def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: Study) -> None:
+    phases = {
+        name: stage_settings(asked, "new_subject", experiment="calibrated", subject=name)["ingest"]
+        for name in ("S-1", "s_2x")
+    }
+    assert [one["recording"]["phases"] for one in phases.values()] == [20, 24]
+    assert recording_refusal(asked, "S-1") == recording_refusal(asked, "s_2x") == ""
+    assert "is free-running" in recording_refusal(asked, "S-3")
+    free = stage_settings(asked, "free_subject", experiment="amortised", subject="S-3")
+    assert free["noise"] == {"fit_points": None, "cv_fraction": 0.1, "cv_log_sd": 0.3}
+
+
+def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> None:
+    (asked.new_cohort / "swe" / "s_2x.yaml").write_text("protocol: { phases: 3 }\n")
+    again = load_study(asked.config.to_plain())
+    assert tuple(again.new_rows) == ("S-1", "S-3")
+    assert "protocol.phases" in again.new_refused["s_2x"]
+
+
+def test_a_study_on_a_cohort_with_a_protocol_of_one_recording_is_refused(asked: Study) -> None:
+    plain = overlay(asked.config.to_plain(), {"cohort": str(asked.new_cohort), "subjects": "all"})
+    with pytest.raises(ConfigError, match=r"s_2x.yaml: says how one recording was made.*leave the subject"):
+        load_study(overlay(plain, {"new_subjects": {"cohort": None}}))
+
+
+def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: Path) -> None:
+    folder = tmp_path / "answer"
+    folder.mkdir()
+    path = asked.new_recording("S-3")
+    context = asked.new_rows["S-3"].to_context()
+    declared = noise_declared(asked, "S-3")
+    seen = ingest_free(read_free_samples(path, 1000.0), context, asked.config.recording, declared)
+    made = Origin(1, "S-3", "0" * 64).provenance(KIND, declared)
+    save(folder / "observation.h5", to_groups(seen), made)
+    check_untouched(folder, asked, "S-3")
+    free_case.train(9).to_csv(path, index=False)
+    with pytest.raises(OtherAnswerError, match="holds the answer to another recording"):
+        check_untouched(folder, asked, "S-3")
+
+
+def test_residuals_that_no_heart_makes_are_held_against_the_model() -> None:
+    rule = speed_case.shipped().speed_experiments["calibrated"].misspecification.rule
+    gated = speed_case.model()
+    predicted = gated.predict(speed_case.PHI[None].repeat(200, axis=0))
+    rng = np.random.default_rng(0)
+    fits = residual_test(FreeModel(gated, np.arange(20), 0.0), predicted, rule, rng)
+    assert not fits.flagged
+    ragged = gated.recording.speed_m_s * np.exp(0.3 * rng.standard_normal(20))
+    off = replace(gated, recording=replace(gated.recording, speed_m_s=ragged))
+    assert residual_test(FreeModel(off, np.arange(20), 0.0), predicted, rule, rng).flagged
+    # where the errors may be larger than declared, the same residuals are no surprise
+    assert not residual_test(FreeModel(off, np.arange(20), 1.5), predicted, rule, rng).flagged

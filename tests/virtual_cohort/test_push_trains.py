@@ -1,0 +1,33 @@
+"""The shipped push trains are made again to the byte, and are what their README says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import speed_case
+from cohorts import snapshot
+from study_copy import ROOT
+
+from swesbi.recording.check import examine_cohort
+from swesbi.virtual_cohort.push_trains import write_push_trains
+from swesbi.virtual_cohort.settings import ACQUISITION_SEED
+
+SHIPPED = ROOT / "data" / "virtual_push_trains"
+
+
+def test_the_push_trains_are_made_again(tmp_path: Path) -> None:
+    write_push_trains(tmp_path / "made", ACQUISITION_SEED)
+    assert snapshot(tmp_path / "made") == snapshot(SHIPPED)
+
+
+def test_they_are_free_running_and_can_be_used() -> None:
+    config = speed_case.shipped()
+    report = examine_cohort(SHIPPED, config.recording, config.measurement.grid_points)
+    assert [str(problem) for problem in report.problems] == []
+    assert len(report.free) == 8
+    assert {one.observation.noise_source for one in report.free} == {"declared"}
+    tables = pd.concat([pd.read_csv(path) for path in sorted((SHIPPED / "swe").iterdir())])
+    lost = (tables["status"] == "no_wave").mean()
+    assert abs(lost - 0.46) < 3.5 * np.sqrt(0.25 / len(tables))
