@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -105,6 +106,23 @@ def test_every_truncation_and_addition_is_found(tmp_path: Path, write: Write, re
         read(path)
 
 
+@pytest.fixture
+def snakemake_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The shell knows Snakemake by its name, as in an environment that is active."""
+    beside = Path(sys.executable).parent
+    monkeypatch.setenv("PATH", f"{beside}{os.pathsep}{os.environ['PATH']}")
+
+
+def test_snakemake_is_named_by_its_path_where_the_shell_does_not_know_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    beside = Path(sys.executable).with_name("snakemake")
+    monkeypatch.chdir(tmp_path)
+    assert make_command([Path("a.h5")]) == f"{shlex.quote(str(beside))} --cores 2 a.h5"
+
+
+@pytest.mark.usefixtures("snakemake_is_known")
 @FORMATS
 def test_the_message_names_file_fault_and_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write, read: Write, name: str
@@ -147,6 +165,7 @@ def test_an_older_schema_is_refused_as_such(
         read(path)
 
 
+@pytest.mark.usefixtures("snakemake_is_known")
 def test_a_missing_artefact_is_named_with_the_command_that_makes_it(tmp_path: Path) -> None:
     with pytest.raises(ArtefactError, match=r"nowhere\.h5: no such file; make it: rm -f .* snakemake"):
         load(tmp_path / "nowhere.h5", "passive")
