@@ -13,12 +13,14 @@ from comparison_case import observation
 from jinja2 import ChainableUndefined
 from report_case import make_experiment
 
+from swesbi.artefacts import ArtefactError
 from swesbi.show.page.forest import LEFT, Interval, panel
 from swesbi.show.page.landing import make_landing
 from swesbi.show.page.new import new_subjects
 from swesbi.show.page.page import templates
 from swesbi.show.results import Results
 from swesbi.show.table import Table
+from swesbi.verdict.support import Support
 
 SUBJECTS = "ABCDEFGH"
 MOST_WORDS = 900
@@ -73,8 +75,8 @@ def test_answers_to_new_subjects_are_listed_where_there_are_any(tmp_path: Path) 
     folder = tmp_path / "amortised" / "new" / "clinic" / "P1"
     folder.mkdir(parents=True)
     answer = {"k0_kpa": {"median": 40.0, "low": 16.4, "high": 69.6}}
-    said = {"status": "strained", "supported": True, "answer": answer}
-    (folder / "support.json").write_text(json.dumps(said))
+    said = Support(1.0, "c", 9, 9, {}, True, "strained: c", (), status="strained", answer=answer)
+    (folder / "support.json").write_text(json.dumps(said.to_json()))
     (tmp_path / "new" / "clinic").mkdir(parents=True)
     (tmp_path / "new" / "clinic" / "answers.csv").write_text("subject\n")
     table = new_subjects(page)
@@ -82,5 +84,8 @@ def test_answers_to_new_subjects_are_listed_where_there_are_any(tmp_path: Path) 
     assert table.rows[0].strained and table.rows[0].cells[:5] == (
         "P1", "clinic", "amortised", "strained", "40.0 (16.4 to 69.6)",
     )  # fmt: skip
+    (folder / "support.json").write_text('{"status": "strained"}')
+    with pytest.raises(ArtefactError, match="P1/support.json: cannot be read as support diagnostics"):
+        new_subjects(page)
     html = made(table)
     assert 'href="new/clinic/answers.csv"' in html and 'href="amortised/new/clinic/P1/support.json"' in html

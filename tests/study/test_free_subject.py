@@ -71,9 +71,12 @@ def test_a_gated_recording_as_pushes_has_its_gated_posterior() -> None:
         np.testing.assert_allclose(below, level, atol=4.5 * error)
 
 
-@pytest.mark.slow(minutes=5)
+@pytest.mark.slow(minutes=1)
 def test_intervals_cover_what_made_the_recording() -> None:
-    """Ranks of the truth where errors are declared too small or too large, a factor of its own prior."""
+    """The truth is inside where errors are declared too small or too large by a factor of its own prior.
+
+    Without the integral over that factor they cover 73 %, with it 91 %.
+    """
     rng = np.random.default_rng(8)
     blank, covered = speed_case.model(), []
     for index in range(40):
@@ -82,9 +85,9 @@ def test_intervals_cover_what_made_the_recording() -> None:
         recording = replace(
             blank.recording, phase=phase, speed_m_s=ones, relative_se=0.1 * ones, shared=np.empty((25, 0))
         )
-        model = FreeModel(replace(blank, recording=recording), (20 * phase).astype(np.int64), 0.4)
+        model = FreeModel(replace(blank, recording=recording), (20 * phase).astype(np.int64), 0.8)
         phi = draw_prior(model.settings.prior, 1, rng)
-        wider = replace(recording, relative_se=recording.relative_se * np.exp(0.4 * rng.standard_normal()))
+        wider = replace(recording, relative_se=recording.relative_se * np.exp(0.8 * rng.standard_normal()))
         known = replace(model, model=replace(model.model, recording=wider), noise_log_sd=0.0)
         speed = draw_pushes(known, model.model.predict(phi), rng)[0]
         if not np.isfinite(speed).all():

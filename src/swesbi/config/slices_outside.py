@@ -32,7 +32,6 @@ def _new_subject_of_population(study: Study, wildcards: Wildcards, fields: Field
 
 def _answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
     """Return what the chain of stages for a subject outside the study depends on, a part a stage."""
-    new = study.config.new_subjects
     parts = fields(
         study.outside,
         wildcards,
@@ -43,11 +42,15 @@ def _answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any
     simulated = "context prior forward_model draws=experiment.predictive.draws"
     parts["simulate"] = fields(study.outside, wildcards, simulated)
     parts["simulate"]["draws"] = [0, parts["simulate"]["draws"]]
-    subject = wildcard(wildcards, "subject")
+    _as_outside(parts, study, wildcard(wildcards, "subject"))
+    return parts
+
+
+def _as_outside(parts: dict[str, Any], study: Study, subject: str) -> None:
+    """Put what a recording outside the study says of itself, and is called, in place of the cohort's."""
     parts["ingest"]["recording"] = quality_of(study, subject).to_plain()
     parts["ingest"]["layout"] = study.new_layout_of(subject).to_plain()
-    parts["exact_subject_figures"]["cohort_title"] = new.cohort_title
-    return parts
+    parts["exact_subject_figures"]["cohort_title"] = study.config.new_subjects.cohort_title
 
 
 def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
@@ -55,9 +58,7 @@ def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[st
     stages = "stage.ingest stage.exact_posterior stage.verdict stage.exact_subject_figures"
     parts = fields(study.outside, wildcards, stages)
     subject = wildcard(wildcards, "subject")
-    parts["ingest"]["recording"] = quality_of(study, subject).to_plain()
-    parts["ingest"]["layout"] = study.new_layout_of(subject).to_plain()
-    parts["exact_subject_figures"]["cohort_title"] = study.config.new_subjects.cohort_title
+    _as_outside(parts, study, subject)
     checked = (
         "predictive_draws=experiment.predictive.draws predictive_interval=experiment.predictive.interval"
     )

@@ -86,11 +86,7 @@ def examine_subjects(path: Path) -> SubjectTable:
         names=tuple(dict.fromkeys(filter(is_subject, names))),
         rows={row.subject: row for row, _ in good},
         clinical={row.subject: own for row, own in good},
-        visits={
-            name: visit
-            for name, visit in zip(table.cells["subject"], visits, strict=True)
-            if is_subject(name)
-        },
+        visits={name: visit for name, visit in zip(names, visits, strict=True) if is_subject(name)},
         problems=tuple(table.problems),
         lines=dict(zip(table.rows.tolist(), names, strict=True)),
     )

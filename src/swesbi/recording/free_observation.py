@@ -9,12 +9,13 @@ from typing import Annotated, Final
 import numpy as np
 
 from swesbi.arrays import FloatArray, IntArray
-from swesbi.artefacts import Part, Variable, from_groups, load, register, schema_of
+from swesbi.artefacts import Part, Variable, register, schema_of
 from swesbi.context import Context
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.free_noise import NoiseSource, free_noise
 from swesbi.recording.free_samples import FreeSamples, free_rejection
 from swesbi.recording.ingest import other_heart_rate, other_unit
+from swesbi.recording.observation import read_recorded
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
@@ -149,9 +150,7 @@ def read_free_observation(path: Path) -> FreeObservation:
     Raises:
         ArtefactError: The file is no such artefact.
     """
-    root, provenance = load(path, KIND)
-    groups = {"/": root, **{name: load(path, KIND, name)[0] for name in ("context", "clinical")}}
-    return from_groups(FreeObservation, groups, {"context.subject": provenance.subject})
+    return read_recorded(FreeObservation, path, KIND)
 
 
 def same_free_recording(one: FreeObservation, other: FreeObservation) -> bool:

@@ -10,26 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
-from swesbi.recording.cohort import EXCEL
 from swesbi.recording.columns import (
     FAILED_STATUSES,
     FREE_OPTIONAL,
-    FREE_REQUIRED,
     STANDARD_ERROR,
     STATUS_OK,
     TIME,
 )
-from swesbi.recording.foreign import FREE, read_foreign
+from swesbi.recording.foreign import FREE
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.phases import LATEST_BEAT_PHASE
 from swesbi.recording.reader import (
-    MEASURED,
     OWN_FORM,
-    READERS,
     SPEED_RANGE_M_S,
-    check_measured,
-    check_suffix,
+    read_columns,
+    read_fit_r2,
+    read_rr_ms,
     read_speed,
+    read_status,
 )
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.settings import RecordingSettings
@@ -99,12 +97,11 @@ def read_free_samples(
         RecordingError: The table is malformed, a value is impossible, or a push is given twice or lies
             beyond the end of its beat; it lists every problem with file, row, column and value.
     """
-    check_suffix(path)
-    table = _table(path, layout, subject)
+    table = read_columns(path, layout, subject, FREE)
     has = tuple(name for name in FREE_OPTIONAL if name in table.cells)
     table.unique([name for name in ("repeat", "beat", TIME) if name in table.cells])
     time = table.number(TIME, 0, 5000, "give the time since the R peak of the push's beat in ms")
-    rr = table.number("rr_ms", 150, 5000, "give the RR interval in ms")
+    rr = read_rr_ms(table)
     late = time >= LATEST_BEAT_PHASE * rr
     table.flag(TIME, late, "lies after the end of its beat (time_ms / rr_ms)", OWN_BEAT)
     beat = _numbered(table, "beat", "number the beats from 0 or 1")
@@ -115,14 +112,6 @@ def read_free_samples(
     )
     table.finish()
     return samples
-
-
-def _table(path: Path, layout: TableLayout, subject: str) -> TextTable:
-    if path.suffix.lower() in EXCEL or not layout.is_own:
-        return read_foreign(path, layout, subject, FREE)
-    table = READERS[path.suffix.lower()](path, FREE_REQUIRED, (*MEASURED, *FREE_OPTIONAL))
-    check_measured(table)
-    return table
 
 
 def _numbered(table: TextTable, column: str, remedy: str) -> IntArray:
@@ -145,13 +134,13 @@ def _errors(table: TextTable, speed_m_s: FloatArray) -> FloatArray:
 def _fit(table: TextTable) -> FloatArray:
     if "fit_r2" not in table.cells:
         return np.full(len(table.cells), np.nan)
-    return table.number("fit_r2", -1, 1, "R2 is a fraction, empty if there is none", may_be_empty=True)
+    return read_fit_r2(table)
 
 
 def _status(table: TextTable) -> NDArray[np.str_]:
     if "status" not in table.cells:
         return np.full(len(table.cells), STATUS_OK)
-    return table.choice("status", (STATUS_OK, *FAILED_STATUSES))
+    return read_status(table)
 
 
 def free_rejection(samples: FreeSamples, settings: RecordingSettings) -> IntArray:

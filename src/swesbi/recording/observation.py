@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -34,6 +34,9 @@ from swesbi.recording.speed import NoiseComponents
 SUBJECTS: Final = {"subject": Variable("subject", "1", "subjects of the cohort")}
 COHORT: Final = SUBJECTS | schema_of(Context, along="subject")["/"]
 CONTEXTS: Final = register("contexts", {"/": COHORT})
+
+
+Recorded = TypeVar("Recorded")
 
 
 @dataclass(frozen=True)
@@ -102,9 +105,23 @@ def read_observation(path: Path) -> Observation:
     Raises:
         ArtefactError: The file is no such artefact.
     """
-    root, provenance = load(path, KIND)
-    groups = {"/": root, **{name: load(path, KIND, name)[0] for name in ("context", "clinical")}}
-    return from_groups(Observation, groups, {"context.subject": provenance.subject})
+    return read_recorded(Observation, path, KIND)
+
+
+def read_recorded(stored: type[Recorded], path: Path, kind: str) -> Recorded:
+    """Read what a recording shows, with the context and the further measures of its subject.
+
+    Args:
+        stored: What it is kept as.
+        path: The artefact.
+        kind: Of which kind it is.
+
+    Raises:
+        ArtefactError: The file is no such artefact.
+    """
+    root, provenance = load(path, kind)
+    groups = {"/": root, **{name: load(path, kind, name)[0] for name in ("context", "clinical")}}
+    return from_groups(stored, groups, {"context.subject": provenance.subject})
 
 
 def contexts_dataset(contexts: Sequence[Context]) -> xr.Dataset:

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swesbi.arrays import FloatArray, IntArray
 from swesbi.recording.cohort import EXCEL, SUFFIXES, WORKBOOKS
-from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
-from swesbi.recording.foreign import is_free, read_foreign
+from swesbi.recording.columns import FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
+from swesbi.recording.foreign import GATED, Wanted, is_free, read_foreign
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
@@ -19,7 +20,6 @@ from swesbi.recording.speed import shear_wave_speed_m_s, youngs_modulus_kpa
 from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
 
 MEASURED: Final = (SPEED, MODULUS)
-REQUIRED: Final = tuple(name for name in COLUMNS if name != SPEED)
 READERS: Final = {".csv": read_table, ".mat": read_mat_table}
 OWN_FORM: Final = TableLayout()
 NOT_GATED: Final = "is free-running: it has instants (time_ms) and no phases (phase_index)"
@@ -55,35 +55,41 @@ def read_samples(
     """
     if is_free(path, layout):
         raise RecordingError(Problem(str(path), NOT_GATED, ASK_FREE))
-    table = _table(path, layout, subject)
+    table = read_columns(path, layout, subject)
     table.unique(["phase_index", "repeat", "sample"])
     phase_index = _phase_index(table, phases)
     delay = table.number("trigger_delay_ms", 0, 5000, "give the delay from the R peak in ms")
-    rr = table.number("rr_ms", 150, 5000, "give the RR interval in ms")
+    rr = read_rr_ms(table)
     repeat = table.integer("repeat", 0, 10_000, "number the repeats of a phase from 0 or 1")
     sample = table.integer("sample", 0, 1_000_000, "number the samples of a repeat from 0 or 1")
     speed = read_speed(table, density_kg_m3)
-    r2 = table.number("fit_r2", -1, 1, "R2 is a fraction, empty if there is none", may_be_empty=True)
-    status = table.choice("status", (STATUS_OK, *FAILED_STATUSES))
+    r2, status = read_fit_r2(table), read_status(table)
     table.finish()
     return Samples(phase_index, delay, rr, repeat, sample, speed, r2, status, str(path))
 
 
-def _table(path: Path, layout: TableLayout, subject: str) -> TextTable:
-    check_suffix(path)
+def read_columns(path: Path, layout: TableLayout, subject: str, wanted: Wanted = GATED) -> TextTable:
+    """Return the columns of a recording as text, in this project's form.
+
+    Args:
+        path: The recording; its suffix tells the format.
+        layout: How the table differs from this project's form.
+        subject: Whose rows are wanted of a table of several.
+        wanted: The columns, of which the speed may be a modulus.
+
+    Raises:
+        RecordingError: It is of no format that is read, or the table is malformed or lacks a column.
+    """
+    _check_suffix(path)
     if path.suffix.lower() in EXCEL or not layout.is_own:
-        return read_foreign(path, layout, subject)
-    table = READERS[path.suffix.lower()](path, REQUIRED, MEASURED)
-    check_measured(table)
+        return read_foreign(path, layout, subject, wanted)
+    required = [name for name in wanted.required if name != SPEED]
+    table = READERS[path.suffix.lower()](path, required, (*MEASURED, *wanted.optional))
+    _check_measured(table)
     return table
 
 
-def check_suffix(path: Path) -> None:
-    """Refuse a file of a format that is not read.
-
-    Raises:
-        RecordingError: It is a workbook of a format that is not read, or none of the formats at all.
-    """
+def _check_suffix(path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix in WORKBOOKS:
         raise RecordingError(Problem(str(path), "is a workbook", SAVE_AS_CSV))
@@ -93,12 +99,8 @@ def check_suffix(path: Path) -> None:
         )
 
 
-def check_measured(table: TextTable) -> None:
-    """Refuse a table that has not exactly one column of what was measured.
-
-    Raises:
-        RecordingError: It has both, or none.
-    """
+def _check_measured(table: TextTable) -> None:
+    """Refuse a table that has not exactly one column of what was measured."""
     measured = [name for name in MEASURED if name in table.cells]
     if len(measured) != 1:
         reason = f"has {'both' if measured else 'none'} of the columns {' and '.join(MEASURED)}"
@@ -118,6 +120,21 @@ def _phase_index(table: TextTable, phases: int) -> IntArray:
             "cohort of its own, with as many phases in all, and say so by --phases or recording.phases"
         )
     return table.integer("phase_index", 0, phases - 1, remedy)
+
+
+def read_rr_ms(table: TextTable) -> FloatArray:
+    """Return the RR intervals in ms."""
+    return table.number("rr_ms", 150, 5000, "give the RR interval in ms")
+
+
+def read_fit_r2(table: TextTable) -> FloatArray:
+    """Return R2 of the wave fits; NaN where there was none."""
+    return table.number("fit_r2", -1, 1, "R2 is a fraction, empty if there is none", may_be_empty=True)
+
+
+def read_status(table: TextTable) -> NDArray[np.str_]:
+    """Return "ok" or one of ``FAILED_STATUSES`` for each row."""
+    return table.choice("status", (STATUS_OK, *FAILED_STATUSES))
 
 
 def read_speed(table: TextTable, density_kg_m3: float) -> FloatArray:

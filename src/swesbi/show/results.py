@@ -86,3 +86,8 @@ class Results:
 def records(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
     """Return a table's rows by column name."""
     return table.to_dict("records")
+
+
+def is_true(value: object) -> bool:
+    """Tell whether a cell of a table read from CSV says so: a column with gaps holds texts, others truths."""
+    return str(value) == "True"

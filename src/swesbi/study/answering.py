@@ -18,15 +18,6 @@ from swesbi.study.finished import FinishedPopulation, FinishedStudy, answering_s
 from swesbi.study.registry import file_arguments, stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
-FREE_OUTPUTS: Final = {
-    "observation": "observation.h5",
-    "posterior": "posterior.h5",
-    "support": "support.json",
-    "predictive": "predictive.h5",
-    "ppc_png": "ppc.png",
-    "posterior_png": "posterior.png",
-}
-"""Of a free-running recording."""
 OUTPUTS: Final = {
     "observation": "observation.h5",
     "shard": "simulations.h5",
@@ -36,6 +27,8 @@ OUTPUTS: Final = {
     "ppc_png": "ppc.png",
     "posterior_png": "posterior.png",
 }
+FREE_OUTPUTS: Final = {name: file for name, file in OUTPUTS.items() if name != "shard"}
+"""Of a free-running recording."""
 REFERENCE: Final = {"passive_baseline": "passive.h5", "reference_fit": "cmaes.h5"}
 """Further outputs, where the reference fit is asked for."""
 FREE_STAGE: Final = "free_subject"

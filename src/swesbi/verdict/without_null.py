@@ -67,6 +67,7 @@ def residual_test(
 def support_without_null(
     model: FreeModel,
     exact: ExactResult,
+    predicted: PredictedSpeeds,
     residuals: SupportTest,
     volumes: Sequence[SupportTest],
     ejection: Sequence[SupportTest],
@@ -77,6 +78,7 @@ def support_without_null(
     Args:
         model: The recording and its model.
         exact: Its posterior.
+        predicted: Of those of its draws that can be simulated.
         residuals: As of :func:`residual_test`.
         volumes: Predicted volumes beside the measured ones.
         ejection: The predicted ejection time likewise, where one was measured.
@@ -87,7 +89,7 @@ def support_without_null(
     word = status.word if status else NO_VERDICT
     told = "; ".join(f"{test.name.replace('_', ' ')}: {test.detail}" for test in flagged) or WHY_NONE
     unsure = () if exact.converged else (exact.reasons,)
-    z = np.abs(_residuals_at_best(model, exact.phi))
+    z = np.abs(_residuals_at_best(model, predicted))
     median = np.median(exact.npe_phi, axis=0)
     return Support(
         max_abs_z=float(z.max()),
@@ -114,9 +116,7 @@ def _of_residuals(test: SupportTest, rule: RuleSettings) -> Verdict:
     return Verdict.STRAINED if test.flagged else Verdict.SUPPORTED
 
 
-def _residuals_at_best(model: FreeModel, phi: FloatArray) -> FloatArray:
-    """Return the standardised residuals at the likeliest of the draws phi (n, d); shape (p,)."""
-    predicted = model.model.predict(phi)
-    likelihood = np.nan_to_num(logsumexp(model.log_joint(predicted), axis=0), nan=-np.inf)
-    best = np.array([int(np.argmax(likelihood))])
+def _residuals_at_best(model: FreeModel, predicted: PredictedSpeeds) -> FloatArray:
+    """Return the standardised residuals at the likeliest of n simulations; shape (p,)."""
+    best = np.array([int(np.argmax(logsumexp(model.log_joint(predicted), axis=0)))])
     return np.asarray(model.innovations(predicted.rows(best)).z[0])

@@ -34,7 +34,7 @@ RECORDING: Final = """\
 # How the recordings of this cohort were made
 origin: virtual push trains of virtual volunteers (swesbi.virtual_cohort.push_trains); not measured on people
 acquisition_seed: {seed}
-noise: {{ cv_fraction: 0.1, cv_log_sd: 0.3 }} # no repeats tell it: declared, and integrated out
+noise: {{ cv_fraction: {error:g}, cv_log_sd: 0.3 }} # no repeats tell it: declared, and integrated out
 """
 README: Final = """\
 # Virtual push trains
@@ -95,7 +95,7 @@ def write_push_trains(folder: Path, seed: int) -> None:
     contexts = pd.DataFrame([asdict(truth.volunteer.context) for truth in truths])
     write_csv(folder / "subjects.csv", contexts.astype(object))
     write_csv(folder / "truth.csv", truth_table(truths))
-    write_text(folder / "recording.yaml", RECORDING.format(seed=seed))
+    write_text(folder / "recording.yaml", RECORDING.format(seed=seed, error=ERROR))
     shares = {"jitter": RR_JITTER, "lost": LOST, "error": ERROR}
     percent = {name: 100.0 * share for name, share in shares.items()}
     write_text(folder / "README.md", README.format(rate=PUSHES_PER_S, beats=BEATS, **percent))

@@ -22,7 +22,7 @@ from swesbi.show.numbers import (
     significant,
 )
 from swesbi.show.page.forest import Interval, Panel, panel
-from swesbi.show.results import Experiment, Results, records
+from swesbi.show.results import Experiment, Results, is_true, records
 from swesbi.show.table import Column, Row, Table, words
 from swesbi.show.tables.exact import Exact
 from swesbi.show.tables.experiments import level, nearest_level
@@ -180,7 +180,7 @@ def _open(exact: Exact | None, subject: str) -> list[str]:
     table = exact.identifiability
     rows = records(table[(table["subject"] == subject) & table["quantity"].isin(PARAMETERS)])
     ends = ("likelihood_low_open", "likelihood_high_open")
-    return [str(row["quantity"]) for row in rows if any(str(row[end]) == "True" for end in ends)]
+    return [str(row["quantity"]) for row in rows if any(is_true(row[end]) for end in ends)]
 
 
 def _rows(experiment: Experiment, subject: str) -> Mapping[str, Mapping[Any, Any]]:
@@ -235,7 +235,7 @@ def _believed(experiment: Experiment, exact: Exact | None) -> Iterator[str]:
     yield f"On simulated recordings with known truth, {intervals} hold it in: {shares}. {judged}"
     known = exact.truth.dropna(subset="median") if exact is not None and len(exact.truth) else pd.DataFrame()
     if len(known):
-        inside = int((known["inside"].astype(str) == "True").sum())
+        inside = int(known["inside"].map(is_true).sum())
         yield f"These recordings were generated: the truth lies in {inside} of {len(known)} intervals."
 
 

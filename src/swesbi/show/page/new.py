@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from swesbi.show.numbers import MISSING, PARAMETER_UNITS, PARAMETERS, estimate
 from swesbi.show.page.files import relative
 from swesbi.show.table import Cell, Column, Link, Row, Table, words
+from swesbi.verdict.answers import STRAINED, status
+from swesbi.verdict.support import read_support
 
 ANSWERS: Final = "new/*/answers.csv"
 VERDICTS: Final = "*/new/*/*/support.json"
@@ -22,8 +23,7 @@ def new_subjects(page: Path) -> Table | None:
     after it makes the page anew to see it listed.
 
     Raises:
-        json.JSONDecodeError: A verdict is damaged.
-        OSError: It cannot be read.
+        ArtefactError: A verdict is damaged.
     """
     verdicts, tables = (sorted(page.parent.glob(pattern)) for pattern in (VERDICTS, ANSWERS))
     if not verdicts and not tables:
@@ -38,28 +38,28 @@ def new_subjects(page: Path) -> Table | None:
 
 
 def _verdict(path: Path, page: Path) -> Row:
-    said: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    support = read_support(path)
     experiment, _, cohort, subject, _ = path.relative_to(page.parent).parts
-    verdict = said.get("status") or ("supported" if said["supported"] else "unsupported")
+    verdict = status(support)
     found = sorted(path.parent.glob("*.png"))
     links = tuple(Link(each.name, relative(each, page)) for each in (path, *found))
     cells: tuple[Cell, ...] = (
         subject,
         cohort,
         experiment,
-        str(verdict),
-        *_values(said.get("answer", {})),
+        verdict,
+        *_values(support.answer),
         links,
     )
-    return Row(cells, muted=not said["supported"], strained=verdict == "strained")
+    return Row(cells, muted=not support.supported, strained=verdict == STRAINED)
 
 
-def _values(answer: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
+def _values(answer: Mapping[str, Mapping[str, float | str]]) -> Iterator[str]:
     for name in PARAMETERS:
         if name not in answer:
             yield MISSING
             continue
-        median, interval = estimate(*(answer[name][key] for key in ("median", "low", "high")))
+        median, interval = estimate(*(float(answer[name][key]) for key in ("median", "low", "high")))
         yield f"{median} ({interval})"
 
 

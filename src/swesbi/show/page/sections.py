@@ -12,7 +12,7 @@ import numpy as np
 from swesbi.show.numbers import PARAMETERS, count, fixed, in_sentences, mean_sd, percent, share
 from swesbi.show.page.figures import PagePart, figures_of
 from swesbi.show.page.files import Figure, figure
-from swesbi.show.results import Experiment, records
+from swesbi.show.results import Experiment, is_true, records
 from swesbi.show.study_tables import CEILING
 from swesbi.show.table import Table
 from swesbi.show.tables.calibration import alarms_table, calibration_checks, calibration_summary
@@ -186,7 +186,7 @@ def _exact_facts(exact: Exact) -> Iterator[Fact]:
         yield Fact(f"Recovery with {name} noise: {nominal} % intervals cover", "; ".join(values))
     known = exact.truth.dropna(subset="median") if len(exact.truth) else exact.truth
     if len(known):
-        inside_count = int((known["inside"].astype(str) == "True").sum())
+        inside_count = int(known["inside"].map(is_true).sum())
         yield Fact("Truth of the generated recordings", f"inside {inside_count} of {len(known)} intervals")
 
 

@@ -27,7 +27,7 @@ from swesbi.show.numbers import (
     significant,
     span,
 )
-from swesbi.show.results import Experiment, records
+from swesbi.show.results import Experiment, is_true, records
 from swesbi.show.table import Cell, Column, Row, Strong, Table, words
 from swesbi.verdict.answers import STRAINED, label_of_test, sampler_in_words, status
 from swesbi.verdict.support import Support, SupportTest
@@ -176,7 +176,7 @@ def truth_table(exact: Exact, cohort_title: str) -> Table:
     rows = []
     for row in records(exact.truth):
         known = not pd.isna(row["median"])
-        inside = ("yes" if str(row["inside"]) == "True" else "no") if known else MISSING
+        inside = ("yes" if is_true(row["inside"]) else "no") if known else MISSING
         cells = (
             str(row["subject"]),
             str(row["status"]),
@@ -270,5 +270,5 @@ def _likelihood_interval(row: Mapping[Hashable, Any]) -> str:
     ends = []
     for name in ("likelihood_low", "likelihood_high"):
         text = significant(row[name])
-        ends.append(f"({text})" if str(row[f"{name}_open"]) == "True" else text)
+        ends.append(f"({text})" if is_true(row[f"{name}_open"]) else text)
     return span(*ends)

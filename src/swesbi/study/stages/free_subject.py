@@ -15,7 +15,7 @@ from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
 from swesbi.heart.periodic import Status
 from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.posterior.from_prior import posterior_from_prior
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import KIND, FreeObservation, ingest_free
 from swesbi.recording.free_samples import read_free_samples
@@ -86,9 +86,10 @@ def free_subject(
     model = free_model(observed, settings.exact_posterior.model)
     exact = posterior_from_prior(model, settings.exact_posterior.exact, origin.seed, STREAM, origin.subject)
     write_posterior(files.posterior, exact, None, settings.exact_posterior, origin)
-    judged = _judged(model, files.posterior, observed, settings.verdict, origin)
+    result = read_exact_result(files.posterior)
+    judged = _judged(model, result, observed, settings.verdict, origin)
     write_json(files.support, judged.to_json())
-    check = _checked(model, files.posterior, settings, origin)
+    check = _checked(model, result, settings, origin)
     save(files.predictive, to_groups(check), origin.provenance(PREDICTIVE, settings))
     LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
     save_exact_posterior(
@@ -107,9 +108,9 @@ def _observed(recording: Path, settings: FreeSubjectStageSettings) -> FreeObserv
 
 
 def _checked(
-    model: FreeModel, posterior: Path, settings: FreeSubjectStageSettings, origin: Origin
+    model: FreeModel, exact: ExactResult, settings: FreeSubjectStageSettings, origin: Origin
 ) -> FreePredictiveCheck:
-    exact, measurement = read_exact_result(posterior), settings.exact_posterior.model.measurement
+    measurement = settings.exact_posterior.model.measurement
     rng = generator(origin.seed, STREAM, origin.subject, "new pushes")
     draws = settings.predictive_draws
     prior = exact.npe_phi[:draws]
@@ -120,13 +121,13 @@ def _checked(
 
 def _judged(
     model: FreeModel,
-    posterior: Path,
+    exact: ExactResult,
     observed: FreeObservation,
     settings: VerdictStageSettings,
     origin: Origin,
 ) -> Support:
     """Return what can be said without null distributions."""
-    exact, plain, rule = read_exact_result(posterior), model.model, settings.rule
+    plain, rule = model.model, settings.rule
     beats = plain.simulate(exact.phi)
     works = beats.status == Status.PERIODIC
     predicted = plain.predict_from(exact.phi, beats).rows(works.nonzero()[0])
@@ -135,4 +136,4 @@ def _judged(
     ejection = ejection_tests(beats, period_s, observed.clinical, sd_ms, settings.ejection_time)
     volumes = volume_tests(plain, exact.phi, beats, rule.volumes)
     residuals = residual_test(model, predicted, rule, rng)
-    return support_without_null(model, exact, residuals, volumes, ejection, rule)
+    return support_without_null(model, exact, predicted, residuals, volumes, ejection, rule)
