@@ -387,6 +387,7 @@ AFFECTED = {
     },
     "experiments__calibrated__identifiability__shown_draws": {"identifiability"},
     "new_subjects__margin_fraction": set(),
+    "natural_waves__contexts": set(),
     "noise__interval": {"noise"},
     "discrepancy_study__subjects": {"discrepancy"},
     "ladder__max_rounds": {"ladder_run"},
@@ -451,6 +452,8 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
     free = settings_of(study, "free_subject")
     for stage in ("ingest", "exact_posterior", "verdict"):
         assert free[stage] == settings_of(study, stage)
+    assert free["natural_waves"]["contexts"] == SHIPPED["natural_waves"]["contexts"]
+    assert list(free["healthy"]["groups"]) == ["adults"]
 
 
 def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share() -> None:

@@ -13,6 +13,7 @@ from swesbi.checks.settings import CmaesSettings, DiscrepancyStudySettings, Vari
 from swesbi.config.experiments import Name
 from swesbi.exam.settings import ExamSettings
 from swesbi.planning.settings import PlanSettings
+from swesbi.verdict.settings import NaturalWavesSettings
 
 
 class CmaesStudySettings(Settings):
@@ -61,6 +62,13 @@ class PlanChoiceSettings(PlanSettings):
     """Planned studies, answered by the network of one experiment."""
 
     experiment: Name = Field(description="an experiment over a population")
+
+
+class NaturalWavesChoiceSettings(NaturalWavesSettings):
+    """When natural waves are interpreted, on the healthy hearts of one population."""
+
+    experiment: Name = Field(description="an experiment over a population")
+    group: str = Field(description="the group of its population that is healthy")
 
 
 class NewSubjectsSettings(Settings):

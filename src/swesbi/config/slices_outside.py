@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from swesbi.config.models import Config
 from swesbi.config.new_recordings import noise_declared, quality_of
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
@@ -12,6 +13,8 @@ from swesbi.config.read import ConfigError
 from swesbi.config.refusals import refusals
 from swesbi.config.study import Study
 from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
+from swesbi.population.settings import of_group
+from swesbi.verdict.settings import NaturalWavesSettings
 
 Fields = Callable[[Study, Wildcards, str], dict[str, Any]]
 """Returns the values of the sources that a text names, and of other stages (``stage.NAME``)."""
@@ -63,7 +66,17 @@ def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[st
         "predictive_draws=experiment.predictive.draws predictive_interval=experiment.predictive.interval"
     )
     noise = {"noise": noise_declared(study, subject).to_plain()}
-    return parts | noise | fields(study.outside, wildcards, checked)
+    return parts | noise | natural_waves_of(study.config) | fields(study.outside, wildcards, checked)
+
+
+def natural_waves_of(config: Config) -> dict[str, Any]:
+    """Return when natural waves are interpreted, and the healthy hearts on which that rests."""
+    chosen = config.natural_waves
+    population = config.population_experiments[chosen.experiment].population
+    waves = {
+        key: value for key, value in chosen.to_plain().items() if key in NaturalWavesSettings.model_fields
+    }
+    return {"natural_waves": waves, "healthy": of_group(population, chosen.group).to_plain()}
 
 
 def _new_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:

@@ -37,14 +37,14 @@ def _durations(aortic: FloatArray, mitral: FloatArray) -> tuple[float, float, fl
         return np.nan, np.nan, np.nan
     if (aortic > 0.0).all():
         return 0.0, float(aortic.size), 0.0
-    opening, ejection = _ejection(aortic > 0.0)
+    opening, ejection = ejecting(aortic > 0.0)
     filling = np.roll(mitral > 0.0, -opening)  # seen from the opening of the aortic valve
     relaxation = int(np.argmax(filling[ejection:]))
     contraction = int(np.argmax(filling[::-1]))
     return contraction, ejection, relaxation
 
 
-def _ejection(opened: BoolArray) -> tuple[int, int]:
+def ejecting(opened: BoolArray) -> tuple[int, int]:
     """Return when a valve opens that was closed for longest, and how long it is not, in samples."""
     closings = np.flatnonzero(~opened & np.roll(opened, 1))
     openings = np.flatnonzero(opened & ~np.roll(opened, 1))

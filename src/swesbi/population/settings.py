@@ -163,6 +163,19 @@ class PopulationSettings(Settings):
         return {"age_years": (min(ages), max(ages)), **declared}
 
 
+def of_group(population: PopulationSettings, name: str) -> PopulationSettings:
+    """Return the population of which one group is all.
+
+    Raises:
+        ValueError: It has no such group.
+    """
+    group = population.groups.get(name)
+    if group is None:
+        raise ValueError(f"the population has no group {name!r}; it has {', '.join(population.groups)}")
+    whole = {name: group.model_copy(update={"share": 1.0})}
+    return population.model_copy(update={"groups": whole})
+
+
 class PopulationSizes(Settings):
     """How many simulations the network learns from."""
 

@@ -21,6 +21,7 @@ from swesbi.recording.cohort import (
     examine_subjects,
     find_recording,
 )
+from swesbi.recording.events import in_words
 from swesbi.recording.foreign import is_free
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation, ingest_free
@@ -50,8 +51,8 @@ HEADER: Final = (
 )
 FREE_HEADER: Final = ("subject", "pushes", "rejected", "beats", "SE of c_s", "E (kPa)", "errors")
 FREE_LEGEND: Final = (
-    "Free-running: pushes: accepted, each at an instant of its own. beats: that they lie in. SE of c_s:\n"
-    "relative standard error of a speed, median; errors: what it is told from."
+    "Free-running: pushes: accepted, each at an instant of its own; mvc, avc: natural waves. beats: that\n"
+    "they lie in. SE of c_s: relative standard error of a speed, median; errors: what it is told from."
 )
 LEGEND: Final = (
     "phases: measured of gated. SE of c_s: standard error of a phase's mean shear-wave speed, median and\n"
@@ -211,8 +212,8 @@ def summary(report: CohortReport) -> str:
     """Return a table with one line a subject, what its columns mean, who has further measures or visits."""
     observed = [subject.observation for subject in report.subjects]
     free = [subject.observation for subject in report.free]
-    gated = [*_aligned([HEADER, *map(_row, observed)]), "", LEGEND] if observed else []
-    running = [*_aligned([FREE_HEADER, *map(_free_row, free)]), "", FREE_LEGEND] if free else []
+    gated = [*aligned([HEADER, *map(_row, observed)]), "", LEGEND] if observed else []
+    running = [*aligned([FREE_HEADER, *map(_free_row, free)]), "", FREE_LEGEND] if free else []
     between = [""] if gated and running else []
     further = [*_measured([*observed, *free]), *persons_in_words(report.visits)]
     return "\n".join([*gated, *between, *running, *further])
@@ -223,7 +224,7 @@ def _free_row(observed: FreeObservation) -> tuple[str, ...]:
     reasons = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count)
     return (
         observed.subject,
-        str(len(observed.phase)),
+        ", ".join(filter(None, [str(int(observed.is_push.sum())), in_words(observed.event)])),
         str(sum(observed.rejected.values())),
         str(observed.beats),
         f"{float(np.median(relative)):.1%}",
@@ -259,7 +260,7 @@ def _row(observed: Observation) -> tuple[str, ...]:
     )
 
 
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Pad the cells: the first and the last column to the left, numbers to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []

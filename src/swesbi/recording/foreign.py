@@ -18,7 +18,15 @@ import pandas as pd
 
 from swesbi.arrays import IntArray
 from swesbi.recording.cohort import EXCEL
-from swesbi.recording.columns import COLUMNS, FREE_OPTIONAL, FREE_REQUIRED, MODULUS, SPEED, TIME
+from swesbi.recording.columns import (
+    COLUMNS,
+    EVENT,
+    FREE_OPTIONAL,
+    FREE_REQUIRED,
+    MODULUS,
+    SPEED,
+    TIME,
+)
 from swesbi.recording.layout import (
     COUNTED,
     MEASURED,
@@ -52,6 +60,11 @@ class Wanted:
 
 GATED: Final = Wanted(COLUMNS)
 FREE: Final = Wanted((*FREE_REQUIRED, SPEED), FREE_OPTIONAL)
+WITH_EVENTS: Final = Wanted(
+    ("rr_ms", EVENT, SPEED), (TIME, *(name for name in FREE_OPTIONAL if name != EVENT))
+)
+"""Of natural waves, which need no time; pushes may stand beside them."""
+PHASE: Final = "phase_index"
 
 
 @dataclass(frozen=True)
@@ -72,19 +85,30 @@ class Cells:
 
 
 def is_free(path: Path, layout: TableLayout) -> bool:
-    """Tell whether a recording is free-running: it has instants and no phases; none that cannot be read."""
-    if "phase_index" in layout.values:
-        return False
-    time, phase = layout.source(TIME), layout.source("phase_index")
+    """Tell whether a recording is free-running: instants or events, no phases; none that cannot be read."""
+    return has_no_phases(placed_by(path, layout))
+
+
+def has_no_phases(places: Sequence[str]) -> bool:
+    """Tell whether columns of ``placed_by`` are those of a free-running recording."""
+    return PHASE not in places and (TIME in places or EVENT in places)
+
+
+def placed_by(path: Path, layout: TableLayout) -> tuple[str, ...]:
+    """Return which columns a recording has that place it in the cycle: of phases, instants and events.
+
+    None of a file that cannot be read.
+    """
+    names = {column: str(layout.source(column)) for column in (PHASE, TIME, EVENT)}
     try:
         if path.suffix.lower() == ".mat":
-            known = list(read_mat_table(path, (), (str(time), str(phase))).cells)
+            known = list(read_mat_table(path, (), tuple(names.values())).cells)
         else:
             rows, _ = _rows(path, layout)
             known = [cell.strip() for cell in (rows[0][1] if rows else [])]
     except RecordingError:
-        return False
-    return time in known and phase not in known
+        known = []
+    return tuple(column for column, name in names.items() if name in known or column in layout.values)
 
 
 def read_foreign(path: Path, layout: TableLayout, subject: str, wanted: Wanted = GATED) -> TextTable:

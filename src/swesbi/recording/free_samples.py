@@ -1,4 +1,7 @@
-"""A free-running recording as it was read: pushes at any instants of any beats, and which are accepted."""
+"""A free-running recording as it was read: pushes at any instants of any beats, and which are accepted.
+
+Natural waves, which the closure of a valve sets off, may stand beside them, or alone.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +14,16 @@ from numpy.typing import NDArray
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.columns import (
+    EVENT,
     FAILED_STATUSES,
     FREE_OPTIONAL,
+    PUSH,
     STANDARD_ERROR,
     STATUS_OK,
     TIME,
 )
-from swesbi.recording.foreign import FREE
+from swesbi.recording.events import check_waves, read_event, read_times_ms
+from swesbi.recording.foreign import FREE, WITH_EVENTS, placed_by
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.phases import LATEST_BEAT_PHASE
 from swesbi.recording.reader import (
@@ -43,10 +49,10 @@ OWN_BEAT: Final = (
 
 @dataclass(frozen=True)
 class FreeSamples:
-    """Columns of a free-running recording, each of shape (N,), N attempted pushes in any order.
+    """Columns of a free-running recording, each of shape (N,), N attempted pushes and waves in any order.
 
     Attributes:
-        time_ms: Time of the push since the R peak of its beat.
+        time_ms: Time of the push since the R peak of its beat; NaN of a natural wave that has none.
         rr_ms: RR interval of that beat.
         beat: Which beat; 0 where the file does not say.
         repeat: Which of several trains; 0 where the file does not say.
@@ -54,6 +60,7 @@ class FreeSamples:
         se_m_s: Its standard error; NaN where none is given.
         fit_r2: R2 of the wave fit; NaN where there was none.
         status: "ok" or one of ``FAILED_STATUSES``.
+        event: "push", or what set off a natural wave, one of ``EVENTS``.
         columns: Which optional columns the file has.
         source: Where the samples come from, for messages.
     """
@@ -66,13 +73,22 @@ class FreeSamples:
     se_m_s: FloatArray
     fit_r2: FloatArray
     status: NDArray[np.str_]
+    event: NDArray[np.str_]
     columns: tuple[str, ...] = ()
     source: str = "samples in memory"
 
     @property
+    def is_push(self) -> BoolArray:
+        """Which rows are pushes, and not natural waves; (N,)."""
+        return np.asarray(self.event == PUSH)
+
+    @property
     def phase(self) -> FloatArray:
-        """Instant of each push as a fraction of its own beat, time / RR modulo the beat, in [0, 1); (N,)."""
-        return (self.time_ms / self.rr_ms) % 1.0
+        """Instant of each push as a fraction of its own beat, time / RR modulo the beat, in [0, 1); (N,).
+
+        NaN of a natural wave, whose instant is the model's.
+        """
+        return np.where(self.is_push, (self.time_ms / self.rr_ms) % 1.0, np.nan)
 
     def beats_rr_ms(self) -> FloatArray:
         """Return the RR interval of each beat: the median over its pushes; beats of a train in order."""
@@ -97,10 +113,14 @@ def read_free_samples(
         RecordingError: The table is malformed, a value is impossible, or a push is given twice or lies
             beyond the end of its beat; it lists every problem with file, row, column and value.
     """
-    table = read_columns(path, layout, subject, FREE)
+    table = read_columns(path, layout, subject, WITH_EVENTS if EVENT in placed_by(path, layout) else FREE)
     has = tuple(name for name in FREE_OPTIONAL if name in table.cells)
-    table.unique([name for name in ("repeat", "beat", TIME) if name in table.cells])
-    time = table.number(TIME, 0, 5000, "give the time since the R peak of the push's beat in ms")
+    event = read_event(table)
+    if TIME in table.cells:
+        names = [name for name in ("repeat", "beat", TIME) if name in table.cells]
+        table.unique(names, among=event == PUSH)
+    check_waves(table, event)
+    time = read_times_ms(table, event)
     rr = read_rr_ms(table)
     late = time >= LATEST_BEAT_PHASE * rr
     table.flag(TIME, late, "lies after the end of its beat (time_ms / rr_ms)", OWN_BEAT)
@@ -108,8 +128,9 @@ def read_free_samples(
     repeat = _numbered(table, "repeat", "number the trains from 0 or 1")
     speed = read_speed(table, density_kg_m3)
     samples = FreeSamples(
-        time, rr, beat, repeat, speed, _errors(table, speed), _fit(table), _status(table), has, str(path)
-    )
+        time, rr, beat, repeat, speed, _errors(table, speed), _fit(table), _status(table), event, has,
+        str(path),
+    )  # fmt: skip
     table.finish()
     return samples
 

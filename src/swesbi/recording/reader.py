@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from swesbi.arrays import FloatArray, IntArray
 from swesbi.recording.cohort import EXCEL, SUFFIXES, WORKBOOKS
-from swesbi.recording.columns import FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
-from swesbi.recording.foreign import GATED, Wanted, is_free, read_foreign
+from swesbi.recording.columns import EVENT, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
+from swesbi.recording.foreign import GATED, Wanted, has_no_phases, placed_by, read_foreign
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
@@ -26,6 +26,11 @@ NOT_GATED: Final = "is free-running: it has instants (time_ms) and no phases (ph
 ASK_FREE: Final = (
     "networks and the experiments of the paper need gated phases; `swesbi new-subject` answers it without a "
     "network; in a study's own cohort leave it out of `subjects`"
+)
+GATED_EVENT: Final = "stands beside phase_index: the heart times a natural wave itself, and no gate does"
+NO_PHASES: Final = (
+    "leave phase_index and trigger_delay_ms out, and give pushes by time_ms; or keep natural waves in a "
+    "recording of their own"
 )
 SPEED_RANGE_M_S: Final = (0.05, 30.0)
 
@@ -53,8 +58,11 @@ def read_samples(
         RecordingError: The table is malformed, a value is impossible or a sample is given twice; it lists
             every problem with file, row, column and value.
     """
-    if is_free(path, layout):
+    places = placed_by(path, layout)
+    if has_no_phases(places):
         raise RecordingError(Problem(str(path), NOT_GATED, ASK_FREE))
+    if EVENT in places:
+        raise RecordingError(Problem(str(path), GATED_EVENT, NO_PHASES, column=EVENT))
     table = read_columns(path, layout, subject)
     table.unique(["phase_index", "repeat", "sample"])
     phase_index = _phase_index(table, phases)

@@ -101,9 +101,11 @@ class TextTable:
         self.flag(column, wrong, f"is none of {options}", "write one of them, in this spelling")
         return text.to_numpy(dtype=np.str_)
 
-    def unique(self, columns: Sequence[str]) -> None:
-        """Refuse rows that repeat the ``columns`` of an earlier one."""
-        repeated = self.cells.duplicated(list(columns)).to_numpy()
+    def unique(self, columns: Sequence[str], among: BoolArray | None = None) -> None:
+        """Refuse rows that repeat the ``columns`` of an earlier one; of all, or ``among`` those chosen."""
+        chosen = np.ones(len(self.cells), dtype=np.bool_) if among is None else among
+        repeated = np.zeros(len(self.cells), dtype=np.bool_)
+        repeated[chosen] = self.cells[chosen].duplicated(list(columns)).to_numpy()
         self.flag(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row", "keep one")
 
     def refuse_lookalikes(

@@ -14,14 +14,15 @@ from swesbi.artefacts import atomic_path
 from swesbi.parameters import PHI
 from swesbi.show.csv import EIGHT_DIGITS
 from swesbi.show.workbook import Sheet, write_workbook
-from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
+from swesbi.verdict.answers import LIMITS, NOT_INTERPRETABLE, REFUSED, Answer, answer_columns
 
 COMMENT: Final = "# "
 SAID: Final = {"median": "posterior median", "low": "lower end", "high": "upper end"}
 FIRST: Final = {
     "subject": "name in subjects.csv",
     "experiment": "whose network answered: of the study's cohort, or of a population",
-    "status": "verdict: supported, strained or unsupported; refused: there is no answer",
+    "status": "verdict: supported, strained or unsupported, of a free-running recording no verdict or "
+    "uninformative; refused, not interpretable: there is no answer",
     "reason": "tests that speak against the model, or why there is no answer",
     "interval_mass": "probability that lies between the limits of each interval; 1",
 }
@@ -70,7 +71,8 @@ def answers_table(asked: Sequence[Asked]) -> pd.DataFrame:
 def _row(asked: Asked) -> Mapping[str, object]:
     row: dict[str, object] = {"subject": asked.subject, "experiment": asked.experiment}
     if asked.answer is None:
-        return row | {"status": REFUSED, "reason": " ".join(asked.refused.split())}
+        status = NOT_INTERPRETABLE if NOT_INTERPRETABLE in asked.refused.split("\n")[0] else REFUSED
+        return row | {"status": status, "reason": " ".join(asked.refused.split())}
     answer = asked.answer
     values = [*answer.phi.T.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
     said = {"status": answer.status, "reason": answer.reason, "interval_mass": asked.interval_mass}

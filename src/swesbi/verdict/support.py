@@ -57,7 +57,8 @@ class Support:
         supported: Both criteria hold; of an experiment on speeds, that ``status`` is not "unsupported".
         verdict: The outcome in a sentence.
         reasons: Why the subject is not supported, or strained; empty if neither.
-        status: "supported", "strained", "unsupported" or "no verdict"; None where there is no such grading.
+        status: "supported", "strained", "unsupported", "no verdict" or "uninformative"; None where there is
+            no such grading.
         tests: The misspecification tests.
         k_hat: Pareto shape of the importance weights.
         efficiency: Effective share of the weighted draws.

@@ -6,6 +6,7 @@ the posterior predicts, whose tolerances are declared, and the posterior predict
 That one is conservative: under the model, P(p <= a) <= 2 a (Meng 1994, Ann Stat 22:1142), so it is held
 against half a level.
 Where they do not speak against the model, there is no verdict: what they do not see, nobody has looked at.
+Of natural waves it is said besides what they have told, and which of them mean nothing.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactResult
-from swesbi.verdict.answers import NO_VERDICT
+from swesbi.recording.columns import PUSH
+from swesbi.verdict.answers import NO_VERDICT, UNINFORMATIVE
+from swesbi.verdict.contraction import Told
 from swesbi.verdict.nulls import Verdict
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.support import Support, SupportTest
@@ -32,6 +35,7 @@ WHY_NONE: Final = (
     "a free-running recording has no null distributions to be judged by, and neither residuals nor "
     "what else was measured speak against the model"
 )
+WHY_UNINFORMATIVE: Final = "the natural waves leave every quantity as the prior has it"
 
 
 def residual_test(
@@ -72,6 +76,7 @@ def support_without_null(
     volumes: Sequence[SupportTest],
     ejection: Sequence[SupportTest],
     rule: RuleSettings,
+    waves: Told | None = None,
 ) -> Support:
     """Put together what is said of a recording that has no null distributions.
 
@@ -83,30 +88,41 @@ def support_without_null(
         volumes: Predicted volumes beside the measured ones.
         ejection: The predicted ejection time likewise, where one was measured.
         rule: Levels and limits.
+        waves: What natural waves have told, where there are any.
     """
+    waves = waves or Told()
     status = grade(_of_residuals(residuals, rule), volumes, ejection, rule.volumes.unsupported_abs_z)
     flagged = [test for test in (residuals, *volumes, *ejection) if test.flagged]
-    word = status.word if status else NO_VERDICT
-    told = "; ".join(f"{test.name.replace('_', ' ')}: {test.detail}" for test in flagged) or WHY_NONE
+    unspoken = (UNINFORMATIVE, WHY_UNINFORMATIVE) if waves.uninformative else (NO_VERDICT, WHY_NONE)
+    word = status.word if status else unspoken[0]
+    found = "; ".join(f"{test.name.replace('_', ' ')}: {test.detail}" for test in flagged) or unspoken[1]
     unsure = () if exact.converged else (exact.reasons,)
     z = np.abs(_residuals_at_best(model, predicted))
     median = np.median(exact.npe_phi, axis=0)
     return Support(
         max_abs_z=float(z.max()),
-        worst_component=f"push at {model.model.recording.phase[int(np.argmax(z))]:.3f} of its beat",
+        worst_component=_named(model, int(np.argmax(z))),
         in_prior_draws=len(exact.npe_phi),
         candidate_draws=len(exact.npe_phi),
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
         supported=status != Verdict.UNSUPPORTED,
-        verdict=f"{word}: {told}",
-        reasons=(*(f"{test.name}: {test.detail}" for test in flagged), *unsure),
+        verdict=f"{word}: {found}",
+        reasons=(*(f"{test.name}: {test.detail}" for test in flagged), *unsure, *waves.reasons),
         status=word,
-        tests=(residuals, *volumes, *ejection),
+        tests=(residuals, *volumes, *ejection, *waves.tests),
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,
         sampler=exact.sampler,
         answer=answer_of(exact),
     )
+
+
+def _named(model: FreeModel, index: int) -> str:
+    """Return which push or natural wave a row is, in words."""
+    event = PUSH if model.waves is None else str(model.waves.event[index])
+    if event != PUSH:
+        return f"{event} wave"
+    return f"push at {model.model.recording.phase[index]:.3f} of its beat"
 
 
 def _of_residuals(test: SupportTest, rule: RuleSettings) -> Verdict:

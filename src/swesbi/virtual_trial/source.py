@@ -14,7 +14,7 @@ from swesbi.config.models import Config
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import THETA_NAMES
-from swesbi.population.settings import PopulationSettings
+from swesbi.population.settings import PopulationSettings, of_group
 from swesbi.prior import JointPriorSettings, ParameterPrior
 from swesbi.recording.settings import RecordingSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
@@ -75,19 +75,6 @@ def source_of(config: Config, trial: TrialSettings) -> TrialSource:
         lvesv_fraction=experiment.misspecification.rule.volumes.lvesv_tolerance_fraction,
         seed=config.seed,
     )
-
-
-def of_group(population: PopulationSettings, name: str) -> PopulationSettings:
-    """Return the population of which one group is all.
-
-    Raises:
-        ValueError: It has no such group.
-    """
-    group = population.groups.get(name)
-    if group is None:
-        raise ValueError(f"the population has no group {name!r}; it has {', '.join(population.groups)}")
-    whole = {name: group.model_copy(update={"share": 1.0})}
-    return population.model_copy(update={"groups": whole})
 
 
 def _model(

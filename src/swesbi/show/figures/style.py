@@ -33,6 +33,7 @@ NETWORK: Final = "#6A1B9A"
 STATUS_COLORS: Final = {
     "supported": POSTERIOR,
     "no verdict": POSTERIOR,
+    "uninformative": POSTERIOR,
     "strained": STRAINED,
     "unsupported": EXCLUDED_POSTERIOR,
 }

@@ -13,7 +13,9 @@ from swesbi.base import Level, Settings
 from swesbi.checks.free_predictive import KIND as PREDICTIVE
 from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
 from swesbi.heart.periodic import Status
+from swesbi.heart.simulate import Beats
 from swesbi.measurement.instants import FreeModel, free_model
+from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.from_prior import posterior_from_prior
 from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.recording.free_noise import SOURCES
@@ -28,7 +30,10 @@ from swesbi.study.stages.exact import ExactPosteriorStageSettings, write_posteri
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.subject_figures import ExactSubjectFiguresSettings, save_exact_posterior
 from swesbi.study.stages.verdict import VerdictStageSettings
+from swesbi.verdict.closure_speeds import closure_speeds, interpretable
+from swesbi.verdict.contraction import Told, contractions, quantities
 from swesbi.verdict.ejection import ejection_tests
+from swesbi.verdict.settings import NaturalWavesSettings
 from swesbi.verdict.support import Support
 from swesbi.verdict.volumes import volume_tests
 from swesbi.verdict.without_null import residual_test, support_without_null
@@ -48,6 +53,8 @@ class FreeSubjectStageSettings(Settings):
     exact_subject_figures: ExactSubjectFiguresSettings
     predictive_draws: int = Field(ge=1, description="posterior draws of the predictive check")
     predictive_interval: Level = Field(description="mass of its intervals")
+    natural_waves: NaturalWavesSettings
+    healthy: PopulationSettings
 
 
 @dataclass(frozen=True)
@@ -78,16 +85,18 @@ def free_subject(
 
     Raises:
         RecordingError: The recording is malformed, has too few pushes, or nothing tells its errors.
+        NotInterpretableError: It has natural waves alone, and none of them can be interpreted.
         NoLikelihoodError: Every simulation fails.
         ArtefactError: A file cannot be written.
     """
     observed = _observed(recording, settings)
+    wave_log_sd, left_out = _waves(observed, settings, origin)
     save(files.observation, to_groups(observed), origin.provenance(KIND, settings))
-    model = free_model(observed, settings.exact_posterior.model)
+    model = free_model(observed, settings.exact_posterior.model, wave_log_sd)
     exact = posterior_from_prior(model, settings.exact_posterior.exact, origin.seed, STREAM, origin.subject)
     write_posterior(files.posterior, exact, None, settings.exact_posterior, origin)
     result = read_exact_result(files.posterior)
-    judged = _judged(model, result, observed, settings.verdict, origin)
+    judged = _judged(model, result, observed, left_out, settings, origin)
     write_json(files.support, judged.to_json())
     check = _checked(model, result, settings, origin)
     save(files.predictive, to_groups(check), origin.provenance(PREDICTIVE, settings))
@@ -107,6 +116,18 @@ def _observed(recording: Path, settings: FreeSubjectStageSettings) -> FreeObserv
     return ingest_free(samples, context, quality, settings.noise, ingestion.clinical.to_measures())
 
 
+def _waves(
+    observed: FreeObservation, settings: FreeSubjectStageSettings, origin: Origin
+) -> tuple[dict[str, float], tuple[str, ...]]:
+    """Return what the model misses of the waves that are interpreted, by event, and why others are not."""
+    if observed.is_push.all():
+        return {}, ()
+    waves, model = settings.natural_waves, settings.exact_posterior.model
+    outcome = closure_speeds(model, settings.healthy, waves, origin.seed)
+    events, left_out = interpretable(observed, outcome)
+    return {event: waves.closure(event).wave_log_sd for event in events}, left_out
+
+
 def _checked(
     model: FreeModel, exact: ExactResult, settings: FreeSubjectStageSettings, origin: Origin
 ) -> FreePredictiveCheck:
@@ -123,17 +144,35 @@ def _judged(
     model: FreeModel,
     exact: ExactResult,
     observed: FreeObservation,
-    settings: VerdictStageSettings,
+    left_out: tuple[str, ...],
+    settings: FreeSubjectStageSettings,
     origin: Origin,
 ) -> Support:
     """Return what can be said without null distributions."""
-    plain, rule = model.model, settings.rule
+    plain, judging = model.model, settings.verdict
+    rule = judging.rule
     beats = plain.simulate(exact.phi)
     works = beats.status == Status.PERIODIC
-    predicted = plain.predict_from(exact.phi, beats).rows(works.nonzero()[0])
+    predicted = model.predict_from(exact.phi, beats).rows(works.nonzero()[0])
     rng = generator(origin.seed, STREAM, origin.subject, "residuals")
-    period_s, sd_ms = observed.context.period_s, settings.lvet_sd_ms
-    ejection = ejection_tests(beats, period_s, observed.clinical, sd_ms, settings.ejection_time)
+    period_s, sd_ms = observed.context.period_s, judging.lvet_sd_ms
+    ejection = ejection_tests(beats, period_s, observed.clinical, sd_ms, judging.ejection_time)
     volumes = volume_tests(plain, exact.phi, beats, rule.volumes)
     residuals = residual_test(model, predicted, rule, rng)
-    return support_without_null(model, exact, predicted, residuals, volumes, ejection, rule)
+    waves = _told(model, exact, beats, left_out, settings.natural_waves)
+    return support_without_null(model, exact, predicted, residuals, volumes, ejection, rule, waves)
+
+
+def _told(
+    model: FreeModel,
+    exact: ExactResult,
+    beats: Beats,
+    left_out: tuple[str, ...],
+    settings: NaturalWavesSettings,
+) -> Told:
+    """Return what a recording with natural waves has told; of pushes alone nothing is said."""
+    if model.waves is None:
+        return Told(left_out=left_out)
+    prior = quantities(exact.npe_phi, model.model.simulate(exact.npe_phi))
+    found = contractions(quantities(exact.phi, beats), prior, settings)
+    return Told(found, settings.uninformative_sd_ratio, left_out)

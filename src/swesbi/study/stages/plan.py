@@ -28,7 +28,7 @@ from swesbi.parameters import OF_THETA, THETA_NAMES
 from swesbi.planning.asked import Effect
 from swesbi.planning.bank import ARMS, KIND, BankPerson, bank_of, read_bank
 from swesbi.planning.settings import Design, PlannedPersonsSettings
-from swesbi.population.settings import PopulationSettings
+from swesbi.population.settings import PopulationSettings, of_group
 from swesbi.posterior.exact import ExactPosterior
 from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
 from swesbi.posterior.refine import refined_posterior
@@ -44,7 +44,7 @@ from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.other_network import check_network
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_trial.planned import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
-from swesbi.virtual_trial.source import TrialSource, of_group
+from swesbi.virtual_trial.source import TrialSource
 
 LOGGER = logging.getLogger("swesbi")
 BATCH: Final = 4

@@ -1,0 +1,119 @@
+"""What a recording has told: the posterior of each quantity beside its prior, on the logarithm.
+
+Two speeds cannot tell four parameters. The ratio of standard deviations says which of them they narrow, and a
+shift of the median which of them they move; of what neither narrows nor moves the answer is the prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from swesbi.arrays import FloatArray
+from swesbi.heart.simulate import Beats
+from swesbi.parameters import PHI, REPORTED
+from swesbi.verdict.settings import NaturalWavesSettings
+from swesbi.verdict.support import SupportTest
+
+ATTAINED: Final = "attained_kpa"
+IN_WORDS: Final = {
+    **{parameter.name: parameter.text for parameter in PHI},
+    ATTAINED: "attained stiffness",
+}
+
+
+@dataclass(frozen=True)
+class Contraction:
+    """What a recording has told of one quantity.
+
+    Attributes:
+        name: Of the quantity.
+        sd_ratio: Standard deviation of its logarithm, posterior over prior.
+        shift: From the prior's median of the logarithm to the posterior's, over the prior's sd.
+        uninformative: The data have left it as the prior has it.
+    """
+
+    name: str
+    sd_ratio: float
+    shift: float
+    uninformative: bool
+
+    @property
+    def in_words(self) -> str:
+        """The quantity with its ratio: "k_ATP 0.98, uninformative"."""
+        return f"{IN_WORDS[self.name]} {self.sd_ratio:.2f}{', uninformative' if self.uninformative else ''}"
+
+    def test(self, limit: float) -> SupportTest:
+        """Return it as an entry of ``support.json``, which speaks neither for nor against the model."""
+        moved = f"its median moved by {self.shift:+.2f} of it"
+        return SupportTest(
+            name=f"contraction_{self.name}",
+            statistic=self.sd_ratio,
+            p_value=None,
+            threshold=limit,
+            flagged=False,
+            detail=f"sd of the log is {self.sd_ratio:.2f} of the prior's, {moved}"
+            f"{': uninformative' if self.uninformative else ''}",
+        )
+
+
+def quantities(phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
+    """Return draws of theta, the passive scale and the attained stiffness, by name; NaN where a beat failed.
+
+    Args:
+        phi: Draws; shape (n, d).
+        beats: Their beats.
+    """
+    named = {parameter.name: column for parameter, column in zip(PHI, phi[:, REPORTED].T, strict=True)}
+    return {**named, ATTAINED: beats.active_stiffness_kpa.max(axis=1)}
+
+
+def contractions(
+    posterior: Mapping[str, FloatArray], prior: Mapping[str, FloatArray], settings: NaturalWavesSettings
+) -> tuple[Contraction, ...]:
+    """Compare draws of the posterior with draws of the prior, quantity by quantity."""
+    return tuple(_contraction(name, draws, prior[name], settings) for name, draws in posterior.items())
+
+
+def _contraction(
+    name: str, posterior: FloatArray, prior: FloatArray, settings: NaturalWavesSettings
+) -> Contraction:
+    after, before = np.log(posterior), np.log(prior)
+    sd = np.nanstd(before)
+    ratio, shift = float(np.nanstd(after) / sd), float((np.nanmedian(after) - np.nanmedian(before)) / sd)
+    as_before = ratio >= settings.uninformative_sd_ratio and abs(shift) <= settings.uninformative_shift
+    return Contraction(name, ratio, shift, as_before)
+
+
+@dataclass(frozen=True)
+class Told:
+    """What natural waves have told; nothing, where there are none.
+
+    Attributes:
+        contractions: Of each quantity.
+        limit: Ratio of standard deviations from which on a quantity may be as the prior has it.
+        left_out: Why waves of an event are not interpreted, a sentence each.
+    """
+
+    contractions: tuple[Contraction, ...] = ()
+    limit: float = 1.0
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def uninformative(self) -> bool:
+        """Whether the waves leave all as the prior has it."""
+        return bool(self.contractions) and all(one.uninformative for one in self.contractions)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """What is said of them, in sentences."""
+        found = "; ".join(one.in_words for one in self.contractions)
+        return (*self.left_out, *((f"posterior over prior sd of the log: {found}",) if found else ()))
+
+    @property
+    def tests(self) -> tuple[SupportTest, ...]:
+        """The contractions as entries of ``support.json``."""
+        return tuple(one.test(self.limit) for one in self.contractions)

@@ -1,0 +1,49 @@
+"""What a recording has told: nothing where the posterior is the prior, something where it differs."""
+
+from __future__ import annotations
+
+import numpy as np
+from test_closure_speeds import WAVES
+
+from swesbi.verdict.contraction import Told, contractions
+
+RNG = np.random.default_rng(7)
+PRIOR = {"k_atp_per_s": np.exp(0.6 * RNG.standard_normal(4000))}
+
+
+def told(log_sd: float, shift: float) -> bool:
+    posterior = {"k_atp_per_s": np.exp(shift + log_sd * RNG.standard_normal(4000))}
+    (found,) = contractions(posterior, PRIOR, WAVES)
+    assert abs(found.sd_ratio - log_sd / 0.6) < 0.05
+    return found.uninformative
+
+
+def test_a_posterior_that_is_the_prior_is_uninformative() -> None:
+    assert told(0.6, 0.0)
+    assert told(0.58, 0.1)
+
+
+def test_one_that_is_narrower_or_elsewhere_is_not() -> None:
+    assert not told(0.45, 0.0)
+    assert not told(0.6, 0.4)
+
+
+def test_draws_without_a_beat_are_left_out() -> None:
+    some = PRIOR["k_atp_per_s"].copy()
+    some[:300] = np.nan
+    (found,) = contractions({"k_atp_per_s": some}, PRIOR, WAVES)
+    assert found.uninformative
+
+
+def test_a_recording_is_uninformative_where_every_quantity_is() -> None:
+    same = {name: PRIOR["k_atp_per_s"] for name in ("k0_kpa", "k_atp_per_s")}
+    narrow = same | {"k0_kpa": same["k0_kpa"] ** 0.3}
+    all_same, one_told = (contractions(draws, same, WAVES) for draws in (same, narrow))
+    assert Told(all_same).uninformative
+    assert not Told(one_told).uninformative
+    assert not Told().uninformative
+    assert Told().reasons == ()
+    assert Told(one_told).reasons == (
+        "posterior over prior sd of the log: k_0 0.30; k_ATP 1.00, uninformative",
+    )
+    assert [test.flagged for test in Told(one_told, 0.9).tests] == [False, False]
