@@ -93,6 +93,19 @@ def test_push_trains_are_answered_without_a_study(walked: tuple[StudyCopy, dict[
 
 
 @pytest.mark.slow
+def test_natural_waves_are_interpreted_as_the_page_says(walked: tuple[StudyCopy, dict[str, str]]) -> None:
+    said = next(text for command, text in walked[1].items() if command.endswith("swesbi closures"))
+    assert said == blocks("text")[1]
+    answer = next(text for command, text in walked[1].items() if command.endswith("--subject W1"))
+    assert "waves after mvc are not interpretable" in answer
+    table = (ROOT / "data" / "virtual_push_trains" / "README.md").read_text(encoding="utf-8")
+    row = next(line for line in table.splitlines() if line.startswith("| W1 |"))
+    told = [cell.strip(" ()") for cell in row.split("|")[3:8]]
+    for quantity, ratio in zip(("attained stiffness", "k_0", "k_ATP", "k_SR", "a"), told, strict=True):
+        assert f" {quantity} {ratio}" in answer
+
+
+@pytest.mark.slow
 def test_there_is_a_sheet_for_each_subject(walked: tuple[StudyCopy, dict[str, str]]) -> None:
     for subject in ("S-101", "S-102"):
         assert (walked[0].folder / "sheets" / f"{subject}.png").read_bytes().startswith(b"\x89PNG")
