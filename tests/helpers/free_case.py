@@ -7,10 +7,27 @@ from pathlib import Path
 import cohorts
 import numpy as np
 import pandas as pd
+import speed_case
 from numpy.typing import NDArray
+
+from swesbi.__main__ import main
+from swesbi.context import Context
+from swesbi.recording.free_observation import FreeObservation, ingest_free
+from swesbi.recording.free_samples import read_free_samples
+from swesbi.recording.layout import TableLayout
+from swesbi.recording.settings import NoiseDeclaration
 
 PUSHES_PER_S = 34.0
 NOISE = "noise: { cv_fraction: 0.1, cv_log_sd: 0.3 }\n"
+HEART = Context("T", "F", 25.0, 1.7, 60.0, 90.0, 34.0, 0.8)
+DECLARED = NoiseDeclaration(cv_fraction=0.1, cv_log_sd=0.3)
+QUALITY = speed_case.shipped().recording
+
+
+def observed(path: Path, layout: TableLayout | None = None, subject: str = "T") -> FreeObservation:
+    """Read and ingest a free-running recording of one heart."""
+    samples = read_free_samples(path, 1000.0, layout or TableLayout(), subject)
+    return ingest_free(samples, HEART, QUALITY, DECLARED)
 
 
 def curve_m_s(phase: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -63,3 +80,12 @@ def mixed(folder: Path) -> Path:
     train(2).to_csv(cohort / "swe" / "S-3.csv", index=False)
     (cohort / "swe" / "S-3.yaml").write_text(NOISE)
     return cohort
+
+
+def answered(folder: Path, rows: dict[str, pd.DataFrame]) -> Path:
+    """Answer free-running recordings, one at least of them refused, under the settings of the small study."""
+    cohort = write_free_cohort(folder / "cohort", rows)
+    out = folder / "out"
+    overlay = ["--overlay", "tests/smoke.yaml"]
+    assert main(["new-subject", "--cohort", str(cohort), "--all", "--out", str(out), *overlay]) == 2
+    return out

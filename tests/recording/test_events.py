@@ -8,40 +8,27 @@ import free_case
 import numpy as np
 import pandas as pd
 import pytest
-import speed_case
+from free_case import QUALITY, observed
 from scipy.io import savemat
 
 from swesbi.__main__ import main
 from swesbi.artefacts import save, to_groups
-from swesbi.context import Context
 from swesbi.recording.events import in_words
 from swesbi.recording.free_observation import (
     KIND,
-    FreeObservation,
-    ingest_free,
     read_free_observation,
     same_free_recording,
 )
-from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
-from swesbi.recording.settings import NoiseDeclaration
 from swesbi.study.stages.origin import Origin
 
-HEART = Context("T", "F", 25.0, 1.7, 60.0, 90.0, 34.0, 0.8)
-DECLARED = NoiseDeclaration(cv_fraction=0.1, cv_log_sd=0.3)
-QUALITY = speed_case.shipped().recording
 HEADER = "event,time_ms,rr_ms,beat,shear_wave_speed_m_s\n"
 MIXED = (
     "avc,,1000,0,3.6\n,700,1000,0,1.4\nmvc,40,1000,0,1.5\n"
     "push,100,1010,1,2.0\nAVC,380,1010,1,3.3\nmvc,,1010,1,\n"
 )
-
-
-def observed(path: Path, layout: TableLayout | None = None) -> FreeObservation:
-    samples = read_free_samples(path, 1000.0, layout or TableLayout(), "T")
-    return ingest_free(samples, HEART, QUALITY, DECLARED)
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import speed_case
+from free_case import DECLARED, HEART, QUALITY, observed
 from scipy.io import savemat
 
 from swesbi.__main__ import main
 from swesbi.artefacts import save, to_groups
-from swesbi.context import Context
 from swesbi.recording.check import examine_cohort
 from swesbi.recording.free_observation import (
     KIND,
@@ -31,15 +31,7 @@ from swesbi.recording.reader import read_samples
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.study.stages.origin import Origin
 
-HEART = Context("T", "F", 25.0, 1.7, 60.0, 90.0, 34.0, 0.8)
-DECLARED = NoiseDeclaration(cv_fraction=0.1, cv_log_sd=0.3)
-QUALITY = speed_case.shipped().recording
 POINTS = speed_case.shipped().measurement.grid_points
-
-
-def observed(path: Path, layout: TableLayout | None = None, subject: str = "T") -> FreeObservation:
-    samples = read_free_samples(path, 1000.0, layout or TableLayout(), subject)
-    return ingest_free(samples, HEART, QUALITY, DECLARED)
 
 
 def same(one: FreeObservation, other: FreeObservation) -> None:

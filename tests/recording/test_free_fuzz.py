@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import speed_case
+from free_case import HEART, QUALITY
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_fuzz import KNOBS, NUMBERS, SIGNS, STATUSES
 
-from swesbi.context import Context
 from swesbi.recording.columns import FREE_COLUMNS, MODULUS
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import ingest_free
@@ -19,7 +18,6 @@ from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import NoiseDeclaration
 
-HEART = Context("T", "F", 25.0, 1.7, 60.0, 90.0, 34.0, 0.8)
 DECLARED = st.sampled_from(
     [
         NoiseDeclaration(),
@@ -37,7 +35,7 @@ def answered(path: Path, declared: NoiseDeclaration) -> bool:
     """Read a recording; tell whether it can be inferred."""
     try:
         samples = read_free_samples(path, 1000.0)
-        seen = ingest_free(samples, HEART, speed_case.shipped().recording, declared)
+        seen = ingest_free(samples, HEART, QUALITY, declared)
     except RecordingError as error:
         assert error.problems
         assert str(path) in str(error)

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 import yaml
@@ -20,6 +21,8 @@ from swesbi.recording.layout import layout_of
 from swesbi.recording.reader import read_samples
 from swesbi.show.answers_table import read_answers
 from swesbi.study.answering import FREE_OUTPUTS, OUTPUTS
+from swesbi.verdict.contraction import IN_WORDS
+from swesbi.virtual_cohort.natural_waves import TOLD
 
 PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -98,11 +101,9 @@ def test_natural_waves_are_interpreted_as_the_page_says(walked: tuple[StudyCopy,
     assert said == blocks("text")[1]
     answer = next(text for command, text in walked[1].items() if command.endswith("--subject W1"))
     assert "waves after mvc are not interpretable" in answer
-    table = (ROOT / "data" / "virtual_push_trains" / "README.md").read_text(encoding="utf-8")
-    row = next(line for line in table.splitlines() if line.startswith("| W1 |"))
-    told = [cell.strip(" ()") for cell in row.split("|")[3:8]]
-    for quantity, ratio in zip(("attained stiffness", "k_0", "k_ATP", "k_SR", "a"), told, strict=True):
-        assert f" {quantity} {ratio}" in answer
+    table = pd.read_csv(ROOT / "data" / "virtual_push_trains" / TOLD, dtype=str, index_col="subject")
+    for column, words in IN_WORDS.items():
+        assert f" {words} {table.loc['W1', column].strip('()')}" in answer
 
 
 @pytest.mark.slow

@@ -14,7 +14,6 @@ import speed_case
 from numpy.typing import NDArray
 from study_copy import ROOT
 
-from swesbi.__main__ import main
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.free_predictive import draw_pushes, read_free_predictive
 from swesbi.config.new_recordings import noise_declared
@@ -107,13 +106,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The answers to a cohort of one good and one empty free-running recording, under the smoke settings."""
     folder = tmp_path_factory.mktemp("free")
     rows = {"T1": free_case.train(3).iloc[::4], "T2": free_case.train(2, lost=1.0)}
-    cohort = free_case.write_free_cohort(folder / "trains", rows)
-    code = main(
-        ["new-subject", "--cohort", str(cohort), "--all", "--out", str(folder / "out"),
-         "--overlay", "tests/smoke.yaml"]
-    )  # fmt: skip
-    assert code == 2
-    return folder / "out"
+    return free_case.answered(folder, rows)
 
 
 def test_an_answer_has_its_files_and_says_that_there_is_no_verdict(out: Path) -> None:

@@ -13,7 +13,6 @@ import pandas as pd
 import pytest
 import speed_case
 
-from swesbi.__main__ import main
 from swesbi.checks.free_predictive import draw_pushes, read_free_predictive
 from swesbi.draws import median_and_interval
 from swesbi.measurement.instants import FreeModel
@@ -47,13 +46,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("waves")
     pushes = free_case.train(3).iloc[::6].assign(event="push")
     rows = {"T1": waves(1), "T2": waves(2, ("mvc",)), "T3": pd.concat([pushes, waves(3).assign(status="ok")])}
-    cohort = free_case.write_free_cohort(folder / "waves", rows)
-    code = main(
-        ["new-subject", "--cohort", str(cohort), "--all", "--out", str(folder / "out"),
-         "--overlay", "tests/smoke.yaml"]
-    )  # fmt: skip
-    assert code == 2
-    return folder / "out"
+    return free_case.answered(folder, rows)
 
 
 def test_waves_alone_say_what_they_tell_and_what_not(out: Path) -> None:
@@ -97,7 +90,10 @@ def test_an_answer_rests_on_all_that_is_interpreted(out: Path) -> None:
 
 @pytest.mark.slow(minutes=1)
 def test_intervals_of_natural_waves_cover_what_made_them() -> None:
-    """Of waves of both valves whose speeds are off by what guided waves make wrong."""
+    """Of waves of both valves whose speeds are off by what guided waves make wrong.
+
+    Without that term in the inference they cover 72 %, with it 90 %.
+    """
     rng = np.random.default_rng(18)
     blank, covered = speed_case.model(), []
     event = np.repeat(["mvc", "avc"], 3)

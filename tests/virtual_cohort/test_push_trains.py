@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from study_copy import ROOT
 from swesbi.heart.closures import valve_closures
 from swesbi.recording.check import examine_cohort
 from swesbi.recording.columns import SPEED
-from swesbi.virtual_cohort.natural_waves import BETWEEN, natural_waves, wave_volunteers
+from swesbi.virtual_cohort.natural_waves import BETWEEN, TOLD, natural_waves, wave_volunteers
 from swesbi.virtual_cohort.push_trains import write_push_trains
 from swesbi.virtual_cohort.settings import ACQUISITION_SEED
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, forward_model_of, simulate_truth
@@ -22,6 +23,8 @@ SHIPPED = ROOT / "data" / "virtual_push_trains"
 
 
 def test_the_push_trains_are_made_again(tmp_path: Path) -> None:
+    (tmp_path / "made").mkdir()
+    shutil.copy(SHIPPED / TOLD, tmp_path / "made" / TOLD)
     write_push_trains(tmp_path / "made", ACQUISITION_SEED)
     assert snapshot(tmp_path / "made") == snapshot(SHIPPED)
 

@@ -128,9 +128,9 @@ def ingest_free(
     _check_plausible(samples, samples.speed_m_s[accepted], context, settings)
     noise = free_noise(samples, accepted, declared)
     cell = _cells(samples, settings.phases)
-    # natural waves behind all pushes, by the cells of their events
-    last = np.where(samples.is_push, samples.phase, cell)
-    order = np.argsort(last[accepted], kind="stable")
+    # a cell of waves has a number above every phase, and so comes behind all pushes
+    place = np.where(samples.is_push, samples.phase, cell)
+    order = np.argsort(place[accepted], kind="stable")
     chosen = np.flatnonzero(accepted)[order]
     return FreeObservation(
         context=context,
@@ -154,7 +154,7 @@ def ingest_free(
 def _cells(samples: FreeSamples, phases: int) -> IntArray:
     """Return the cell of the cycle of each push, and behind those one of each event; shape (N,)."""
     of_push = np.minimum((np.nan_to_num(samples.phase) * phases).astype(np.int64), phases - 1)
-    of_wave = phases + (samples.event == EVENTS[1])
+    of_wave = phases + np.argmax(samples.event[:, None] == np.array(EVENTS), axis=1)
     return np.where(samples.is_push, of_push, of_wave)
 
 
@@ -185,11 +185,7 @@ def same_free_recording(one: FreeObservation, other: FreeObservation) -> bool:
         return False
     if not one.clinical.same_as(other.clinical):
         return False
-    if not (np.array_equal(one.event, other.event) and _equal(one.time_ms, other.time_ms)):
-        return False
-    names = ("rr_ms", "beat", "repeat", "speed_m_s", "relative_se")
-    return all(_equal(getattr(one, name), getattr(other, name)) for name in names)
-
-
-def _equal(one: FloatArray, other: FloatArray) -> bool:
-    return np.array_equal(one, other, equal_nan=True)
+    names = ("time_ms", "rr_ms", "beat", "repeat", "speed_m_s", "relative_se")
+    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
+    same_values = all(np.array_equal(mine, its, equal_nan=True) for mine, its in pairs)
+    return same_values and np.array_equal(one.event, other.event)

@@ -146,9 +146,8 @@ def sample_each(
     Returns:
         Values of shape (n,); NaN where the phase, or the cycle, is.
     """
-    at = np.nan_to_num(phase)
     # as many sets of weights as cycles, which nobody asks for again: not kept
-    weights = _spline_weights.__wrapped__(cycle_phase.tobytes(), at.tobytes(), derivative)
+    weights = _weights_at(cycle_phase.tobytes(), np.nan_to_num(phase), derivative)
     return np.where(np.isnan(phase), np.nan, np.einsum("nm,nm->n", curves, weights))
 
 
@@ -184,15 +183,24 @@ def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArr
 
 @lru_cache(maxsize=256)
 def _spline_weights(cycle_phase: bytes, phase: bytes, derivative: int = 0) -> FloatArray:
-    # The spline is linear in the values: its cardinal functions, once, serve every curve.
-    nodes, at = np.frombuffer(cycle_phase), np.frombuffer(phase)
-    closed = np.append(nodes, nodes[0] + 1.0)
-    cardinal = np.vstack([np.eye(len(nodes)), np.eye(len(nodes))[:1]])
-    wrapped = nodes[0] + (at - nodes[0]) % 1.0
-    spline = CubicSpline(closed, cardinal, bc_type="periodic")
-    weights: FloatArray = np.ascontiguousarray(spline(wrapped, derivative))
+    weights = _weights_at(cycle_phase, np.frombuffer(phase), derivative)
     weights.flags.writeable = False
     return weights
+
+
+def _weights_at(cycle_phase: bytes, phase: FloatArray, derivative: int) -> FloatArray:
+    """Return what each value of a cycle (M,) counts in its spline at phases (P,), or in a slope; (P, M)."""
+    spline = _cardinal_spline(cycle_phase)
+    first = spline.x[0]
+    return np.ascontiguousarray(spline(first + (phase - first) % 1.0, derivative))
+
+
+@lru_cache(maxsize=8)
+def _cardinal_spline(cycle_phase: bytes) -> CubicSpline:
+    # The spline is linear in the values: its cardinal functions, once, serve every curve.
+    nodes = np.frombuffer(cycle_phase)
+    cardinal = np.vstack([np.eye(len(nodes)), np.eye(len(nodes))[:1]])
+    return CubicSpline(np.append(nodes, nodes[0] + 1.0), cardinal, bc_type="periodic")
 
 
 def _check_phases(phase: FloatArray) -> None:

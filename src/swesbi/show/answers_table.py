@@ -14,7 +14,7 @@ from swesbi.artefacts import atomic_path
 from swesbi.parameters import PHI
 from swesbi.show.csv import EIGHT_DIGITS
 from swesbi.show.workbook import Sheet, write_workbook
-from swesbi.verdict.answers import LIMITS, NOT_INTERPRETABLE, REFUSED, Answer, answer_columns
+from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
 
 COMMENT: Final = "# "
 SAID: Final = {"median": "posterior median", "low": "lower end", "high": "upper end"}
@@ -43,6 +43,7 @@ class Asked:
         answer: What it answered; None where it is refused.
         interval_mass: Of the answer's credible intervals; NaN without one.
         refused: The reason; empty where there is an answer.
+        status: What stands in the place of a verdict where there is no answer.
     """
 
     subject: str
@@ -50,6 +51,7 @@ class Asked:
     answer: Answer | None
     interval_mass: float
     refused: str = ""
+    status: str = REFUSED
 
 
 def explanations() -> dict[str, str]:
@@ -71,8 +73,7 @@ def answers_table(asked: Sequence[Asked]) -> pd.DataFrame:
 def _row(asked: Asked) -> Mapping[str, object]:
     row: dict[str, object] = {"subject": asked.subject, "experiment": asked.experiment}
     if asked.answer is None:
-        status = NOT_INTERPRETABLE if NOT_INTERPRETABLE in asked.refused.split("\n")[0] else REFUSED
-        return row | {"status": status, "reason": " ".join(asked.refused.split())}
+        return row | {"status": asked.status, "reason": " ".join(asked.refused.split())}
     answer = asked.answer
     values = [*answer.phi.T.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
     said = {"status": answer.status, "reason": answer.reason, "interval_mass": asked.interval_mass}

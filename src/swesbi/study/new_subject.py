@@ -34,6 +34,7 @@ from swesbi.study.answering import (
     study_with,
 )
 from swesbi.study.finished import answering_stage, check_finished, finished_experiment
+from swesbi.verdict.answers import NOT_INTERPRETABLE, REFUSED
 
 LOGGER: Final = logging.getLogger("swesbi")
 EXIT_REFUSED: Final = 2
@@ -70,6 +71,14 @@ class Given:
     experiment: str
     folder: Path
     note: str
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a subject has no answer, and what stands in the place of its verdict."""
+
+    reason: str
+    status: str = REFUSED
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -128,7 +137,7 @@ def _answer_all(request: Request) -> int:
     if not request.force:
         check_table(_tables(request)["table"], (*study.new_rows, *study.new_refused))
     given: dict[str, Given] = {}
-    refused = dict(study.new_refused)
+    refused = {subject: Refusal(reason) for subject, reason in study.new_refused.items()}
     for subject in study.new_rows:
         try:
             given[subject] = _answer(request, subject, request.out / subject if request.out else None)
@@ -137,14 +146,14 @@ def _answer_all(request: Request) -> int:
         except ValueError as error:
             if _is_everyones(error):
                 raise
-            refused[subject] = str(error)
+            refused[subject] = Refusal(str(error), _status_of(error))
             LOGGER.warning("subject %s is refused", subject)
         else:
             print("\n".join(filter(None, [given[subject].note, _text(study, subject, given[subject])])))
     paths = _write_table(request, given, refused)
     print(f"\n{len(given)} answered, {len(refused)} refused; {paths['table'].resolve()}, .xlsx")
-    for subject, reason in refused.items():
-        print(f"refused: {subject}: {reason}")
+    for subject, refusal in refused.items():
+        print(f"refused: {subject}: {refusal.reason}")
     return EXIT_REFUSED if refused else 0
 
 
@@ -177,8 +186,15 @@ def _is_everyones(error: ValueError) -> bool:
     return isinstance(error, OtherNetworkError)
 
 
+def _status_of(error: ValueError) -> str:
+    """Return what stands in the place of a verdict where a subject has no answer."""
+    from swesbi.verdict.closure_speeds import NotInterpretableError
+
+    return NOT_INTERPRETABLE if isinstance(error, NotInterpretableError) else REFUSED
+
+
 def _write_table(
-    request: Request, given: Mapping[str, Given], refused: Mapping[str, str]
+    request: Request, given: Mapping[str, Given], refused: Mapping[str, Refusal]
 ) -> Mapping[str, Path]:
     """Write ``answers.csv`` and ``answers.xlsx``, the subjects in the order of the cohort."""
     from swesbi.show.answers_table import Asked, answers_table, write_answers
@@ -193,7 +209,8 @@ def _write_table(
             rows.append(answered(subject, experiment, made / OUTPUTS["posterior"], made / OUTPUTS["support"]))
         else:
             asked = ", ".join(request.experiments)
-            rows.append(Asked(subject, asked, None, float("nan"), refused[subject]))
+            refusal = refused[subject]
+            rows.append(Asked(subject, asked, None, float("nan"), refusal.reason, refusal.status))
     write_answers(answers_table(rows), paths["table"], paths["workbook"])
     return paths
 

@@ -19,6 +19,8 @@ from swesbi.verdict.settings import NaturalWavesSettings
 from swesbi.verdict.support import SupportTest
 
 ATTAINED: Final = "attained_kpa"
+CONTRACTION: Final = "contraction_"
+"""Before a quantity: the name of its entry in ``support.json``."""
 IN_WORDS: Final = {
     **{parameter.name: parameter.text for parameter in PHI},
     ATTAINED: "attained stiffness",
@@ -50,7 +52,7 @@ class Contraction:
         """Return it as an entry of ``support.json``, which speaks neither for nor against the model."""
         moved = f"its median moved by {self.shift:+.2f} of it"
         return SupportTest(
-            name=f"contraction_{self.name}",
+            name=f"{CONTRACTION}{self.name}",
             statistic=self.sd_ratio,
             p_value=None,
             threshold=limit,

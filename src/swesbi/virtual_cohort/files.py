@@ -109,7 +109,7 @@ def write_cohort(folder: Path, seed: int) -> None:
     write_csv(folder / "truth.csv", truth_table(truths))
     write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
     write_text(folder / "recording.yaml", RECORDING.format(origin=ORIGIN, seed=seed))
-    seeds, levels = (_shown(folder / name) for name in ("acquisition_seeds.csv", NOISE_LEVELS))
+    seeds, levels = (stored_table(folder / name) for name in ("acquisition_seeds.csv", NOISE_LEVELS))
     write_text(folder / "README.md", readme(truths, recordings, measures, seed, seeds, levels))
     _write_picture(folder / "recordings.png", recordings)
 
@@ -134,7 +134,8 @@ def write_noise_levels(folder: Path, recording: RecordingSettings, grid_points: 
     write_csv(folder / NOISE_LEVELS, noise_levels(truths, recording, grid_points), "%.4g")
 
 
-def _shown(path: Path) -> pd.DataFrame | None:
+def stored_table(path: Path) -> pd.DataFrame | None:
+    """Read a table that a README shows, cell by cell as it is written; None where there is none."""
     return pd.read_csv(path, dtype=str, keep_default_na=False) if path.is_file() else None
 
 

@@ -30,6 +30,8 @@ RR_JITTER: Final = 0.05  # relative standard deviation of the beats
 LOST: Final = 0.2  # probability that a closure shows no wave
 ERROR: Final = 0.1  # relative standard deviation of a speed
 GUIDED: Final = 0.2  # sd of the log of what all waves of a closure share, as `natural_waves` of config.yaml
+TOLD: Final = "natural_waves.csv"
+"""What inference has told of them, written by ``benchmarks/natural_waves.py``."""
 DENSITY_KG_M3: Final = 1000.0
 DIGITS: Final = {"age_years": 0, "bsa_m2": 2, "hr_bpm": 0, "lvedv_ml": 0, "lvesv_ml": 0, "ivsd_cm": 2}
 

@@ -43,15 +43,16 @@ def draw_free_check(
             axes.fill_between(check.grid, band.low, band.high, color=colour, alpha=0.25, lw=0, label=label)
         place = _side_by_side(check)
         look: dict[str, Any] = {"color": POSTERIOR, "lw": 2.2, "alpha": 0.3}
-        axes.vlines(place, check.pushes.low, check.pushes.high, label=f"new push, {mass} PI", **look)
+        what = "speed" if check.is_wave.any() else "push"
+        axes.vlines(place, check.pushes.low, check.pushes.high, label=f"new {what}, {mass} PI", **look)
         se = 2.0 * check.relative_se * check.stiffness_kpa
         for chosen, own in ((~check.is_wave, {"label": "push ± SE"}), (check.is_wave, WAVE)):
             if chosen.any():
                 axes.errorbar(place[chosen], check.stiffness_kpa[chosen], se[chosen], **{**MEAN, **own})
         axes.set(xlabel="cycle fraction $s$", ylabel="$E = 3\\rho c_s^2$ (kPa)", xlim=(0.0, 1.0))
         axes.set_ylim(0.0, 1.3 * max(check.stiffness_kpa.max(), check.pushes.high.max()))
-        what = "speeds" if check.is_wave.any() else "pushes"
-        inside = f"{as_percent(round(check.coverage, 2))} of {len(check.phase)} {what} in their intervals"
+        several = "speeds" if check.is_wave.any() else "pushes"
+        inside = f"{as_percent(round(check.coverage, 2))} of {len(check.phase)} {several} in their intervals"
         title = titled(f"{subject}, predictive check", cohort_title)
         figure.suptitle("\n".join([title, f"{status(support)}; {inside}", f"errors: {errors}"]), fontsize=8.0)
         figure.legend(loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.8)

@@ -51,7 +51,8 @@ def draw_free_sheet(subject: CheckedFree, origin: str) -> Figure:
 def _draw_pushes(axes: Axes, subject: CheckedFree) -> None:
     samples, observed = subject.samples, subject.observation
     error = observed.relative_se * observed.speed_m_s
-    axes.errorbar(_place(observed), observed.speed_m_s, error, label="accepted push ± SE", **MEAN)
+    what = "push" if observed.is_push.all() else "speed"
+    axes.errorbar(_place(observed), observed.speed_m_s, error, label=f"accepted {what} ± SE", **MEAN)
     top = axes.get_ylim()[1]
     for index, (reason, colour) in enumerate(zip(REASONS, COLOURS, strict=True)):
         chosen = subject.verdict == index
