@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
+import free_case
 import numpy as np
 import pytest
+import yaml
 from free_case import HEART, QUALITY
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.io import savemat
 from test_fuzz import KNOBS, NUMBERS, SIGNS, STATUSES
 
+from swesbi.recording.check import examine_cohort
 from swesbi.recording.columns import FREE_COLUMNS, MODULUS
+from swesbi.recording.foreign import is_free
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import ingest_free
 from swesbi.recording.free_samples import read_free_samples
+from swesbi.recording.layout import layout_of
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import NoiseDeclaration
 
@@ -31,10 +38,12 @@ TEXTS = {"status": STATUSES, "event": EVENTS}
 NAMES = st.lists(st.sampled_from([*FREE_COLUMNS, MODULUS, "phase_index", "x"]), max_size=9)
 
 
-def answered(path: Path, declared: NoiseDeclaration) -> bool:
-    """Read a recording; tell whether it can be inferred."""
+def answered(path: Path, declared: NoiseDeclaration, said: dict[str, object] | None = None) -> bool:
+    """Read a recording, as this says its table is; tell whether it can be inferred."""
     try:
-        samples = read_free_samples(path, 1000.0)
+        layout = layout_of(said or {}, path)
+        is_free(path, layout)
+        samples = read_free_samples(path, 1000.0, layout, "T")
         seen = ingest_free(samples, HEART, QUALITY, declared)
     except RecordingError as error:
         assert error.problems
@@ -107,3 +116,81 @@ def test_a_file_that_was_cut_off_is_read_or_refused(tmp_path: Path, cut: int) ->
     path = tmp_path / "T.csv"
     path.write_text(text[:cut], encoding="utf-8")
     assert answered(path, NoiseDeclaration()) is (cut in (76, 93))  # after whole rows, two at least
+
+
+KEYS = st.sampled_from(
+    [*FREE_COLUMNS, MODULUS, "columns", "units", "table", "noise", "protocol", "values", "file", "x"]
+)
+LEAVES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-2, 40),
+    st.floats(),
+    KEYS,
+    st.sampled_from(["s", "cm/s", "c *", ""]),
+)
+YAML = st.recursive(
+    LEAVES,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(KEYS, inner, max_size=4),
+    max_leaves=12,
+)
+OVERRIDES = st.dictionaries(
+    st.sampled_from(["protocol", "columns", "units", "table", "noise", "origin"]), YAML, max_size=4
+)
+
+
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return free_case.mixed(tmp_path_factory.mktemp("fuzzed") / "cohort")
+
+
+@given(said=OVERRIDES, subject=st.sampled_from(["S-1", "s_2x", "S-3"]))
+@settings(max_examples=60, **KNOBS)
+def test_whatever_a_recording_says_of_itself_the_others_stay(
+    mixed: Path, said: dict[str, object], subject: str
+) -> None:
+    path = mixed / "swe" / f"{subject}.yaml"
+    before = path.read_text() if path.exists() else None
+    path.write_text(yaml.safe_dump(said))
+    try:
+        report = examine_cohort(mixed, QUALITY, 100)
+    finally:
+        path.unlink() if before is None else path.write_text(before)
+    assert {"S-1", "s_2x", "S-3"} - {subject} <= set(report.usable)
+    assert all(subject in str(problem) for problem in report.problems)
+
+
+@given(said=OVERRIDES)
+@settings(max_examples=100, **KNOBS)
+def test_whatever_is_said_of_a_table_it_is_read_or_refused(tmp_path: Path, said: dict[str, object]) -> None:
+    path = tmp_path / "T.csv"
+    free_case.train(2).rename(columns={"rr_ms": "x"}).to_csv(path, index=False)
+    answered(path, NoiseDeclaration(cv_fraction=0.1, cv_log_sd=0.3), said)
+
+
+@given(data=st.data(), suffix=st.sampled_from([".xlsx", ".mat"]))
+@settings(max_examples=60, **KNOBS)
+def test_a_damaged_workbook_or_mat_file_is_read_or_refused(
+    tmp_path: Path, data: st.DataObject, suffix: str
+) -> None:
+    raw = bytearray(BOOK if suffix == ".xlsx" else VECTORS)
+    for _ in range(data.draw(st.integers(0, 4))):
+        raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
+    path = tmp_path / f"T{suffix}"
+    path.write_bytes(
+        bytes(raw[: data.draw(st.integers(0, len(raw)))]) if data.draw(st.booleans()) else bytes(raw)
+    )
+    answered(path, NoiseDeclaration(cv_fraction=0.1, cv_log_sd=0.3))
+
+
+def _written(suffix: str) -> bytes:
+    train, buffer = free_case.train(2), io.BytesIO()
+    if suffix == ".xlsx":
+        train.to_excel(buffer, index=False)
+    else:
+        numbers = train.select_dtypes("number")
+        savemat(buffer, {name: numbers[name].to_numpy() for name in numbers})
+    return buffer.getvalue()
+
+
+BOOK, VECTORS = _written(".xlsx"), _written(".mat")

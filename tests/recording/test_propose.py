@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import free_case
+import numpy as np
 import pandas as pd
 import pytest
 import yaml
 from cohorts import recording
 
 from swesbi.__main__ import main
-from swesbi.recording.columns import SPEED
+from swesbi.recording.columns import SPEED, STANDARD_ERROR, TIME
+from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.layout import SHEAR_MODULUS, layout_of
 from swesbi.recording.propose import propose
 from swesbi.recording.reader import read_samples
@@ -59,6 +62,50 @@ def test_the_proposal_reads_the_table(
     pd.testing.assert_series_equal(
         pd.Series(read.speed_m_s), table[SPEED], check_names=False, check_exact=False, rtol=1e-12
     )
+
+
+FREE = {
+    TIME: "Push time (s)", "rr_ms": "RR (s)", "beat": "Beat", "repeat": "Train", SPEED: "SWS (cm/s)",
+    STANDARD_ERROR: "SE (cm/s)", "fit_r2": "R2", "status": "Flag",
+}  # fmt: skip
+
+
+def test_columns_of_a_free_running_recording_are_recognised() -> None:
+    proposal = propose([*FREE.values(), "Patient"])
+    assert proposal.free
+    assert proposal.columns == {**FREE, "subject": "Patient"}
+    assert proposal.units == {TIME: "s", "rr_ms": "s", SPEED: "cm/s", STANDARD_ERROR: "cm/s"}
+    assert (proposal.missing, proposal.unused, proposal.spreads) == ((), (), ())
+    own = propose([TIME, "rr_ms", "beat", SPEED, STANDARD_ERROR, "fit_r2", "status"])
+    assert own.columns == {name: name for name in own.columns} and len(own.columns) == 7
+    assert not own.units
+    assert propose(["t", "speed", "SD"]).spreads == ("SD",)
+    assert propose(["t", "speed", "SD"]).missing == ("rr_ms",)
+    assert not propose(["Time", "Phase", "SWS"]).free
+    assert not propose(["Delay", "SWS"]).free
+
+
+@pytest.mark.parametrize("errors", [True, False])
+def test_the_proposal_reads_a_free_running_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], errors: bool
+) -> None:
+    train = free_case.train(2).assign(se_m_s=0.2, repeat=0, fit_r2=0.9)
+    other = train.assign(
+        time_ms=train["time_ms"] / 1000, rr_ms=train["rr_ms"] / 1000, se_m_s=20.0,
+        shear_wave_speed_m_s=100.0 * train[SPEED],
+    ).rename(columns=FREE)  # fmt: skip
+    path = tmp_path / "S.csv"
+    (other if errors else other.drop(columns=FREE[STANDARD_ERROR])).to_csv(path, index=False)
+    assert main(["template", "--like", str(path)]) == 0
+    shown = capsys.readouterr().out
+    assert ("noise: { cv_fraction: 0.1" in shown) is not errors
+    assert "# Read as free-running" in shown and "first_phase" not in shown
+    layout = layout_of(yaml.safe_load(shown), tmp_path / "recording.yaml")
+    read, twin = read_free_samples(path, 1000.0, layout), tmp_path / "twin.csv"
+    train.to_csv(twin, index=False)
+    known = read_free_samples(twin, 1000.0)
+    for name in ("time_ms", "rr_ms", "beat", "speed_m_s", "fit_r2"):
+        np.testing.assert_allclose(getattr(read, name), getattr(known, name), rtol=1e-12)
 
 
 def test_a_file_that_is_no_table_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 import speed_case
 from numpy.typing import NDArray
-from study_copy import ROOT
+from study_copy import ROOT, StudyCopy
 
+from swesbi.__main__ import main
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.free_predictive import draw_pushes, read_free_predictive
-from swesbi.config.new_recordings import noise_declared
+from swesbi.config.new_recordings import free_running, noise_declared
 from swesbi.config.read import ConfigError, overlay, read_yaml
-from swesbi.config.refusals import recording_refusal
+from swesbi.config.refusals import context_refusal, recording_refusal
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
@@ -148,10 +149,52 @@ def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: St
         for name in ("S-1", "s_2x")
     }
     assert [one["recording"]["phases"] for one in phases.values()] == [20, 24]
-    assert recording_refusal(asked, "S-1") == recording_refusal(asked, "s_2x") == ""
-    assert "is free-running" in recording_refusal(asked, "S-3")
+    assert [recording_refusal(asked, name) for name in ("S-1", "s_2x", "S-3")] == ["", "", ""]
     free = stage_settings(asked, "free_subject", experiment="amortised", subject="S-3")
     assert free["noise"] == {"fit_points": None, "cv_fraction": 0.1, "cv_log_sd": 0.3}
+
+
+def test_the_workflow_asks_a_free_running_recording_once_and_no_network(asked: Study) -> None:
+    """By the first experiment's prior, whatever the networks know of such a heart."""
+    table = asked.new_cohort / "subjects.csv"
+    table.write_text(table.read_text().replace("S-3,F,25,1.7,60,90,34,0.8", "S-3,F,25,1.7,60,90,34,1.3"))
+    again = load_study(asked.config.to_plain())
+    assert free_running(again) == ("S-3",)
+    assert context_refusal(again, "calibrated", "S-3")
+    rows = stage_settings(again, "new_answers")["asked"]
+    first = again.answering_experiments[0]
+    assert [row for row in rows if row["subject"] == "S-3"] == [
+        {"subject": "S-3", "experiment": first, "refused": ""}
+    ]
+    assert len([row for row in rows if row["subject"] == "S-1"]) == len(again.answering_experiments) > 1
+
+
+def test_pushes_that_cannot_be_used_are_a_row_of_the_workflow_and_no_job(asked: Study) -> None:
+    free_case.train(2, lost=1.0).to_csv(asked.new_cohort / "swe" / "S-3.csv", index=False)
+    rows = stage_settings(asked, "new_answers")["asked"]
+    assert [row["refused"] for row in rows if row["subject"] == "S-3"] == [recording_refusal(asked, "S-3")]
+    assert "0 pushes are acceptable" in recording_refusal(asked, "S-3")
+
+
+@pytest.mark.slow(minutes=1)
+def test_the_workflow_answers_as_the_command_does(own_study: StudyCopy, tmp_path: Path) -> None:
+    """Free-running recordings alone: the study itself is not asked, and nothing of it is made."""
+    study = own_study
+    cohort = free_case.write_free_cohort(
+        study.folder / "data" / "trains",
+        {"T1": free_case.train(3).iloc[::4], "T2": free_case.train(2, lost=1.0)},
+    )
+    study.edit("smoke.yaml", "\ncmaes:\n", "\nnew_subjects:\n  cohort: data/trains\ncmaes:\n")
+    assert {job.rule for job in study.planned("new_subjects")} == {"new_free_subject", "new_answers"}
+    study.run("new_subjects")
+    answers = read_answers(study.results / "new" / "trains" / "answers.csv").set_index("subject")
+    assert answers["status"].to_dict() == {"T1": "no verdict", "T2": "refused"}
+    experiment = answers.loc["T1", "experiment"]
+    made = study.results / str(experiment) / "new" / "trains" / "T1"
+    command = ["new-subject", "--cohort", str(cohort), "--subject", "T1", "--out", str(tmp_path / "T1")]
+    assert main([*command, "--overlay", "tests/smoke.yaml"]) == 0
+    for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "sheet.pdf"):
+        assert (made / name).read_bytes() == (tmp_path / "T1" / name).read_bytes(), name
 
 
 def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> None:

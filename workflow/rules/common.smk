@@ -6,6 +6,7 @@ from pathlib import Path
 
 from snakemake.io import expand as expand_names
 
+from swesbi.config.new_recordings import free_running
 from swesbi.config.pairs import answered_pairs, pairs_of
 from swesbi.config.read import ConfigError, relocate
 from swesbi.config.study import load_study

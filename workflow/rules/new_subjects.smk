@@ -12,10 +12,26 @@ OUTPUTS_OF_NEW = {
     "predictive": f"{OF_NEW}/predictive.h5",
     "ppc_png": f"{OF_NEW}/ppc.png",
     "posterior_png": f"{OF_NEW}/posterior.png",
+    "sheet": f"{OF_NEW}/sheet.pdf",
 }
-# Who has cuff pressures has a rule of its own, since outputs cannot depend on a wildcard.
-NEW_WITH_PRESSURES = STUDY.new_with_pressures
-NEW_ON_SPEEDS = [name for name in STUDY.new_rows if name not in NEW_WITH_PRESSURES]
+# Outputs cannot depend on a wildcard, so who has cuff pressures has a rule of its own, and who is free-running.
+NEW_FREE = free_running(STUDY)
+NEW_WITH_PRESSURES = [name for name in STUDY.new_with_pressures if name not in NEW_FREE]
+NEW_ON_SPEEDS = [
+    name for name in STUDY.new_rows if name not in (*NEW_WITH_PRESSURES, *NEW_FREE)
+]
+OUTPUTS_OF_FREE = {
+    name: OUTPUTS_OF_NEW[name]
+    for name in (
+        "observation",
+        "posterior",
+        "support",
+        "predictive",
+        "ppc_png",
+        "posterior_png",
+        "sheet",
+    )
+}
 
 
 rule new_subject:
@@ -97,6 +113,27 @@ use rule new_subject_of_population as new_subject_of_population_with_pressures w
     wildcard_constraints:
         experiment=OVER_POPULATION,
         new_subject="|".join(NEW_WITH_PRESSURES) or NONE,
+
+
+rule new_free_subject:
+    """Posterior, figures and page of a free-running recording outside the study, from the prior on."""
+    input:
+        recording=lambda wildcards: str(STUDY.new_recording(wildcards.new_subject)),
+    output:
+        **OUTPUTS_OF_FREE,
+    log:
+        f"{RESULTS}/logs/new_free_subject/{{experiment}}/{{new_subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/new_free_subject/{{experiment}}/{{new_subject}}.tsv"
+    wildcard_constraints:
+        experiment=f"{SPEEDS}|{OVER_POPULATION}",
+        new_subject="|".join(NEW_FREE) or NONE,
+    params:
+        stage=stage_of_new_subject("free_subject"),
+    message:
+        "{wildcards.new_subject}, free-running, is answered under the prior of '{wildcards.experiment}'"
+    script:
+        "../scripts/stage.py"
 
 
 rule new_answers:

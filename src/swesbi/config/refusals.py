@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from swesbi.config.new_recordings import quality_of
+from swesbi.config.new_recordings import (
+    free_running,
+    is_free_running,
+    noise_declared,
+    quality_of,
+)
 from swesbi.config.study import Study
 from swesbi.recording.problems import RecordingError
 
@@ -39,31 +44,48 @@ def trained_on(study: Study, experiment: str, subject: str) -> str:
 
 
 def recording_refusal(study: Study, subject: str) -> str:
-    """Return why a subject's recording cannot be used; empty where it can."""
-    from swesbi.recording.ingest import ingest
-    from swesbi.recording.reader import read_samples
-
+    """Return why a subject's recording, gated or free-running, cannot be used; empty where it can."""
     try:
-        settings, layout = quality_of(study, subject), study.new_layout_of(subject)
-        path = study.new_recording(subject)
-        samples = read_samples(path, settings.phases, settings.density_kg_m3, layout, subject)
-        ingest(samples, study.new_rows[subject].to_context(), settings, study.config.measurement.grid_points)
+        (_read_pushes if is_free_running(study, subject) else _read_phases)(study, subject)
     except RecordingError as error:
         return str(error)
     return ""
 
 
+def _read_phases(study: Study, subject: str) -> None:
+    from swesbi.recording.ingest import ingest
+    from swesbi.recording.reader import read_samples
+
+    settings, layout = quality_of(study, subject), study.new_layout_of(subject)
+    path = study.new_recording(subject)
+    samples = read_samples(path, settings.phases, settings.density_kg_m3, layout, subject)
+    ingest(samples, study.new_rows[subject].to_context(), settings, study.config.measurement.grid_points)
+
+
+def _read_pushes(study: Study, subject: str) -> None:
+    from swesbi.recording.free_observation import ingest_free
+    from swesbi.recording.free_samples import read_free_samples
+
+    settings, layout = quality_of(study, subject), study.new_layout_of(subject)
+    samples = read_free_samples(study.new_recording(subject), settings.density_kg_m3, layout, subject)
+    ingest_free(samples, study.new_rows[subject].to_context(), settings, noise_declared(study, subject))
+
+
 def refusals(study: Study, experiments: Sequence[str]) -> dict[tuple[str, str], str]:
     """Return why subjects outside the study are not answered, by experiment and subject, those alone.
 
-    Reads every recording outside the study.
+    Reads every recording outside the study. A free-running one needs no network, and so none that knows its
+    heart.
     """
+    free = free_running(study)
     of_recordings = {subject: recording_refusal(study, subject) for subject in study.new_rows}
     reasons: dict[tuple[str, str], str] = {}
     for experiment in experiments:
         for subject in study.new_rows:
             reason = of_recordings[subject] or trained_on(study, experiment, subject)
-            reasons[experiment, subject] = reason or context_refusal(study, experiment, subject)
+            if not reason and subject not in free:
+                reason = context_refusal(study, experiment, subject)
+            reasons[experiment, subject] = reason
         for subject, reason in study.new_refused.items():
             reasons[experiment, subject] = reason
     return {key: reason for key, reason in reasons.items() if reason}

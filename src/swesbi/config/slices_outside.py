@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from swesbi.config.models import Config
-from swesbi.config.new_recordings import noise_declared, quality_of
+from swesbi.config.new_recordings import free_running, noise_declared, quality_of
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
 from swesbi.config.read import ConfigError
@@ -46,7 +46,7 @@ def _answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any
     parts["simulate"] = fields(study.outside, wildcards, simulated)
     parts["simulate"]["draws"] = [0, parts["simulate"]["draws"]]
     _as_outside(parts, study, wildcard(wildcards, "subject"))
-    return parts
+    return parts | _sheet(study, wildcards, fields)
 
 
 def _as_outside(parts: dict[str, Any], study: Study, subject: str) -> None:
@@ -54,6 +54,13 @@ def _as_outside(parts: dict[str, Any], study: Study, subject: str) -> None:
     parts["ingest"]["recording"] = quality_of(study, subject).to_plain()
     parts["ingest"]["layout"] = study.new_layout_of(subject).to_plain()
     parts["exact_subject_figures"]["cohort_title"] = study.config.new_subjects.cohort_title
+
+
+def _sheet(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the page of a subject outside the study depends on beside the answer."""
+    by = "experiment.identifiability.difference_step draws=experiment.identifiability.design.draws"
+    title = {"cohort_title": study.config.new_subjects.cohort_title}
+    return {"sheet": title | fields(study, wildcards, by)}
 
 
 def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
@@ -66,7 +73,8 @@ def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[st
         "predictive_draws=experiment.predictive.draws predictive_interval=experiment.predictive.interval"
     )
     noise = {"noise": noise_declared(study, subject).to_plain()}
-    return parts | noise | natural_waves_of(study.config) | fields(study.outside, wildcards, checked)
+    sheet = _sheet(study, wildcards, fields)
+    return parts | noise | sheet | natural_waves_of(study.config) | fields(study.outside, wildcards, checked)
 
 
 def natural_waves_of(config: Config) -> dict[str, Any]:
@@ -80,15 +88,18 @@ def natural_waves_of(config: Config) -> dict[str, Any]:
 
 
 def _new_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return who outside the study is asked by every experiment that runs, and who is refused."""
+    """Return who outside the study is asked by every experiment that runs, and who is refused.
+
+    A free-running recording is asked under the prior of the first experiment alone, as no network answers it.
+    """
     del fields  # who is asked is told by the folder and the experiments alone
     experiments = study.answering_experiments
     refused = refusals(study, experiments)
-    asked = [*study.new_rows, *study.new_refused]
+    free = free_running(study)
     rows = [
         {"subject": subject, "experiment": name, "refused": refused.get((name, subject), "")}
-        for subject in asked
-        for name in experiments
+        for subject in (*study.new_rows, *study.new_refused)
+        for name in (experiments[:1] if subject in free else experiments)
     ]
     return {"asked": rows}
 

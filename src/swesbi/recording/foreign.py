@@ -106,8 +106,9 @@ def placed_by(path: Path, layout: TableLayout) -> tuple[str, ...]:
         else:
             rows, _ = _rows(path, layout)
             known = [cell.strip() for cell in (rows[0][1] if rows else [])]
-    except RecordingError:
-        known = []
+    except RecordingError as error:
+        # a vector that cannot be used is there all the same
+        known = [problem.column for problem in error.problems if problem.column]
     return tuple(column for column, name in names.items() if name in known or column in layout.values)
 
 

@@ -16,7 +16,7 @@ from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import Part, Variable, register, schema_of
 from swesbi.context import Context
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
-from swesbi.recording.columns import EVENTS, PUSH
+from swesbi.recording.columns import EVENTS, PUSH, TIME
 from swesbi.recording.free_noise import NoiseSource, free_noise
 from swesbi.recording.free_samples import FreeSamples, free_rejection
 from swesbi.recording.ingest import other_heart_rate, other_unit
@@ -27,6 +27,7 @@ from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 from swesbi.recording.speed import youngs_modulus_kpa
 
 LEAST_PUSHES: Final = 2
+LATEST_IN_S: Final = 5.0  # of times in s, none is later: an RR interval has 5000 ms at most
 
 
 @dataclass(frozen=True)
@@ -162,8 +163,22 @@ def _check_plausible(
     samples: FreeSamples, speed_m_s: FloatArray, context: Context, settings: RecordingSettings
 ) -> None:
     median, limit = float(np.median(samples.beats_rr_ms())), settings.max_rr_deviation_fraction
-    found = (other_heart_rate(median, context, limit, samples.source), other_unit(speed_m_s, samples.source))
+    found = (
+        other_heart_rate(median, context, limit, samples.source),
+        other_unit(speed_m_s, samples.source),
+        _other_unit_of_time(samples),
+    )
     raise_any(problem for problem in found if problem)
+
+
+def _other_unit_of_time(samples: FreeSamples) -> Problem | None:
+    """Return what is wrong where all times can be such in seconds alone."""
+    latest = float(np.max(samples.time_ms, initial=0.0, where=np.isfinite(samples.time_ms)))
+    if not 0.0 < latest < LATEST_IN_S:
+        return None
+    reason = f"the latest push is {latest:g} ms after its R peak"
+    remedy = f"check the unit: ms, or say `units: {{ {TIME}: s }}` in recording.yaml"
+    return Problem(samples.source, reason, remedy, column=TIME)
 
 
 KIND: Final = register("free_observation", schema_of(FreeObservation))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.recording.cohort import EXCEL
-from swesbi.recording.columns import COLUMNS, MODULUS, SPEED
+from swesbi.recording.columns import COLUMNS, FREE_REQUIRED, MODULUS, SPEED, STANDARD_ERROR, TIME
 from swesbi.recording.layout import MEASURED, SHEAR_MODULUS, SUBJECT, UNITS
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.table import csv_rows
@@ -29,12 +29,40 @@ WORDS: Final[Mapping[str, tuple[str, ...]]] = {
     "status": ("status", "flag", "valid", "result"),
 }
 """Words in the names of columns, the columns in the order in which they choose."""
+OF_FREE: Final[Mapping[str, tuple[str, ...]]] = {
+    SUBJECT: WORDS[SUBJECT],
+    "rr_ms": ("rr", "cycle", "interval"),
+    TIME: ("time", "instant", "t"),
+    "beat": ("beat", "heartbeat"),
+    "repeat": (*WORDS["repeat"], "train"),
+    SHEAR_MODULUS: WORDS[SHEAR_MODULUS],
+    MODULUS: WORDS[MODULUS],
+    SPEED: WORDS[SPEED],
+    "fit_r2": WORDS["fit_r2"],
+    "status": WORDS["status"],
+}
+"""The same of a free-running recording."""
+GATED_WORDS: Final = ("phase", "gate", "trigger", "delay")
+ERRORS: Final = ("se", "sem", "stderr")
+"""Words of standard errors, which a free-running recording may have; a standard deviation is none."""
 SPREADS: Final = ("se", "sem", "sd", "std", "stderr", "stdev")
 NUMBERED: Final = re.compile(r"(.*?)\d+\s*(?:[(\[][^()\[\]]*[)\]])?", re.DOTALL)
 LEAST_WIDE: Final = 3
 NEEDED: Final = tuple(name for name in COLUMNS if name != SPEED)
 CONSTANTS: Final = {"status": "ok", "fit_r2": "1", "sample": "counted", "phase_index": "counted"}
 ADD: Final = "name it under `columns`, or add it to the table"
+AS_FREE: Final = (
+    f"# Read as free-running: it has times and no phases. Of gated pushes, call `{TIME}` trigger_delay_ms."
+)
+NO_ERRORS: Final = (
+    f"# No column seems to be {STANDARD_ERROR}: without repeats, nothing tells the errors of the speeds. Say "
+    "`noise: { fit_points: 12 }`\n# where fit_r2 is that of a line through so many points, or declare "
+    "`noise: { cv_fraction: 0.1, cv_log_sd: 0.3 }`."
+)
+NO_DEVIATIONS: Final = (
+    "A standard deviation is no standard error: divide it by the root of the number of samples, and call it "
+    f"{STANDARD_ERROR}."
+)
 NO_MEANS: Final = (
     "Means with standard errors are not taken: errors are told from repeats, so give the samples."
 )
@@ -49,7 +77,8 @@ class Proposal:
         units: Units that names of columns state, where they are not this project's.
         missing: Columns that the file does not seem to have.
         unused: Columns that are of no use.
-        spreads: Columns that seem to be standard errors or deviations.
+        spreads: Columns that seem to be standard errors or deviations, and are not used.
+        free: Whether it seems to be free-running: it has times, and no phases or delays.
     """
 
     columns: Mapping[str, str]
@@ -57,6 +86,7 @@ class Proposal:
     missing: tuple[str, ...]
     unused: tuple[str, ...]
     spreads: tuple[str, ...]
+    free: bool = False
 
 
 def names_of(path: Path) -> list[str]:
@@ -74,15 +104,19 @@ def names_of(path: Path) -> list[str]:
 
 def propose(names: Sequence[str]) -> Proposal:
     """Return how a table with these columns may be read; a guess, to be looked at."""
-    spreads = tuple(name for name in names if set(_words(name)) & set(SPREADS))
+    free = _is_free(names)
+    spreads = [name for name in names if set(_words(name)) & set(SPREADS)]
     left = [name for name in names if name not in spreads]
     columns: dict[str, str] = {}
+    if free and (error := next((name for name in spreads if set(_words(name)) & set(ERRORS)), None)):
+        columns[STANDARD_ERROR] = error
+        spreads.remove(error)
     if wide := _wide(left):
         pattern, members = wide
         measured = _measured(pattern)
         columns[measured] = pattern
         left = [name for name in left if name not in members]
-    for column, words in WORDS.items():
+    for column, words in (OF_FREE if free else WORDS).items():
         if column in columns or (column in MEASURED and any(name in columns for name in MEASURED)):
             continue
         found = next((name for word in words for name in left if _has(name, word)), None)
@@ -91,10 +125,17 @@ def propose(names: Sequence[str]) -> Proposal:
             left.remove(found)
     stated = {column: wide[1][0] if wide and name == wide[0] else name for column, name in columns.items()}
     units = {column: unit for column, name in stated.items() if (unit := _unit(column, name))}
-    missing = [name for name in NEEDED if name not in columns and not (wide and name == "sample")]
+    needed = FREE_REQUIRED if free else NEEDED
+    missing = [name for name in needed if name not in columns and not (wide and name == "sample")]
     if not any(name in columns for name in MEASURED):
         missing.append(SPEED)
-    return Proposal(columns, units, tuple(missing), tuple(left), spreads)
+    return Proposal(columns, units, tuple(missing), tuple(left), tuple(spreads), free)
+
+
+def _is_free(names: Sequence[str]) -> bool:
+    """Tell whether columns seem to be those of a free-running recording."""
+    words = {word for name in names for word in _words(name)}
+    return not words & set(GATED_WORDS) and bool(words & set(OF_FREE[TIME]))
 
 
 def _wide(names: Sequence[str]) -> tuple[str, list[str]] | None:
@@ -138,7 +179,8 @@ def as_yaml(path: Path, proposal: Proposal) -> str:
     lines.append("table:")
     if SUBJECT in proposal.columns:
         lines.append(f"  file: {_quoted(path.name)} # one table of all subjects, in the cohort's folder")
-    lines.append("  first_phase: 0 # 1 if the first phase has the number 1")
+    if not proposal.free:
+        lines.append("  first_phase: 0 # 1 if the first phase has the number 1")
     lines.append("  statuses: {} # the table's word: one of ok, no_wave, motion, low_r2, bound_hit")
     lines.append("  values: {} # of columns that it lacks, where one value holds for all: { fit_r2: 1 }")
     for column in proposal.missing:
@@ -148,10 +190,21 @@ def as_yaml(path: Path, proposal: Proposal) -> str:
             else ADD
         )
         lines.append(f"# No column seems to be {column}: {say}.")
+    lines += _of_kind(proposal)
     if proposal.spreads:
-        lines.append(f"# Not used: {', '.join(proposal.spreads)}. {NO_MEANS}")
+        why = NO_DEVIATIONS if proposal.free else NO_MEANS
+        lines.append(f"# Not used: {', '.join(proposal.spreads)}. {why}")
     lines += [f"# Not used: {', '.join(proposal.unused)}"] if proposal.unused else []
     return "\n".join(lines) + "\n"
+
+
+def _of_kind(proposal: Proposal) -> list[str]:
+    """Return what is to be known of a free-running recording."""
+    if not proposal.free:
+        return []
+    if STANDARD_ERROR in proposal.columns:
+        return [AS_FREE]
+    return [AS_FREE, NO_ERRORS]
 
 
 def _quoted(text: str) -> str:

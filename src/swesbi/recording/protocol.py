@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, Literal, cast, get_args
 
@@ -22,7 +23,8 @@ from swesbi.recording.table import read_bytes
 
 Repeats = Literal["separate", "sweeps"]
 SEE_TEMPLATE: Final = "`swesbi template FOLDER` writes one to start from"
-OVERRIDING: Final = ("protocol", *TableLayout.model_fields, "noise")
+LAYOUT: Final = tuple(TableLayout.model_fields)
+OVERRIDING: Final = ("protocol", *LAYOUT, "noise")
 """Keys of ``recording.yaml`` that a recording may say for itself."""
 SAY_REPEATS: Final = (
     "write `sweeps` if a repeat of one number runs over all phases, `separate` or nothing if each phase is "
@@ -62,14 +64,18 @@ def read_protocol(cohort: Path, settings: RecordingSettings, subject: str = "") 
     check_file(path, cohort)
     plain = _of_recording(path, subject)
     origin, repeats = plain.get("origin"), _repeats(plain)
-    problems = [*_disagreements(path, plain, settings), *_problems_of_repeats(path, repeats)]
+    said_in = partial(_said_in, path, subject)
+    protocol = said_in("protocol")
+    problems = [
+        *_disagreements((path, protocol), plain, settings),
+        *_problems_of_repeats(protocol, repeats),
+    ]
     if not isinstance(origin, str) or not origin.strip():
         remedy = "say in a few words who or what was recorded"
         problems.append(Problem(str(path), "has no text under the key `origin`", remedy))
     raise_any(problems)
-    return Protocol(
-        str(origin).strip(), cast("Repeats", repeats), layout_of(plain, path), _noise(plain, path)
-    )
+    layout, noise = layout_of(plain, said_in(*LAYOUT)), _noise(plain, said_in("noise"))
+    return Protocol(str(origin).strip(), cast("Repeats", repeats), layout, noise)
 
 
 def own_protocol(cohort: Path, subject: str) -> Path:
@@ -106,7 +112,7 @@ def read_noise_declaration(path: Path, subject: str = "") -> NoiseDeclaration:
     Raises:
         RecordingError: A file is missing or no YAML mapping, or says what is not known.
     """
-    return _noise(_of_recording(path, subject), path)
+    return _noise(_of_recording(path, subject), _said_in(path, subject, "noise"))
 
 
 def read_repeats(path: Path, subject: str = "") -> Repeats:
@@ -116,7 +122,7 @@ def read_repeats(path: Path, subject: str = "") -> Repeats:
         RecordingError: The file is missing or no YAML mapping, or says what is not known.
     """
     repeats = _repeats(_of_recording(path, subject))
-    raise_any(_problems_of_repeats(path, repeats))
+    raise_any(_problems_of_repeats(_said_in(path, subject, "protocol"), repeats))
     return cast("Repeats", repeats)
 
 
@@ -126,7 +132,7 @@ def read_layout(path: Path, subject: str = "") -> TableLayout:
     Raises:
         RecordingError: The file is missing or no YAML mapping, or says what is not known.
     """
-    return layout_of(_of_recording(path, subject), path)
+    return layout_of(_of_recording(path, subject), _said_in(path, subject, *LAYOUT))
 
 
 def _of_recording(path: Path, subject: str) -> Mapping[str, Any]:
@@ -137,6 +143,12 @@ def _of_recording(path: Path, subject: str) -> Mapping[str, Any]:
     if all(isinstance(protocol, dict) for protocol in protocols):
         whole["protocol"] = {**plain["protocol"], **own["protocol"]}
     return whole
+
+
+def _said_in(path: Path, subject: str, *keys: str) -> Path:
+    """Return the file in which what stands under one of these keys is said."""
+    own = _own(path, subject)
+    return own_protocol(path.parent, subject) if any(key in own for key in keys) else path
 
 
 def _own(path: Path, subject: str) -> Mapping[str, Any]:
@@ -191,20 +203,23 @@ def _problems_of_repeats(path: Path, repeats: object) -> list[Problem]:
     return [Problem(str(path), reason, SAY_REPEATS, value=str(repeats))]
 
 
-def _disagreements(path: Path, plain: Mapping[str, Any], settings: RecordingSettings) -> list[Problem]:
+def _disagreements(
+    files: tuple[Path, Path], plain: Mapping[str, Any], settings: RecordingSettings
+) -> list[Problem]:
+    """Return where ``recording.yaml``, or the file with ``protocol``, differs from the settings."""
     protocol = plain.get("protocol") or {}
     if not isinstance(protocol, dict):
-        return [Problem(str(path), "has no keys under `protocol`", SEE_TEMPLATE)]
+        return [Problem(str(files[1]), "has no keys under `protocol`", SEE_TEMPLATE)]
     said = {
-        "density_kg_m3": ("density_kg_m3", plain.get("density_kg_m3"), settings.density_kg_m3),
-        "protocol.phases": ("phases", protocol.get("phases"), settings.phases),
+        "density_kg_m3": (files[0], plain.get("density_kg_m3"), settings.density_kg_m3),
+        "protocol.phases": (files[1], protocol.get("phases"), settings.phases),
     }
     return [
         Problem(
-            str(path),
-            f"{key} is {here!r}, but recording.{name} in config.yaml is {there:g}",
+            str(file),
+            f"{key} is {here!r}, but recording.{key.removeprefix('protocol.')} in config.yaml is {there:g}",
             "correct the one that is wrong",
         )
-        for key, (name, here, there) in said.items()
+        for key, (file, here, there) in said.items()
         if here is not None and here != there
     ]

@@ -26,6 +26,7 @@ OUTPUTS: Final = {
     "predictive": "predictive.h5",
     "ppc_png": "ppc.png",
     "posterior_png": "posterior.png",
+    "sheet": "sheet.pdf",
 }
 FREE_OUTPUTS: Final = {name: file for name, file in OUTPUTS.items() if name != "shard"}
 """Of a free-running recording."""

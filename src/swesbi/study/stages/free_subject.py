@@ -28,6 +28,7 @@ from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.cohort import IngestStageSettings
 from swesbi.study.stages.exact import ExactPosteriorStageSettings, write_posterior
 from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.sheet import SheetSettings, save_sheet_of_pushes
 from swesbi.study.stages.subject_figures import ExactSubjectFiguresSettings, save_exact_posterior
 from swesbi.study.stages.verdict import VerdictStageSettings
 from swesbi.verdict.closure_speeds import closure_speeds, interpretable
@@ -51,6 +52,7 @@ class FreeSubjectStageSettings(Settings):
     exact_posterior: ExactPosteriorStageSettings
     verdict: VerdictStageSettings
     exact_subject_figures: ExactSubjectFiguresSettings
+    sheet: SheetSettings
     predictive_draws: int = Field(ge=1, description="posterior draws of the predictive check")
     predictive_interval: Level = Field(description="mass of its intervals")
     natural_waves: NaturalWavesSettings
@@ -68,6 +70,7 @@ class FreeFiles:
         posterior_png: Figure of the posterior.
         predictive: Predictive check.
         ppc_png: Its figure.
+        sheet: One page of the subject.
     """
 
     observation: Path
@@ -76,6 +79,7 @@ class FreeFiles:
     posterior_png: Path
     predictive: Path
     ppc_png: Path
+    sheet: Path
 
 
 def free_subject(
@@ -107,6 +111,15 @@ def free_subject(
     )  # fmt: skip
     title, errors = settings.exact_subject_figures.cohort_title, SOURCES[observed.noise_source]
     save_figure(draw_free_check(origin.subject, check, judged, errors, title), files.ppc_png)
+    save_sheet_of_pushes(
+        model=model,
+        observation=files.observation,
+        posterior=files.posterior,
+        support=files.support,
+        predictive=files.predictive,
+        sheet=files.sheet,
+        settings=settings.sheet,
+    )
 
 
 def _observed(recording: Path, settings: FreeSubjectStageSettings) -> FreeObservation:

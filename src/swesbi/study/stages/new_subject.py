@@ -40,6 +40,7 @@ from swesbi.study.stages.flow_training import TrainFlowStageSettings, TrainPopul
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.other_network import check_network, check_quality
 from swesbi.study.stages.pressures import PressuresStageSettings, infer_with_pressures
+from swesbi.study.stages.sheet import OF_POPULATION, OF_STUDY, SheetSettings, save_sheet_of_samples
 from swesbi.study.stages.simulation import SimulateSettings, simulate
 from swesbi.verdict.context import check_context, check_declared, nearest_known
 from swesbi.verdict.pooled import PooledNull, pool_subjects, read_null
@@ -59,6 +60,7 @@ class OneAnswerSettings(AnswerSettings):
     cmaes: CmaesStageSettings
     simulate: SimulateSettings
     exact_subject_figures: subject_figures.ExactSubjectFiguresSettings
+    sheet: SheetSettings
     clinical: ClinicalSettings
     reference_recordings: int = Field(ge=100, description="prior predictive recordings of the subject")
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the pool's")
@@ -78,6 +80,7 @@ class AnswerFiles:
         predictive: Predictive check.
         ppc_png: Its figure.
         posterior_png: Figure of the posterior.
+        sheet: One page of the subject.
         with_pressures: Exact posterior with the pressures of a cuff; one file, or none where none were taken.
     """
 
@@ -90,6 +93,7 @@ class AnswerFiles:
     predictive: Path
     ppc_png: Path
     posterior_png: Path
+    sheet: Path
     with_pressures: Sequence[Path]
 
 
@@ -99,6 +103,7 @@ def _answer(
     noise: Path,
     files: AnswerFiles,
     knowledge: Knowledge,
+    population: str,
     settings: OneAnswerSettings,
     origin: Origin,
 ) -> None:
@@ -134,6 +139,19 @@ def _answer(
         drawn.result()
         for inferred in informed:
             inferred.result()
+        save_sheet_of_samples(
+            model=model,
+            observation=files.observation,
+            posterior=files.posterior,
+            support=files.support,
+            predictive=files.predictive,
+            with_pressures=files.with_pressures,
+            sheet=files.sheet,
+            population=population,
+            hearts=knowledge.contexts,
+            clinical=clinical,
+            settings=settings.sheet,
+        )
 
 
 def known_noise(repeats: Repeats, pooled: NoiseComponents) -> NoiseComponents:
@@ -264,7 +282,7 @@ def new_subject(
         contexts=trained,
         null=partial(_null_of_cohort, misspecifications, settings.verdict.rule),
     )
-    _answer(recording, protocol, noise, files, knowledge, settings, origin)
+    _answer(recording, protocol, noise, files, knowledge, OF_STUDY, settings, origin)
 
 
 def network_proposal(estimator: Path, trained: Sequence[Context], recording: SpeedRecording) -> FlowProposal:
@@ -318,7 +336,7 @@ def new_subject_of_population(
         contexts=read_null(null).contexts,
         null=partial(_null_of_population, null),
     )
-    _answer(recording, protocol, noise, files, knowledge, settings, origin)
+    _answer(recording, protocol, noise, files, knowledge, OF_POPULATION, settings, origin)
 
 
 def _null_of_population(null: Path) -> PooledNull:
