@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes pushes verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -69,6 +69,10 @@ exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figu
 		cp results/tables/$$name.csv results/tables/$${name}_samplers.csv docs/tables/ || exit; \
 		cp results/figures/$$name.png docs/figures/ || exit; done
 	$(BIN)/python -m swesbi.show.docs --stored
+
+pushes: $(INSTALLED) ## coverage of free-running recordings by number of pushes, in a quarter of an hour (docs/population.md)
+	$(BIN)/snakemake --cores $(CORES) results/amortised/pushes.csv
+	cp results/amortised/pushes.csv docs/tables/pushes.csv
 
 verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code
 	$(BIN)/python -m swesbi verify --out results/tables/claims.csv

@@ -7,7 +7,8 @@ from functools import cache
 import speed_case
 
 from swesbi.config.experiments import PopulationExperimentSettings
-from swesbi.networks.spline.conditioning import ConditioningSettings, PhaseSettings
+from swesbi.networks.spline.cells import CellSettings
+from swesbi.networks.spline.conditioning import ConditioningSettings
 from swesbi.networks.spline.training import SplineTraining
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.simulations import PopulationSimulations, simulate_population
@@ -16,7 +17,7 @@ from swesbi.population.training import RowMaker, train_population
 CONFIG = speed_case.shipped()
 EXPERIMENT: PopulationExperimentSettings = CONFIG.population_experiments["amortised"]
 MODEL = speed_case.model().settings
-PHASES = PhaseSettings(phases=20, relative_se=EXPERIMENT.conditions.relative_se)
+CELLS = CellSettings(cells=20, relative_se=EXPERIMENT.conditions.seen_relative_se)
 FRESH = FreshSettings(
     population=EXPERIMENT.population,
     conditions=EXPERIMENT.conditions,
@@ -34,7 +35,7 @@ TINY = EXPERIMENT.estimator.model_copy(
 
 def maker(prior: str = "paper") -> RowMaker:
     model = speed_case.settings(prior)
-    return RowMaker(model, EXPERIMENT.conditions, CONFIG.acquisition, CONFIG.recording, PHASES, seed=3)
+    return RowMaker(model, EXPERIMENT.conditions, CONFIG.acquisition, CONFIG.recording, CELLS, seed=3)
 
 
 MAKER = maker()

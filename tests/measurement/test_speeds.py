@@ -12,9 +12,10 @@ from scipy.stats import kstest, norm
 
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals, speed_model
 from swesbi.measurement.settings import DiscrepancySettings
-from swesbi.measurement.speeds import PredictedSpeeds
+from swesbi.measurement.speeds import PredictedSpeeds, WallPhases
 from swesbi.population.synthetic import own_recordings
 from swesbi.prior import bounds, from_logit, log_centre, log_density, log_jacobian, quantile, to_logit
+from swesbi.recording.phases import nominal_phases
 
 PRIOR = speed_case.settings().prior
 PHI = speed_case.PHI
@@ -149,3 +150,24 @@ def test_synthetic_recordings_depend_on_seed_and_name_alone() -> None:
     other = own_recordings(model, 5, 3, "b")
     np.testing.assert_array_equal(one.recordings[4].speed_m_s, same.recordings[4].speed_m_s)
     assert not np.array_equal(one.phi, other.phi)
+
+
+def test_between_phases_lies_the_cubic_of_values_and_slopes() -> None:
+    """Errors of a smooth cycle within the bounds of Birkhoff and Priver (1967, J Math Phys 46:440)."""
+    phase = nominal_phases(20)
+    offset = np.random.default_rng(0).uniform(-0.5, 0.5, (3, 20))
+    at = phase + offset / 20
+    turn = 2.0 * np.pi
+    wall = WallPhases(
+        np.tile(np.sin(turn * phase), (3, 1)),
+        np.tile(turn * np.cos(turn * phase), (3, 1)),
+        np.tile(np.cos(turn * phase), (3, 1)),
+        np.tile(-turn * np.sin(turn * phase), (3, 1)),
+    )
+    moved = wall.between(offset)
+    of_value, of_slope = (turn / 20) ** 4 / 384, np.sqrt(3.0) / 216 * turn**4 / 20**3
+    assert np.abs(moved.active_kpa - np.sin(turn * at)).max() <= of_value
+    assert np.abs(moved.stretch - np.cos(turn * at)).max() <= of_value
+    assert np.abs(moved.active_slope_kpa - turn * np.cos(turn * at)).max() <= of_slope
+    assert np.abs(moved.stretch_slope + turn * np.sin(turn * at)).max() <= of_slope
+    assert wall.between(np.zeros((3, 20))) is wall

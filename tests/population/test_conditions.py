@@ -7,14 +7,8 @@ import pytest
 from population_case import CONFIG, EXPERIMENT, FRESH
 from scipy.stats import kstest
 
-from swesbi.population.recordings import (
-    ACQUIRED,
-    OWN,
-    admitted,
-    draw_conditions,
-    fresh_subject,
-    record_fresh,
-)
+from swesbi.population.conditions import admitted, draw_cells, draw_conditions, draw_pushes
+from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh
 from swesbi.recording.ingest import incomplete
 from swesbi.recording.phases import nominal_phases
 
@@ -75,3 +69,42 @@ def test_a_phase_is_noisier_than_a_whole_one_by_its_failed_samples() -> None:
     assert ratio.min() == pytest.approx(1.0)
     # of 12 samples 11 % are lost: the share of the samples in the variance, 0.21, grows by an eighth
     assert 1.005 < ratio.mean() < 1.03
+
+
+def test_free_running_recordings_have_two_pushes_and_more_as_often_by_their_logarithm() -> None:
+    free = EXPERIMENT.conditions.free_running
+    drawn = draw_pushes(6000, free, np.random.default_rng(5))
+    counts = np.bincount(drawn.row, minlength=6000)
+    assert (counts.min(), counts.max()) == free.pushes
+    assert np.mean(counts <= 10) == pytest.approx(np.log(11 / 2) / np.log(61 / 2), abs=0.02)
+    assert ((drawn.phase >= 0.0) & (drawn.phase < 1.0)).all()
+    known = drawn.errors_log_sd == 0.0
+    assert np.mean(known) == pytest.approx(0.5, abs=0.02)
+    assert (drawn.factor[known] == 1.0).all()
+    assert (np.log(drawn.factor) / np.where(known, 1.0, drawn.errors_log_sd))[~known].std() == pytest.approx(
+        1.0, abs=0.05
+    )
+
+
+def test_half_of_them_lie_in_a_part_of_the_cycle() -> None:
+    free = EXPERIMENT.conditions.free_running.model_copy(update={"pushes": (50, 51)})
+    drawn = draw_pushes(1000, free, np.random.default_rng(6))
+    gaps = [np.diff(np.sort(drawn.phase[drawn.row == row]), append=np.nan) for row in range(1000)]
+    around = [max(np.nanmax(gap), 0.0) for gap in gaps]
+    assert 0.2 < np.mean(np.array(around) > 0.2) < 0.5
+
+
+def test_cells_hold_gated_phases_at_their_centres_and_pushes_where_they_lie() -> None:
+    drawn = draw_cells(
+        3000, EXPERIMENT.conditions, CONFIG.acquisition, CONFIG.recording, np.random.default_rng(7)
+    )
+    gated = ~drawn.offset.any(axis=1)
+    assert np.mean(gated) == pytest.approx(1.0 - EXPERIMENT.conditions.free_running.share, abs=0.03)
+    assert admitted(drawn.measured[gated], PHASE, CONFIG.recording).all()
+    assert drawn.measured.any(axis=1).all()
+    assert np.abs(drawn.offset).max() <= 0.5
+    assert (drawn.errors.shared[~gated] == 0.0).all()
+    told = drawn.errors.own[~gated] / drawn.relative_se[~gated]
+    np.testing.assert_allclose(told, told[:, :1] * np.ones((1, 20)))
+    low, high = EXPERIMENT.conditions.seen_relative_se
+    assert low < drawn.relative_se[~gated & (drawn.errors_log_sd == 0.0)].min()

@@ -84,7 +84,7 @@ def test_rows_have_the_prior_of_phi_and_fresh_noise_every_epoch(prior: str) -> N
 def test_the_noise_of_rows_is_that_of_their_standard_error_and_the_discrepancy() -> None:
     made = case.made()
     inputs = np.stack([case.MAKER.raw(made, "noise", k)[1] for k in range(120)])
-    log_speed, missing, log_se = inputs[:, :, 3:23], inputs[:, :, 23:43], inputs[:, :, 43:]
+    log_speed, missing, log_se = inputs[:, :, 3:23], inputs[:, :, 23:43], inputs[:, :, 43:63]
     low = (log_se < np.log(0.02)) & (missing == 0)
     high = (log_se > np.log(0.045)) & (missing == 0)
     # late diastole hardly depends on the scale of the active part; the scale's own spread is common to both

@@ -14,7 +14,6 @@ import speed_case
 from numpy.typing import NDArray
 from study_copy import ROOT, StudyCopy
 
-from swesbi.__main__ import main
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.free_predictive import draw_pushes, read_free_predictive
 from swesbi.config.new_recordings import free_running, noise_declared
@@ -154,13 +153,16 @@ def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: St
     assert free["noise"] == {"fit_points": None, "cv_fraction": 0.1, "cv_log_sd": 0.3}
 
 
-def test_the_workflow_asks_a_free_running_recording_once_and_no_network(asked: Study) -> None:
-    """By the first experiment's prior, whatever the networks know of such a heart."""
+def test_the_workflow_asks_a_free_running_recording_once(asked: Study) -> None:
+    """By the network of a population, or by the first prior where that does not know such a heart."""
+    population = next(iter(asked.config.population_experiments))
+    rows = stage_settings(asked, "new_answers")["asked"]
+    assert [row["experiment"] for row in rows if row["subject"] == "S-3"] == [population]
     table = asked.new_cohort / "subjects.csv"
-    table.write_text(table.read_text().replace("S-3,F,25,1.7,60,90,34,0.8", "S-3,F,25,1.7,60,90,34,1.3"))
+    table.write_text(table.read_text().replace("S-3,F,25,1.7,60,90,34,0.8", "S-3,F,25,1.7,60,90,34,2.2"))
     again = load_study(asked.config.to_plain())
     assert free_running(again) == ("S-3",)
-    assert context_refusal(again, "calibrated", "S-3")
+    assert context_refusal(again, population, "S-3")
     rows = stage_settings(again, "new_answers")["asked"]
     first = again.answering_experiments[0]
     assert [row for row in rows if row["subject"] == "S-3"] == [
@@ -178,23 +180,26 @@ def test_pushes_that_cannot_be_used_are_a_row_of_the_workflow_and_no_job(asked: 
 
 @pytest.mark.slow(minutes=1)
 def test_the_workflow_answers_as_the_command_does(own_study: StudyCopy, tmp_path: Path) -> None:
-    """Free-running recordings alone: the study itself is not asked, and nothing of it is made."""
-    study = own_study
-    cohort = free_case.write_free_cohort(
-        study.folder / "data" / "trains",
-        {"T1": free_case.train(3).iloc[::4], "T2": free_case.train(2, lost=1.0)},
-    )
+    """T1 by the network of the population, T2 refused, T3 from the prior on; nothing else is made."""
+    study, pushes = own_study, free_case.train(3).iloc[::4]
+    rows = {"T1": pushes, "T2": free_case.train(2, lost=1.0), "T3": pushes}
+    cohort = free_case.write_free_cohort(study.folder / "data" / "trains", rows)
+    study.edit("data/trains/subjects.csv", "T3,F,25,1.7,60,90,34,0.8", "T3,F,25,1.7,60,90,34,2.2")
     study.edit("smoke.yaml", "\ncmaes:\n", "\nnew_subjects:\n  cohort: data/trains\ncmaes:\n")
-    assert {job.rule for job in study.planned("new_subjects")} == {"new_free_subject", "new_answers"}
+    of_free = {"new_free_subject", "new_free_subject_of_population"}
+    assert {job.rule for job in study.planned("new_subjects")} == of_free | {"new_answers"}
     study.run("new_subjects")
     answers = read_answers(study.results / "new" / "trains" / "answers.csv").set_index("subject")
-    assert answers["status"].to_dict() == {"T1": "no verdict", "T2": "refused"}
-    experiment = answers.loc["T1", "experiment"]
-    made = study.results / str(experiment) / "new" / "trains" / "T1"
-    command = ["new-subject", "--cohort", str(cohort), "--subject", "T1", "--out", str(tmp_path / "T1")]
-    assert main([*command, "--overlay", "tests/smoke.yaml"]) == 0
-    for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "sheet.pdf"):
-        assert (made / name).read_bytes() == (tmp_path / "T1" / name).read_bytes(), name
+    assert answers["status"].to_dict() == {"T1": "no verdict", "T2": "refused", "T3": "no verdict"}
+    assert answers["experiment"].drop("T2").to_dict() == {"T1": "amortised", "T3": "calibrated"}
+    for subject in ("T1", "T3"):
+        made = study.results / str(answers.loc[subject, "experiment"]) / "new" / "trains" / subject
+        out = tmp_path / subject
+        asked_for = ("--subject", subject, "--out", str(out), "--overlay", "smoke.yaml")
+        done = study.call("-m", "swesbi", "new-subject", "--cohort", str(cohort), *asked_for)
+        assert done.returncode == 0, done.stderr
+        for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "sheet.pdf"):
+            assert (made / name).read_bytes() == (out / name).read_bytes(), (subject, name)
 
 
 def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> None:

@@ -18,7 +18,7 @@ from swesbi.checks.calibration.dataset import join_fresh as join
 from swesbi.checks.calibration.fresh import FreshInferred, infer_fresh, strata
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.context import Context
-from swesbi.networks.spline.conditioning import PhaseConditioner
+from swesbi.networks.spline.cells import CellConditioner
 from swesbi.networks.spline.files import KIND, load_spline, save_spline
 from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh, recorded
 from swesbi.posterior.result import read_exact_result
@@ -59,7 +59,7 @@ def test_the_network_of_a_population_is_kept_with_what_it_sees(tmp_path: Path) -
     flow = case.trained().spline
     save_spline(tmp_path / "flow.pt", flow, Provenance(KIND, "", 1, {}, "0" * 16))
     again, _ = load_spline(tmp_path / "flow.pt")
-    assert isinstance(again.conditioner, PhaseConditioner)
+    assert isinstance(again.conditioner, CellConditioner)
     recording = fresh_subject(0, case.FRESH, 7, "a").model.recording
     assert np.array_equal(again.conditioner.condition(recording), flow.conditioner.condition(recording))
     assert again.components == flow.components

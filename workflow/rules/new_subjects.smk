@@ -16,6 +16,12 @@ OUTPUTS_OF_NEW = {
 }
 # Outputs cannot depend on a wildcard, so who has cuff pressures has a rule of its own, and who is free-running.
 NEW_FREE = free_running(STUDY)
+NEW_FREE_BY_NETWORK = [
+    name
+    for name in NEW_FREE
+    if network_of_pushes(STUDY, name, STUDY.answering_experiments)[0]
+]
+NEW_FREE_FROM_PRIOR = [name for name in NEW_FREE if name not in NEW_FREE_BY_NETWORK]
 NEW_WITH_PRESSURES = [name for name in STUDY.new_with_pressures if name not in NEW_FREE]
 NEW_ON_SPEEDS = [
     name for name in STUDY.new_rows if name not in (*NEW_WITH_PRESSURES, *NEW_FREE)
@@ -127,11 +133,33 @@ rule new_free_subject:
         f"{RESULTS}/benchmarks/new_free_subject/{{experiment}}/{{new_subject}}.tsv"
     wildcard_constraints:
         experiment=f"{SPEEDS}|{OVER_POPULATION}",
-        new_subject="|".join(NEW_FREE) or NONE,
+        new_subject="|".join(NEW_FREE_FROM_PRIOR) or NONE,
     params:
         stage=stage_of_new_subject("free_subject"),
     message:
         "{wildcards.new_subject}, free-running, is answered under the prior of '{wildcards.experiment}'"
+    script:
+        "../scripts/stage.py"
+
+
+rule new_free_subject_of_population:
+    """The same by the network of a population, where one runs and knows such a heart."""
+    input:
+        recording=lambda wildcards: str(STUDY.new_recording(wildcards.new_subject)),
+        estimator=rules.train_population.output.estimator,
+    output:
+        **OUTPUTS_OF_FREE,
+    log:
+        f"{RESULTS}/logs/new_free_subject_of_population/{{experiment}}/{{new_subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/new_free_subject_of_population/{{experiment}}/{{new_subject}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+        new_subject="|".join(NEW_FREE_BY_NETWORK) or NONE,
+    params:
+        stage=stage_of_new_subject("free_subject_of_population"),
+    message:
+        "The network of '{wildcards.experiment}' answers {wildcards.new_subject}, free-running"
     script:
         "../scripts/stage.py"
 

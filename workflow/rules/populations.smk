@@ -101,6 +101,49 @@ rule population_scores:
         "../scripts/stage.py"
 
 
+rule pushes_calibration:
+    """Free-running recordings of fresh contexts, of several numbers of pushes; not part of the study."""
+    input:
+        estimator=rules.train_population.output.estimator,
+    output:
+        part=f"{RESULTS}/{{experiment}}/pushes/part-{{part}}.h5",
+    log:
+        f"{RESULTS}/logs/pushes_calibration/{{experiment}}/{{part}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/pushes_calibration/{{experiment}}/{{part}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("pushes_calibration"),
+    message:
+        "Calibration of '{wildcards.experiment}' on free-running recordings, part {wildcards.part}"
+    script:
+        "../scripts/stage.py"
+
+
+rule pushes_table:
+    """Coverage by number of pushes."""
+    input:
+        parts=expand(
+            rules.pushes_calibration.output.part, part=PARTS, allow_missing=True
+        ),
+    output:
+        calibration=f"{RESULTS}/{{experiment}}/pushes.h5",
+        table=f"{RESULTS}/{{experiment}}/pushes.csv",
+    log:
+        f"{RESULTS}/logs/pushes_table/{{experiment}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/pushes_table/{{experiment}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("pushes_table"),
+    message:
+        "Coverage of '{wildcards.experiment}' by number of pushes"
+    script:
+        "../scripts/stage.py"
+
+
 rule population_null:
     """Well-specified recordings of fresh contexts: the nulls of the tests of every subject."""
     input:

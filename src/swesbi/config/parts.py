@@ -232,6 +232,7 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "contexts_of_shard": _part_of("shard", "simulations.contexts"),
     "own_of_part": _part_of("part", "calibration.own"),
     "acquired_of_part": _part_of("part", "calibration.acquired"),
+    "pushes_of_part": _part_of("part", "calibration.free_running.recordings"),
     "draws_of_shard": _draws_of_shard,
     "prior": _prior_of_experiment,
     "prior_of_cmaes": lambda study, _: _prior(study, study.config.cmaes.prior),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from swesbi.config.new_recordings import (
     free_running,
@@ -11,6 +11,7 @@ from swesbi.config.new_recordings import (
     quality_of,
 )
 from swesbi.config.study import Study
+from swesbi.recording.columns import EVENT
 from swesbi.recording.problems import RecordingError
 
 
@@ -30,6 +31,42 @@ def context_refusal(study: Study, experiment: str, subject: str) -> str:
     except ContextRefusedError as error:
         return str(error)
     return ""
+
+
+def why_in_short(refusal: str) -> str:
+    """Return the values of a refusal, which stand in its list."""
+    return ", ".join(line[4:] for line in refusal.splitlines() if line.startswith("  - "))
+
+
+def network_of_pushes(
+    study: Study, subject: str, experiments: Sequence[str], lacking: Callable[[str], str] = lambda name: ""
+) -> tuple[str, str]:
+    """Return the first experiment whose network can answer a free-running recording, or none and why.
+
+    Only the network of a population takes any set of pushes, and must know such a heart. Natural waves have
+    no instant that it could be shown.
+
+    Args:
+        study: The study.
+        subject: Whose recording.
+        experiments: Those that may answer.
+        lacking: Why the network of an experiment is not there; empty where it is, or will be.
+    """
+    # reading tables imports pandas
+    from swesbi.recording.foreign import placed_by
+
+    if EVENT in placed_by(study.new_recording(subject), study.new_layout_of(subject)):
+        return "", "has natural waves, which no network takes"
+    able = [name for name in experiments if name in study.config.population_experiments]
+    reasons = [] if able else [f"{' and '.join(experiments)} has no network that takes pushes"]
+    for name in able:
+        if refusal := context_refusal(study, name, subject):
+            reasons.append(f"{name} does not know such a heart ({why_in_short(refusal)})")
+        elif absent := lacking(name):
+            reasons.append(absent)
+        else:
+            return name, ""
+    return "", "; ".join(reasons)
 
 
 def trained_on(study: Study, experiment: str, subject: str) -> str:

@@ -53,6 +53,9 @@ SOURCES: Final[Mapping[str, str]] = {
     "population_calibration": "own=own_of_part acquired=acquired_of_part experiment.exact "
     "sizes=experiment.calibration.recordings fresh",
     "population_scores": "prior experiment.calibration.judgement population.calibration.strata",
+    "pushes_calibration": "index=pushes_of_part population.calibration.free_running experiment.exact "
+    "sizes=experiment.calibration.recordings experiment.misspecification.rule fresh",
+    "pushes_table": "prior experiment.calibration.judgement experiment.misspecification.rule.strained_level",
     "population_null": "experiment.summary experiment.misspecification.rule fresh sizes=population.nulls",
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
@@ -89,7 +92,12 @@ SOURCES: Final[Mapping[str, str]] = {
 
 `value_of` says what a source is; ``stage.`` before a name stands for the settings of that stage.
 """
-OF_NEW_SUBJECTS: Final = ("new_subject", "new_subject_of_population", "free_subject")
+OF_NEW_SUBJECTS: Final = (
+    "new_subject",
+    "new_subject_of_population",
+    "free_subject",
+    "free_subject_of_population",
+)
 """Stages whose subject is outside the study."""
 FIGURE: Final = "_figure"
 SHARED_BY_FIGURES: Final = "cohort_title"

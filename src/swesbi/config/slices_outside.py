@@ -10,7 +10,7 @@ from swesbi.config.new_recordings import free_running, noise_declared, quality_o
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
 from swesbi.config.read import ConfigError
-from swesbi.config.refusals import refusals
+from swesbi.config.refusals import network_of_pushes, refusals
 from swesbi.config.study import Study
 from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
 from swesbi.population.settings import of_group
@@ -64,7 +64,7 @@ def _sheet(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]
 
 
 def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what the answer to a free-running recording depends on, which no network gives."""
+    """Return what the answer to a free-running recording depends on, without a network."""
     stages = "stage.ingest stage.exact_posterior stage.verdict stage.exact_subject_figures"
     parts = fields(study.outside, wildcards, stages)
     subject = wildcard(wildcards, "subject")
@@ -87,19 +87,29 @@ def natural_waves_of(config: Config) -> dict[str, Any]:
     return {"natural_waves": waves, "healthy": of_group(population, chosen.group).to_plain()}
 
 
+def _free_subject_of_population(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the answer of a population's network to a free-running recording depends on."""
+    own = fields(study, wildcards, "stage.train_population population.population")
+    return _free_subject(study, wildcards, fields) | own
+
+
 def _new_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
     """Return who outside the study is asked by every experiment that runs, and who is refused.
 
-    A free-running recording is asked under the prior of the first experiment alone, as no network answers it.
+    A free-running recording is asked once: by the first network that takes it, or else under the prior of the
+    first experiment.
     """
     del fields  # who is asked is told by the folder and the experiments alone
     experiments = study.answering_experiments
     refused = refusals(study, experiments)
-    free = free_running(study)
+    once = {
+        subject: network_of_pushes(study, subject, experiments)[0] or experiments[0]
+        for subject in free_running(study)
+    }
     rows = [
         {"subject": subject, "experiment": name, "refused": refused.get((name, subject), "")}
         for subject in (*study.new_rows, *study.new_refused)
-        for name in (experiments[:1] if subject in free else experiments)
+        for name in ([once[subject]] if subject in once else experiments)
     ]
     return {"asked": rows}
 
@@ -194,6 +204,7 @@ OUTSIDE: Final[Mapping[str, Callable[[Study, Wildcards, Fields], dict[str, Any]]
     "exam_pressures": _exam_answers,
     "exam_table": _exam_table,
     "free_subject": _free_subject,
+    "free_subject_of_population": _free_subject_of_population,
     "new_subject": _new_subject,
     "new_subject_of_population": _new_subject_of_population,
 }

@@ -123,9 +123,50 @@ class WallPhases:
             stretch_slope=slope_cycle(cycle_phase, stretch, phase),
         )
 
+    def between(self, offset: FloatArray) -> WallPhases:
+        """Return the same at instants beside the phases, the centres of p equal parts of the cycle.
+
+        Between two phases lies the cubic of their values and slopes (Hermite).
+
+        Args:
+            offset: Instants less the phases, from -1 to 1, in 1 / p of the cycle; shape (n, p).
+        """
+        if not offset.any():
+            return self
+        after = offset >= 0.0
+        t = np.where(after, offset, offset + 1.0)
+        active = _cubic(self.active_kpa, self.active_slope_kpa, t, after)
+        stretch = _cubic(self.stretch, self.stretch_slope, t, after)
+        return WallPhases(*active, *stretch)
+
     def rows(self, chosen: slice | BoolArray) -> WallPhases:
         """Return some of the simulations."""
         return WallPhases(*(values[chosen] for values in vars(self).values()))
+
+
+def _cubic(
+    values: FloatArray, slopes: FloatArray, t: FloatArray, after: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the periodic Hermite cubic through values and slopes per cycle, and its slope; (n, p) each.
+
+    Args:
+        values: At the centres of p equal parts of the cycle; shape (n, p).
+        slopes: Likewise.
+        t: Place between the two neighbours, 0 to 1; shape (n, p).
+        after: Whether these are a phase and the next, or the one before and it; shape (n, p).
+    """
+    parts = values.shape[1]
+    pairs = []
+    for each in (values, slopes / parts):
+        pairs += [
+            np.where(after, each, np.roll(each, 1, axis=1)),
+            np.where(after, np.roll(each, -1, axis=1), each),
+        ]
+    y0, y1, m0, m1 = pairs
+    rise = y1 - y0
+    bend, curl = 3.0 * rise - 2.0 * m0 - m1, m0 + m1 - 2.0 * rise
+    at = y0 + t * (m0 + t * (bend + t * curl))
+    return at, parts * (m0 + t * (2.0 * bend + 3.0 * t * curl))
 
 
 @dataclass(frozen=True)

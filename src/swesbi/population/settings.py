@@ -183,22 +183,56 @@ class PopulationSizes(Settings):
     draws_per_context: int = Field(ge=1, description="draws of the prior of theta in each")
 
 
+def _spread(limits: tuple[float, float]) -> tuple[float, float]:
+    low, high = limits
+    if not 0.0 < low < high < 1.0:
+        raise ValueError(f"relative_se = [{low:g}, {high:g}]: need 0 < low < high < 1")
+    return limits
+
+
+Errors = Annotated[tuple[float, float], AfterValidator(_spread)]
+
+
+class FreeConditionSettings(Settings):
+    """Recordings without gating that the network learns from: sets of pushes at any instants."""
+
+    share: float = Field(ge=0.0, lt=1.0, description="of all recordings; the rest are gated")
+    pushes: tuple[int, int] = Field(description="fewest and most accepted pushes; uniform in the logarithm")
+    relative_se: Errors = Field(description="standard error of a push over its speed; uniform in its log")
+    spread_log_sd: float = Field(ge=0.0, lt=1.0, description="sd of its logarithm within a recording")
+    least_window: float = Field(
+        gt=0.0, le=1.0, description="half of them lie in one part of the cycle, at least so wide"
+    )
+    most_errors_log_sd: float = Field(
+        ge=0.0,
+        le=1.0,
+        description="half of them have declared errors, times a factor whose log has a prior sd up to this",
+    )
+
+    @model_validator(mode="after")
+    def _check_pushes(self) -> Self:
+        fewest, most = self.pushes
+        if not 2 <= fewest < most:
+            raise ValueError(f"pushes = [{fewest}, {most}]: need 2 <= fewest < most")
+        return self
+
+
 class ConditionSettings(Settings):
     """Noise levels and missing phases of the recordings that the network learns from."""
 
-    relative_se: tuple[float, float] = Field(
+    relative_se: Errors = Field(
         description="standard error of the mean speed of a phase without failed samples; uniform in its log"
     )
     missing_fraction: float = Field(
         ge=0.0, lt=1.0, description="phases are missed at random, at a rate uniform up to this"
     )
+    free_running: FreeConditionSettings
 
-    @model_validator(mode="after")
-    def _check_range(self) -> Self:
-        low, high = self.relative_se
-        if not 0.0 < low < high < 1.0:
-            raise ValueError(f"relative_se = [{low:g}, {high:g}]: need 0 < low < high < 1")
-        return self
+    @property
+    def seen_relative_se(self) -> tuple[float, float]:
+        """Standard errors of what is seen in one cell, where several pushes may lie."""
+        (low, high), free = self.relative_se, self.free_running
+        return min(low, free.relative_se[0] / free.pushes[1] ** 0.5), max(high, free.relative_se[1])
 
 
 class StrataSettings(Settings):

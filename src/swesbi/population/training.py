@@ -11,10 +11,17 @@ from swesbi.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModelSettings, draw_speeds
 from swesbi.measurement.speeds import WallPhases
 from swesbi.networks.settings import SplineSettings
-from swesbi.networks.spline import conditioning
+from swesbi.networks.spline.cells import (
+    CellConditioner,
+    CellSettings,
+    SeenCells,
+    cell_inputs,
+    context_inputs,
+    fit_cell_conditioner,
+)
 from swesbi.networks.spline.training import Rows, SplineParts, SplineTraining, fit_spline
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
-from swesbi.population.recordings import draw_conditions
+from swesbi.population.conditions import draw_cells
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import PopulationSimulations
 from swesbi.prior import sample, to_logit
@@ -29,10 +36,10 @@ class RowMaker:
 
     Attributes:
         model: Prior, discrepancy and density.
-        conditions: Noise levels and missing phases.
+        conditions: Gated and free-running recordings, noise levels and missing phases.
         protocol: Repeats, samples and failures behind the standard errors.
         recording: What ingestion admits.
-        phases: What the network sees.
+        cells: What the network sees.
         seed: Of everything that is drawn.
     """
 
@@ -40,7 +47,7 @@ class RowMaker:
     conditions: ConditionSettings
     protocol: AcquisitionSettings
     recording: RecordingSettings
-    phases: conditioning.PhaseSettings
+    cells: CellSettings
     seed: int
 
     def raw(self, made: PopulationSimulations, *name: str | int) -> tuple[FloatArray, FloatArray]:
@@ -50,20 +57,19 @@ class RowMaker:
         theta = _flat(made.theta)
         operator = sample(len(theta), self.model.prior.operator, rng)
         phi = self.model.prior.joined(theta, _flat(made.physiology), operator)
+        drawn = draw_cells(len(theta), self.conditions, self.protocol, self.recording, rng)
         taken = (made.active_stiffness_kpa, made.active_slope_kpa, made.stretch, made.stretch_slope)
-        predicted = self.model.predict(phi, WallPhases(*map(_flat, taken)))
-        drawn = draw_conditions(len(theta), self.conditions, self.protocol, self.recording, rng)
+        wall = WallPhases(*map(_flat, taken)).between(drawn.offset)
+        predicted = self.model.predict(phi, wall)
         speeds = draw_speeds(predicted, drawn.errors, self.model.discrepancy, rng)
-        context = _each(np.stack([conditioning.context_inputs(context) for context in made.contexts]), draws)
-        inputs = conditioning.phase_inputs(
-            context, np.log(speeds), drawn.measured, drawn.errors.total, self.phases
-        )
-        return to_logit(phi, self.model.prior), inputs
+        seen = SeenCells(np.log(speeds), drawn.measured, drawn.relative_se, drawn.offset, drawn.errors_log_sd)
+        context = _each(np.stack([context_inputs(context) for context in made.contexts]), draws)
+        return to_logit(phi, self.model.prior), cell_inputs(context, seen, self.cells)
 
     def rows(
         self,
         made: PopulationSimulations,
-        conditioner: conditioning.PhaseConditioner,
+        conditioner: CellConditioner,
         eta: Standardisation,
         *name: str | int,
     ) -> Rows:
@@ -117,7 +123,7 @@ def train_population(
     """
     training, held_out = split_by_context(made, settings.validation_fraction)
     raw_eta, inputs = maker.raw(training, "statistics")
-    eta, conditioner = fit_standardisation(raw_eta), conditioning.fit_phase_conditioner(inputs, maker.phases)
+    eta, conditioner = fit_standardisation(raw_eta), fit_cell_conditioner(inputs, maker.cells)
     del raw_eta, inputs
 
     def rows_of(part: PopulationSimulations, name: str, number: int) -> Rows:

@@ -12,7 +12,9 @@ from scipy.special import logsumexp
 
 from swesbi.artefacts import Variable
 from swesbi.draws import resampled_rows
+from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import SpeedRecording
+from swesbi.networks.spline.cells import CellConditioner
 from swesbi.networks.spline.net import TrainedSpline, draw_phi, from_base, log_q, to_base
 from swesbi.prior import BoxPrior, draw_prior, log_density
 from swesbi.seeds import generator, integer_seed
@@ -207,3 +209,14 @@ class FlowProposal:
 def flow_proposal(flow: TrainedSpline, recording: SpeedRecording) -> FlowProposal:
     """Return the flow's posterior of a recording as a proposal."""
     return FlowProposal(flow, flow.conditioner.condition(recording))
+
+
+def free_proposal(flow: TrainedSpline, model: FreeModel) -> FlowProposal:
+    """Return the flow's posterior of a free-running recording as a proposal.
+
+    Raises:
+        ValueError: The flow was trained on recordings of known phases alone.
+    """
+    if not isinstance(flow.conditioner, CellConditioner):
+        raise ValueError("this network knows the phases of its own subjects alone; use one over a population")
+    return FlowProposal(flow, flow.conditioner.condition(model.model.recording, model.noise_log_sd))

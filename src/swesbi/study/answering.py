@@ -11,10 +11,11 @@ from swesbi.artefacts import folder_made_whole
 from swesbi.config.new_recordings import is_free_running, noise_declared, quality_of
 from swesbi.config.parts import named
 from swesbi.config.read import ConfigError, add_options, in_words, overlay, read_merged
-from swesbi.config.refusals import context_refusal, trained_on
+from swesbi.config.refusals import context_refusal, network_of_pushes, trained_on, why_in_short
+from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.clinical import ClinicalMeasures
-from swesbi.study.finished import FinishedPopulation, FinishedStudy, answering_stage
+from swesbi.study.finished import FinishedPopulation, FinishedStudy, answering_stage, finished_population
 from swesbi.study.registry import file_arguments, stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
@@ -32,7 +33,8 @@ FREE_OUTPUTS: Final = {name: file for name, file in OUTPUTS.items() if name != "
 """Of a free-running recording."""
 REFERENCE: Final = {"passive_baseline": "passive.h5", "reference_fit": "cmaes.h5"}
 """Further outputs, where the reference fit is asked for."""
-FREE_STAGE: Final = "free_subject"
+FREE_STAGES: Final = {True: "free_subject_of_population", False: "free_subject"}
+"""Of a free-running recording: with the network of a population, and without."""
 WITH_PRESSURES: Final = "with_pressures.h5"
 """A further output, of a subject of whom the pressures of a cuff were taken."""
 
@@ -137,13 +139,10 @@ def choose_experiment(study: Study, subject: str, experiments: Sequence[str]) ->
 def _instead(reasons: Mapping[str, str], experiment: str) -> str:
     if not reasons:
         return ""
-    told = "; ".join(f"{name} does not know such a heart ({_why(text)})" for name, text in reasons.items())
+    told = "; ".join(
+        f"{name} does not know such a heart ({why_in_short(text)})" for name, text in reasons.items()
+    )
     return f"{told}: {experiment}, trained over a population, answers instead"
-
-
-def _why(refusal: str) -> str:
-    """Return the values of a refusal, which stand in its list."""
-    return ", ".join(line[4:] for line in refusal.splitlines() if line.startswith("  - "))
 
 
 def folder_of(study: Study, experiment: str, subject: str) -> Path:
@@ -247,16 +246,42 @@ def answer_into(
         )
 
 
-def answer_free_into(folder: Path, study: Study, subject: str, plain: Mapping[str, Any]) -> None:
-    """Answer a free-running recording, without a network; arguments and errors as of :func:`answer_into`."""
-    run = stage_function(FREE_STAGE)
+def trained_for_pushes(study: Study, subject: str, experiments: Sequence[str]) -> tuple[str, str]:
+    """Return the first experiment whose trained network takes a free-running recording, or none and why."""
+
+    def untrained(name: str) -> str:
+        trained = finished_population(Path(study.config.results), name).estimator.is_file()
+        return "" if trained else f"the network of {name} has not been trained"
+
+    return network_of_pushes(study, subject, experiments, untrained)
+
+
+def answer_free_into(folder: Path, study: Study, subject: str, experiment: str, *, by_network: bool) -> None:
+    """Answer a free-running recording, and put what is made into ``folder``, all of it or nothing.
+
+    Args:
+        folder: Output.
+        study: The study.
+        subject: Who is answered.
+        experiment: Whose prior holds.
+        by_network: Whether its network answers; else the prior is where the inference begins.
+
+    Raises:
+        ValueError: The recording cannot be used, or the network was trained under other settings.
+        ArtefactError: The folder cannot be written.
+    """
+    stage = FREE_STAGES[by_network]
+    plain = stage_settings(study, stage, experiment=experiment, subject=subject)
+    run = stage_function(stage)
     settings = get_type_hints(run)["settings"].from_plain(plain)
+    network = finished_population(Path(study.config.results), experiment).estimator
     with folder_made_whole(folder) as made:
         outputs = {name: made / file for name, file in FREE_OUTPUTS.items()}
+        files = {"recording": study.new_recording(subject), "estimator": network} | outputs
         run(
-            **file_arguments(run, {"recording": study.new_recording(subject)} | outputs),
+            **file_arguments(run, files),
             settings=settings,
-            origin=Origin(study.config.seed, subject, stage_code(FREE_STAGE)),
+            origin=Origin(study.config.seed, subject, stage_code(stage)),
         )
 
 

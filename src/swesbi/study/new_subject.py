@@ -17,7 +17,6 @@ from swesbi.config.study import Study
 from swesbi.study.answer_text import answer_text, free_text, pressures_text
 from swesbi.study.answering import (
     FREE_OUTPUTS,
-    FREE_STAGE,
     OUTPUTS,
     REFERENCE,
     WITH_PRESSURES,
@@ -32,15 +31,19 @@ from swesbi.study.answering import (
     folder_of,
     pressures_of,
     study_with,
+    trained_for_pushes,
 )
 from swesbi.study.finished import answering_stage, check_finished, finished_experiment
 from swesbi.verdict.answers import NOT_INTERPRETABLE, REFUSED
 
 LOGGER: Final = logging.getLogger("swesbi")
 EXIT_REFUSED: Final = 2
-FREE_NOTE: Final = (
-    "{subject} is free-running: no network takes it; answered from the prior of {experiment} by adaptive "
-    "importance sampling"
+FROM_PRIOR: Final = (
+    "{subject} is free-running and {why}: answered from the prior of {experiment} by adaptive importance "
+    "sampling"
+)
+BY_NETWORK: Final = (
+    "{subject} is free-running: the network of {experiment}, which takes any set of pushes, answers"
 )
 TABLE: Final = {"table": "answers.csv", "workbook": "answers.xlsx"}
 
@@ -121,14 +124,16 @@ def _answer(request: Request, subject: str, out: Path | None) -> Given:
 
 
 def _answer_free(request: Request, subject: str, out: Path | None) -> Given:
-    """Answer a free-running recording by the prior of the first experiment, without its network."""
-    study, experiment = request.study, request.experiments[0]
-    plain = stage_settings(study, FREE_STAGE, experiment=experiment, subject=subject)
+    """Answer a free-running recording by the first network that takes it, or else from the prior."""
+    study = request.study
+    network, why = trained_for_pushes(study, subject, request.experiments)
+    experiment = network or request.experiments[0]
     folder = out or folder_of(study, experiment, subject)
     if not request.force:
         check_untouched(folder, study, subject)
-    answer_free_into(folder, study, subject, plain)
-    return Given(experiment, folder, FREE_NOTE.format(subject=subject, experiment=experiment))
+    answer_free_into(folder, study, subject, experiment, by_network=bool(network))
+    note = (BY_NETWORK if network else FROM_PRIOR).format(subject=subject, experiment=experiment, why=why)
+    return Given(experiment, folder, note)
 
 
 def _answer_all(request: Request) -> int:
@@ -240,8 +245,9 @@ def _parser() -> argparse.ArgumentParser:
         description="Answer subjects who are not in the study's cohort with the network that the study has "
         "trained: exact posterior with its certificate, verdict, figures, in seconds and without training. "
         "A heart unlike those that it was trained on is answered by the network of a population, if one runs "
-        "and knows it, and else refused, with the reason. A free-running recording is answered without a "
-        "network, from the prior on, in a minute or so. The configuration is that of the study.",
+        "and knows it, and else refused, with the reason. A free-running recording is answered by the "
+        "network of a population, or, where none is trained that knows such a heart, from the prior on. The "
+        "configuration is that of the study.",
         epilog="Exit code: 0 answered; 2 refused, or one of --all was: the others are answered all the same.",
     )
     parser.add_argument("--cohort", type=Path, required=True, help="folder with the recordings")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -19,6 +19,15 @@ class RecordingsSettings(Settings):
     weighted_draws: int = Field(ge=100, description="weighted draws; where unreliable, as for a subject")
     misfit_draws: int = Field(ge=10, description="posterior draws whose chi-square is taken")
     strip_fraction: float = Field(gt=0, lt=0.5, description="width of the strip at a bound, over the box's")
+
+
+class PushesSettings(Settings):
+    """Free-running recordings of known parameters."""
+
+    recordings: int = Field(ge=1, description="of each number of pushes, every one of a context of its own")
+    pushes: tuple[Annotated[int, Field(ge=2, le=400)], ...] = Field(
+        min_length=1, description="numbers of accepted pushes"
+    )
 
 
 class LocalSettings(Settings):

@@ -12,14 +12,14 @@ from swesbi.artefacts import Provenance
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.files import read_plain, write_plain
 from swesbi.networks.settings import SplineSettings
-from swesbi.networks.spline import conditioning
+from swesbi.networks.spline import cells, conditioning
 from swesbi.networks.spline.net import TrainedSpline, build_net
 from swesbi.networks.standardisation import Standardisation
 from swesbi.prior import JointPriorSettings
 
 KIND: Final = "flow"
 FEATURES: Final = "features"
-PHASES: Final = "phases"
+CELLS: Final = "cells"
 
 
 def save_spline(path: Path, spline: TrainedSpline, provenance: Provenance) -> None:
@@ -85,8 +85,8 @@ def _conditioner_metadata(conditioner: conditioning.RecordingConditioner) -> dic
     if isinstance(conditioner, conditioning.Conditioner):
         statistics = {"features": conditioner.features, "context": conditioner.context}
         return _described(FEATURES, conditioner.settings.model_dump_json(), statistics)
-    if isinstance(conditioner, conditioning.PhaseConditioner):
-        return _described(PHASES, conditioner.settings.model_dump_json(), {"inputs": conditioner.inputs})
+    if isinstance(conditioner, cells.CellConditioner):
+        return _described(CELLS, conditioner.settings.model_dump_json(), {"inputs": conditioner.inputs})
     raise TypeError(f"{type(conditioner).__name__} is no conditioner that a file can hold")
 
 
@@ -95,9 +95,9 @@ def _described(kind: str, settings: str, statistics: Mapping[str, Standardisatio
 
 
 def _conditioner(metadata: Mapping[str, Any]) -> conditioning.RecordingConditioner:
-    if metadata["conditioner"] == PHASES:
-        settings = conditioning.PhaseSettings.model_validate_json(metadata["conditioning"])
-        return conditioning.PhaseConditioner(settings, _statistics(metadata, "inputs"))
+    if metadata["conditioner"] == CELLS:
+        settings = cells.CellSettings.model_validate_json(metadata["conditioning"])
+        return cells.CellConditioner(settings, _statistics(metadata, "inputs"))
     return conditioning.Conditioner(
         conditioning.ConditioningSettings.model_validate_json(metadata["conditioning"]),
         _statistics(metadata, "features"),

@@ -10,7 +10,8 @@ from swesbi.base import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.settings import SummarySettings
 from swesbi.networks.settings import SplineSettings
-from swesbi.networks.spline.conditioning import ConditioningSettings, PhaseSettings, conditioning_of
+from swesbi.networks.spline.cells import CellSettings
+from swesbi.networks.spline.conditioning import ConditioningSettings, conditioning_of
 from swesbi.networks.spline.files import KIND, save_spline
 from swesbi.networks.spline.pool import of_subject, read_pool
 from swesbi.networks.spline.training import train_spline as train_on_pool
@@ -93,13 +94,13 @@ def train_population(
         ArtefactError: A shard is no such artefact.
         TrainingDivergedError: The loss was not finite too often.
     """
-    phases = PhaseSettings(phases=settings.acquisition.phases, relative_se=settings.conditions.relative_se)
+    cells = CellSettings(cells=settings.acquisition.phases, relative_se=settings.conditions.seen_relative_se)
     maker = RowMaker(
         model=settings.model,
         conditions=settings.conditions,
         protocol=settings.acquisition,
         recording=settings.recording,
-        phases=phases,
+        cells=cells,
         seed=integer_seed(origin.seed, "population training"),
     )
     label = f"training {estimator.parent.name}"

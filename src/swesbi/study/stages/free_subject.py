@@ -1,8 +1,9 @@
-"""A subject outside the study whose recording is free-running, answered from the prior, without a network."""
+"""A subject outside the study whose recording is free-running, answered by a network or without."""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,23 +16,32 @@ from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.instants import FreeModel, free_model
+from swesbi.networks.spline.files import load_spline
 from swesbi.population.settings import PopulationSettings
+from swesbi.posterior.exact import ExactPosterior
 from swesbi.posterior.from_prior import posterior_from_prior
+from swesbi.posterior.importance import FlowProposal, free_proposal
+from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.result import ExactResult, read_exact_result
+from swesbi.prior import draw_prior
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import KIND, FreeObservation, ingest_free
 from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.seeds import generator
 from swesbi.show.figures.free_predictive import draw_free_check
+from swesbi.show.figures.predictive import NETWORK_ALONE
 from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.cohort import IngestStageSettings
 from swesbi.study.stages.exact import ExactPosteriorStageSettings, write_posterior
+from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.study.stages.origin import Origin
-from swesbi.study.stages.sheet import SheetSettings, save_sheet_of_pushes
+from swesbi.study.stages.other_network import check_network
+from swesbi.study.stages.sheet import OF_POPULATION, OF_PRIOR, SheetSettings, save_sheet_of_pushes
 from swesbi.study.stages.subject_figures import ExactSubjectFiguresSettings, save_exact_posterior
 from swesbi.study.stages.verdict import VerdictStageSettings
 from swesbi.verdict.closure_speeds import closure_speeds, interpretable
+from swesbi.verdict.context import check_declared
 from swesbi.verdict.contraction import Told, contractions, quantities
 from swesbi.verdict.ejection import ejection_tests
 from swesbi.verdict.settings import NaturalWavesSettings
@@ -82,6 +92,10 @@ class FreeFiles:
     sheet: Path
 
 
+Infer = Callable[[FreeModel], tuple[ExactPosterior, FlowProposal | None]]
+"""Draws from the exact posterior of a recording, beginning with a network's if there is one."""
+
+
 def free_subject(
     *, recording: Path, files: FreeFiles, settings: FreeSubjectStageSettings, origin: Origin
 ) -> None:
@@ -93,22 +107,71 @@ def free_subject(
         NoLikelihoodError: Every simulation fails.
         ArtefactError: A file cannot be written.
     """
+
+    def infer(model: FreeModel) -> tuple[ExactPosterior, None]:
+        exact = settings.exact_posterior.exact
+        return posterior_from_prior(model, exact, origin.seed, STREAM, origin.subject), None
+
+    _answer(recording, infer, files, settings, origin)
+
+
+class FreeSubjectOfPopulationStageSettings(FreeSubjectStageSettings):
+    """What such an answer depends on, how the network was trained, and for whom."""
+
+    train_population: TrainPopulationStageSettings
+    population: PopulationSettings
+
+
+def free_subject_of_population(
+    *,
+    recording: Path,
+    estimator: Path,
+    files: FreeFiles,
+    settings: FreeSubjectOfPopulationStageSettings,
+    origin: Origin,
+) -> None:
+    """Ingest the free-running recording of ``origin.subject``, and answer it by the network of a population.
+
+    Raises:
+        ContextRefusedError: The context lies outside the declared range.
+        OtherNetworkError: The network was trained under other settings.
+        RecordingError: The recording is malformed, has too few pushes, or nothing tells its errors.
+        ArtefactError: A file cannot be read or written.
+    """
+    check_declared(settings.ingest.context.to_context(), settings.population)
+    check_network(estimator, settings.train_population)
+    flow, _ = load_spline(estimator)
+
+    def infer(model: FreeModel) -> tuple[ExactPosterior, FlowProposal]:
+        exact, network = settings.exact_posterior.exact, free_proposal(flow, model)
+        return refined_posterior(model, network, exact, origin.seed, STREAM, origin.subject)[0], network
+
+    _answer(recording, infer, files, settings, origin)
+
+
+def _answer(
+    recording: Path,
+    infer: Infer,
+    files: FreeFiles,
+    settings: FreeSubjectStageSettings,
+    origin: Origin,
+) -> None:
     observed = _observed(recording, settings)
     wave_log_sd, left_out = _waves(observed, settings, origin)
     save(files.observation, to_groups(observed), origin.provenance(KIND, settings))
     model = free_model(observed, settings.exact_posterior.model, wave_log_sd)
-    exact = posterior_from_prior(model, settings.exact_posterior.exact, origin.seed, STREAM, origin.subject)
-    write_posterior(files.posterior, exact, None, settings.exact_posterior, origin)
+    exact, network = infer(model)
+    write_posterior(files.posterior, exact, network, settings.exact_posterior, origin)
     result = read_exact_result(files.posterior)
     judged = _judged(model, result, observed, left_out, settings, origin)
     write_json(files.support, judged.to_json())
     check = _checked(model, result, settings, origin)
     save(files.predictive, to_groups(check), origin.provenance(PREDICTIVE, settings))
     LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
+    start = PRIOR_DRAWS if network is None else NETWORK_ALONE
     save_exact_posterior(
-        files.posterior, files.support, (), (), files.posterior_png, settings.exact_subject_figures,
-        PRIOR_DRAWS,
-    )  # fmt: skip
+        files.posterior, files.support, (), (), files.posterior_png, settings.exact_subject_figures, start
+    )
     title, errors = settings.exact_subject_figures.cohort_title, SOURCES[observed.noise_source]
     save_figure(draw_free_check(origin.subject, check, judged, errors, title), files.ppc_png)
     save_sheet_of_pushes(
@@ -118,6 +181,7 @@ def free_subject(
         support=files.support,
         predictive=files.predictive,
         sheet=files.sheet,
+        population=OF_PRIOR if network is None else OF_POPULATION,
         settings=settings.sheet,
     )
 
@@ -147,7 +211,10 @@ def _checked(
     measurement = settings.exact_posterior.model.measurement
     rng = generator(origin.seed, STREAM, origin.subject, "new pushes")
     draws = settings.predictive_draws
-    prior = exact.npe_phi[:draws]
+    # drawn, since what the posterior began with may be a network's
+    prior = draw_prior(
+        model.settings.prior, draws, generator(origin.seed, STREAM, origin.subject, "prior curves")
+    )
     return check_pushes(
         model, exact.phi[:draws], prior, settings.predictive_interval, measurement.grid_points, rng
     )

@@ -98,6 +98,7 @@ def save_sheet_of_pushes(
     support: Path,
     predictive: Path,
     sheet: Path,
+    population: str,
     settings: SheetSettings,
 ) -> None:
     """Write the page of a free-running recording; arguments and errors as of gated ones."""
@@ -105,7 +106,7 @@ def save_sheet_of_pushes(
         recorded_free(read_free_observation(observation)),
         curve_free(read_free_predictive(predictive)),
     )
-    among = OF_PRIOR, ()
+    among = population, ()
     # what more natural waves would buy is not told: their error is one for all of an event
     cell = model.cell if model.waves is None else None
     _save(sheet, model.model, cell, (posterior, support), recorded, curve, among, (), settings)

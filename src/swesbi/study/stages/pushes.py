@@ -1,0 +1,92 @@
+"""Calibration of a population's network on free-running recordings of fresh contexts."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field
+
+from swesbi.artefacts import save
+from swesbi.base import Level, Settings
+from swesbi.checks.calibration.pushes import (
+    KIND,
+    PushesStudy,
+    by_pushes,
+    pushes_dataset,
+    read_pushes,
+)
+from swesbi.checks.calibration.settings import JudgementSettings, PushesSettings, RecordingsSettings
+from swesbi.networks.spline.files import load_spline
+from swesbi.population.recordings import FreshSettings
+from swesbi.posterior.settings import ExactSettings
+from swesbi.prior import PriorSettings
+from swesbi.show.csv import write_csv
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.settings import RuleSettings
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class PushesCalibrationStageSettings(Settings):
+    """What a part depends on."""
+
+    index: tuple[int, int] = Field(description="numbers of its contexts, from the first to before the last")
+    free_running: PushesSettings
+    fresh: FreshSettings
+    sizes: RecordingsSettings
+    exact: ExactSettings
+    rule: RuleSettings
+
+
+def pushes_calibration(
+    *, estimator: Path, part: Path, settings: PushesCalibrationStageSettings, origin: Origin
+) -> None:
+    """Infer free-running recordings of the numbered contexts, one of each number of pushes.
+
+    Raises:
+        ArtefactError: The network is no such artefact.
+    """
+    flow, _ = load_spline(estimator)
+    study = PushesStudy(
+        settings.fresh, settings.free_running, settings.sizes, settings.exact, settings.rule, origin.seed
+    )
+    inferred = study.infer(range(*settings.index), flow)
+    save(part, {"/": pushes_dataset(inferred)}, origin.provenance(KIND, settings))
+
+
+class PushesTableStageSettings(Settings):
+    """What is asked of the answers."""
+
+    prior: PriorSettings
+    judgement: JudgementSettings
+    strained_level: Level
+
+
+def pushes_table(
+    *,
+    parts: Sequence[Path],
+    calibration: Path,
+    table: Path,
+    settings: PushesTableStageSettings,
+    origin: Origin,
+) -> None:
+    """Join the parts and write coverage by number of pushes.
+
+    Args:
+        parts: Free-running recordings of fresh contexts.
+        calibration: Output, all of them together.
+        table: Output, a row a number of pushes, parameter and nominal level.
+
+    Raises:
+        ArtefactError: An input is no such part.
+    """
+    inferred = read_pushes(parts)
+    save(calibration, {"/": pushes_dataset(inferred)}, origin.provenance(KIND, settings))
+    write_csv(table, by_pushes(inferred, settings.prior, settings.judgement, settings.strained_level))
+    LOGGER.info(
+        "%d free-running recordings: median efficiency %.0f %%, %d by MCMC",
+        len(inferred.pushes), 100.0 * float(np.median(inferred.efficiency)), int(inferred.by_mcmc.sum()),
+    )  # fmt: skip
