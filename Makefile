@@ -73,6 +73,7 @@ exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figu
 pushes: $(INSTALLED) ## coverage of free-running recordings by number of pushes, in a quarter of an hour (docs/population.md)
 	$(BIN)/snakemake --cores $(CORES) results/amortised/pushes.csv
 	cp results/amortised/pushes.csv docs/tables/pushes.csv
+	$(BIN)/python -m swesbi.show.docs --stored
 
 verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code
 	$(BIN)/python -m swesbi verify --out results/tables/claims.csv

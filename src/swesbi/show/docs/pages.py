@@ -13,6 +13,8 @@ from swesbi.show.docs.ladder import PARTS as LADDER_PARTS
 from swesbi.show.docs.ladder import LadderResults
 from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
+from swesbi.show.docs.pushes import MARK as FREE_RUNNING
+from swesbi.show.docs.pushes import PushesResults, pushes_part
 from swesbi.show.docs.readings import PARTS as READINGS_PARTS
 from swesbi.show.docs.readings import ReadingsResults
 from swesbi.show.docs.reproduction import PARTS
@@ -38,7 +40,10 @@ def stored_pages(study: Study, docs: Path) -> Pages:
     """
     ladder, readings = LadderResults.read(REFERENCE), ReadingsResults.read(docs / "tables")
     exam = ExamResults.read(docs / "tables", study.config.exam_interval)
+    pushes = PushesResults.read(docs / "tables", study.config.exam_interval)
     shown = {CALIBRATION_PAGE: {MARK: calibration_part(exam)}} if experiment_shown(study) else {}
+    if study.config.populations_run:
+        shown[POPULATION_PAGE] = {FREE_RUNNING: pushes_part(pushes)}
     return {
         LADDER_PAGE: {mark: part(ladder) for mark, part in LADDER_PARTS.items()},
         READINGS_PAGE: {mark: part(readings) for mark, part in READINGS_PARTS.items()},

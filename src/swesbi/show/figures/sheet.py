@@ -38,8 +38,10 @@ from swesbi.show.sheet import (
     said_of,
     verdict_text,
 )
-from swesbi.verdict.answers import status
+from swesbi.verdict.answers import STATUSES, status
 
+# what is judged has the colour of the verdict; where nothing is, the word stands in grey
+BOX_COLORS: Final = {word: STATUS_COLORS[word] if word in STATUSES else PRIOR for word in STATUS_COLORS}
 PAGE_IN: Final = (8.27, 11.69)  # A4
 MARGIN_IN: Final = 0.55
 PARTS: Final = (1.45, 3.1, 1.6, 2.0, 2.45)
@@ -85,7 +87,7 @@ def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
     axes.text(1.0, 0.98, sheet.cohort_title, fontsize=8.0, color=PRIOR, ha="right", **place)
     axes.text(0.0, 0.74, heart_line(sheet.context), fontsize=8.0, **place)
     word, said = verdict_text(sheet.support)
-    box = {"boxstyle": "round,pad=0.45", "facecolor": STATUS_COLORS[word], "edgecolor": "none"}
+    box = {"boxstyle": "round,pad=0.45", "facecolor": BOX_COLORS[word], "edgecolor": "none"}
     axes.text(0.008, 0.52, word.upper(), fontsize=9.0, weight="bold", color="white", bbox=box, **place)
     broken = [textwrap.wrap(line, VERDICT_LINE) for line in said]
     fitting = int(np.sum(np.cumsum([len(lines) for lines in broken]) <= VERDICT_LINES))
