@@ -31,7 +31,7 @@ FLAGS = (
     "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 )
-PATIENCE_S = 60.0
+PATIENCE_S = 240.0  # axe-core takes a minute for a page of 16,000 elements beside other tests
 
 
 class Browser:
