@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -17,7 +17,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.show.page.forest import LEFT, Interval, panel
 from swesbi.show.page.landing import make_landing
 from swesbi.show.page.new import new_subjects
-from swesbi.show.page.page import templates
+from swesbi.show.page.page import Cohort, templates
 from swesbi.show.results import Results
 from swesbi.show.table import Table
 from swesbi.verdict.support import Support
@@ -25,6 +25,7 @@ from swesbi.verdict.support import Support
 SUBJECTS = "ABCDEFGH"
 MOST_WORDS = 900
 NAN = float("nan")
+COHORT = Cohort("virtual volunteers", "data", "virtual volunteers, simulated by a test", ())
 
 
 def made(new: Table | None = None) -> str:
@@ -32,7 +33,7 @@ def made(new: Table | None = None) -> str:
     observations = tuple(map(observation, SUBJECTS))
     results = Results(observations, (experiment,), experiment, pd.DataFrame())
     landing = make_landing(results, (), "virtual volunteers", ("paper/subjects/A/ppc.png",), new)
-    page = {"landing": landing, "cohort": SimpleNamespace(title="virtual volunteers", origin="simulated")}
+    page = {"landing": landing, "cohort": COHORT}
     environment = templates().overlay(undefined=ChainableUndefined)
     return environment.get_template("report.html").render(page=page, here="report", root="")
 
@@ -48,6 +49,12 @@ def shown_words(html: str) -> list[str]:
 def test_eight_subjects_leave_room_for_the_exam() -> None:
     words = shown_words(made())
     assert 200 < len(words) < MOST_WORDS - 300  # the exam's sentences are about 220 words
+
+
+def test_the_origin_does_not_repeat_the_title() -> None:
+    assert "<strong>virtual volunteers</strong>: simulated by a test." in made()
+    assert replace(COHORT, origin="volunteers of 2024").origin_after_title == "volunteers of 2024"
+    assert replace(COHORT, origin=COHORT.title).origin_after_title == COHORT.title
 
 
 def test_the_verdicts_come_first_and_a_subject_that_is_not_to_be_read_says_so() -> None:

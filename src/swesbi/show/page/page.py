@@ -64,6 +64,11 @@ class Cohort:
     origin: str
     protocol: tuple[str, ...]
 
+    @property
+    def origin_after_title(self) -> str:
+        """The origin as it follows the title, which it may begin with."""
+        return self.origin.removeprefix(self.title).lstrip(" ,;") or self.origin
+
 
 @dataclass(frozen=True)
 class Figures:
