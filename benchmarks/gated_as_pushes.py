@@ -32,6 +32,7 @@ from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
+from swesbi.context import Context
 from swesbi.exam.recorded import RecordedHeart, record_heart
 from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.measurement.likelihood import SpeedModel, speed_model
@@ -147,18 +148,34 @@ class BothDoors:
                 "se_m_s": recording.relative_se * recording.speed_m_s,
             }
         )
-        quality, subject = self.settings.recording, recording.subject
-        with TemporaryDirectory() as folder:
-            path = Path(folder) / f"{subject}.csv"
-            table.to_csv(path, index=False, float_format="%.17g")
-            samples = read_free_samples(path, quality.density_kg_m3, subject=subject)
-        observed = ingest_free(samples, recording.context, quality, NoiseDeclaration())
-        return free_model(observed, self.settings.exact_posterior.model)
+        return model_of_table(table, recording.context, NoiseDeclaration(), self.settings)
+
+
+def model_of_table(
+    table: pd.DataFrame, context: Context, declared: NoiseDeclaration, settings: ExamAnswersStageSettings
+) -> FreeModel:
+    """Read a table of pushes from a file, as that of any subject, and return its model.
+
+    Raises:
+        RecordingError: It cannot be used.
+    """
+    quality = settings.recording
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"{context.subject}.csv"
+        table.to_csv(path, index=False, float_format="%.17g")
+        samples = read_free_samples(path, quality.density_kg_m3, subject=context.subject)
+    return free_model(ingest_free(samples, context, quality, declared), settings.exact_posterior.model)
 
 
 def _difference(gated: SpeedModel, pushes: FreeModel, phi: FloatArray) -> float:
     difference = gated.log_likelihood(phi) - pushes.log_likelihood(phi)
     return float(np.abs(difference - difference.mean()).max())
+
+
+def asked_of(study: Study, generator: str, hearts: int, stream: str = STREAM) -> ExamAnswersStageSettings:
+    """Return how so many hearts of a generator are made and answered."""
+    plain = stage_settings(study, "exam_answers", generator=generator, stream=stream)
+    return ExamAnswersStageSettings.from_plain(plain | {"hearts": hearts})
 
 
 def both_doors(study: Study, options: argparse.Namespace) -> BothDoors:
@@ -169,8 +186,7 @@ def both_doors(study: Study, options: argparse.Namespace) -> BothDoors:
         ArtefactError: A file is no such artefact.
     """
     finished = finished_population(options.results, study.config.exam.experiment)
-    plain = stage_settings(study, "exam_answers", generator=options.generator, stream=STREAM)
-    settings = ExamAnswersStageSettings.from_plain(plain | {"hearts": options.subjects})
+    settings = asked_of(study, options.generator, options.subjects)
     check_network(finished.estimator, settings.train_population)
     base = study.config.population_experiments[study.config.exam.experiment].base
     draws = study.config.speed_experiments[base].calibration.local.two_sample_draws

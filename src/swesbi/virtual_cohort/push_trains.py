@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from swesbi.context import Context
 from swesbi.recording.columns import SPEED, STATUS_OK, TIME
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.speed import shear_wave_speed_m_s
@@ -23,7 +24,7 @@ from swesbi.virtual_cohort import natural_waves as waves
 from swesbi.virtual_cohort.files import stored_table, write_csv, write_text
 from swesbi.virtual_cohort.readme import truth_table
 from swesbi.virtual_cohort.settings import ACQUISITION_SEED
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, simulate_truth
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, TruthCurve, simulate_truth
 
 PUSHES_PER_S: Final = 34.0
 BEATS: Final = 1.8
@@ -98,16 +99,24 @@ COLUMNS: Final = {
 def push_train(truth: Truth, seed: int) -> pd.DataFrame:
     """Return the push train of a volunteer, a row a push; each volunteer has a stream of its own."""
     context = truth.volunteer.context
-    rng = generator(seed, "push train", context.subject)
+    return record_train(truth.curve, context, generator(seed, "push train", context.subject))
+
+
+def record_train(curve: TruthCurve, context: Context, rng: np.random.Generator) -> pd.DataFrame:
+    """Record a heart by a push train, a row a push.
+
+    Args:
+        curve: Noiseless total stiffness.
+        context: Whose.
+        rng: Draws beats, errors and losses.
+    """
     period_ms = 1e3 * context.period_s
     lengths = np.round(period_ms * (1.0 + RR_JITTER * rng.standard_normal(int(np.ceil(BEATS)) + 1)))
     starts = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.arange(0.0, BEATS * period_ms, 1e3 / PUSHES_PER_S)
     beat = np.searchsorted(starts, at, side="right") - 1
     time = np.round(at - starts[beat], 1)
-    stiffness = sample_cycle(
-        truth.curve.cycle_phase, truth.curve.stiffness_kpa[None], (time / lengths[beat]) % 1.0
-    )
+    stiffness = sample_cycle(curve.cycle_phase, curve.stiffness_kpa[None], (time / lengths[beat]) % 1.0)
     speed = shear_wave_speed_m_s(stiffness[0], DENSITY_KG_M3) * np.exp(ERROR * rng.standard_normal(len(at)))
     lost = rng.random(len(at)) < LOST
     return pd.DataFrame(
