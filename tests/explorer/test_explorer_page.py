@@ -25,7 +25,7 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.importance import resample
 
-PATIENCE_S = 60.0
+PATIENCE_S = 240.0  # a posterior beside other tests on two cores
 ANSWERED = "Number(document.body.dataset.answered ?? 0)"
 STATUS = "document.getElementById('status').textContent"
 

@@ -142,7 +142,7 @@ def test_figures_are_those_of_the_study(written: Path, finished: StudyCopy) -> N
 
 def test_the_page_on_the_population_has_its_strata_and_its_cohort(written: Path, finished: StudyCopy) -> None:
     parts = parts_of((written / "population.md").read_text(encoding="utf-8"))
-    assert set(parts) == {"strata", "cohort", "scaling", "pressures"}
+    assert set(parts) == {"strata", "cohort", "scaling", "pressures", "free_running"}
     assert "| female" in parts["strata"]
     assert "4 virtual volunteers" in parts["cohort"]
     for name in ("strata-amortised", "cohort-amortised"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -25,10 +26,14 @@ from swesbi.exam.table import exam_table as table_of
 from swesbi.exam.table import samplers_table as samplers_of
 from swesbi.show.csv import write_csv
 from swesbi.show.docs.exam import (
+    FIRST_SITTING,
+    MARK,
+    SITTINGS,
     ExamResults,
     calibration_part,
     page_part,
     readme_part,
+    sittings_part,
 )
 from swesbi.show.docs.marks import PART
 from swesbi.show.figures.style import save_figure
@@ -51,6 +56,10 @@ PAGES: Final = {
     "docs/exam.md": page_part,
     "docs/calibration.md": calibration_part,
 }
+MARKED: Final = [
+    *((page, MARK, part) for page, part in PAGES.items()),
+    ("docs/exam.md", SITTINGS, sittings_part),
+]
 
 
 def hearts(inside: int, outside: int, unsupported: int = 0, without_k_sr: bool = False) -> list[HeartAnswer]:
@@ -254,12 +263,30 @@ def test_the_former_noise_may_follow_and_the_cohort_s_may_not(tmp_path: Path) ->
         ExamResults.read(folder, 0.9)
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_the_pages_say_what_the_stored_tables_say(page: str) -> None:
+@pytest.mark.parametrize(("page", "mark", "part"), MARKED)
+def test_the_pages_say_what_the_stored_tables_say(
+    page: str, mark: str, part: Callable[[ExamResults | None], str]
+) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
-    (body,) = [match["body"] for match in PART.finditer(text) if match["name"] == "exam"]
+    (body,) = [match["body"] for match in PART.finditer(text) if match["name"] == mark]
     stored = ExamResults.read(ROOT / "docs" / "tables", load_study(SHIPPED).config.exam_interval)
-    assert body.strip() == PAGES[page](stored).strip(), "run `make docs` after `make exam`"
+    assert body.strip() == part(stored).strip(), "run `make docs` after `make exam`"
+
+
+def test_both_sittings_stand_beside_each_other(tmp_path: Path) -> None:
+    folder = store(tmp_path)
+    write_csv(folder / f"{FIRST_SITTING}.csv", made_table(**(MADE | {"d": hearts(0, 0, 60)})))
+    results = ExamResults.read(folder, 0.9)
+    assert results is not None
+    (row,) = [
+        line
+        for line in sittings_part(results).splitlines()
+        if line.startswith("| (d) spring | attained stiffness |")
+    ]
+    cells = [cell.strip() for cell in row.split("|")[3:-1]]
+    assert cells[:2] == ["0", "67"]
+    assert [cell.split(" ")[0] for cell in cells[2:4]] == ["100.0", "73.3"]
+    assert cells[4:6] == ["not tested", "**40.0**"]
 
 
 def rendered(section: ExamSection | None) -> str:
