@@ -21,7 +21,7 @@ from swesbi.show.figures.pressures import draw_pressures
 from swesbi.show.page.sections import make_population_section
 from swesbi.show.tables.population import OverPopulation
 from swesbi.show.tables.pressures import pressures_of, pressures_table, read_pressures, subjects_table
-from swesbi.study.stages.report import read_populations
+from swesbi.study.stages.report_inputs import read_populations
 
 RATIOS = {RESISTANCE: 0.8, TIME_CONSTANT: 0.9, VOLUME_FACTOR: np.nan}
 

@@ -13,7 +13,7 @@ from swesbi.show.figures.style import save_figure
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.sections import make_population_section, section_figures
 from swesbi.show.tables.population import OverPopulation, cohort_table, strata_table
-from swesbi.study.stages.report import read_populations
+from swesbi.study.stages.report_inputs import read_populations
 
 SETTINGS = {
     "base": "calibrated",

@@ -15,19 +15,8 @@ from swesbi.posterior.result import ExactResult
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.show.figures.sheet import draw_sheet
 from swesbi.show.figures.style import save_figure
-from swesbi.show.sheet import (
-    Informed,
-    Population,
-    Recorded,
-    Sheet,
-    ShownCurve,
-    header,
-    heart_line,
-    notes,
-    quality_line,
-    rows,
-    verdict_text,
-)
+from swesbi.show.sheet import Informed, Population, Recorded, Sheet, ShownCurve
+from swesbi.show.sheet_text import header, heart_line, notes, quality_line, rows, verdict_text
 from swesbi.verdict.support import Support
 
 CONTEXT = Context("S-1", "F", 31.0, 1.7, 66.0, 95.0, 36.0, 0.82)

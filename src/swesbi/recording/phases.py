@@ -190,8 +190,8 @@ def _spline_weights(cycle_phase: bytes, phase: bytes, derivative: int = 0) -> Fl
 
 def _weights_at(cycle_phase: bytes, phase: FloatArray, derivative: int) -> FloatArray:
     """Return what each value of a cycle (M,) counts in its spline at phases (P,), or in a slope; (P, M)."""
+    first = np.frombuffer(cycle_phase)[0]
     spline = _cardinal_spline(cycle_phase)
-    first = spline.x[0]
     return np.ascontiguousarray(spline(first + (phase - first) % 1.0, derivative))
 
 

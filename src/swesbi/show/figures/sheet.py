@@ -24,12 +24,10 @@ from swesbi.show.figures.style import (
     style,
 )
 from swesbi.show.numbers import as_percent
-from swesbi.show.sheet import (
+from swesbi.show.sheet import Recorded, Sheet, ShownCurve
+from swesbi.show.sheet_text import (
     SYMBOLS,
     UNITS,
-    Recorded,
-    Sheet,
-    ShownCurve,
     header,
     heart_line,
     in_words,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -14,7 +14,7 @@ import pandas as pd
 from swesbi.arrays import FloatArray
 from swesbi.artefacts import save, to_groups
 from swesbi.base import Settings
-from swesbi.change.joint import OwnPosterior, infer_change
+from swesbi.change.joint import Change, OwnPosterior, infer_change
 from swesbi.change.settings import ChangeSettings
 from swesbi.change.stored import KIND, StoredChange, Visits, change_table, stored_change
 from swesbi.change.visits import VisitsModel, visits_model
@@ -51,26 +51,11 @@ class PersonChangeStageSettings(Settings):
     cohort_title: str
 
 
-def person_change(
-    *,
-    observations: Sequence[Path],
-    posteriors: Sequence[Path],
-    supports: Sequence[Path],
-    protocol: Path,
-    estimator: Path,
-    noise: Path,
-    pooled_observations: Sequence[Path],
-    joint: Path,
-    table: Path,
-    figure_pdf: Path,
-    figure_png: Path,
-    sheet: Path,
-    settings: PersonChangeStageSettings,
-    origin: Origin,
-) -> None:
-    """Infer two visits of one person together, and say what has changed between them.
+@dataclass(frozen=True)
+class ChangeFiles:
+    """What a person's change is inferred from, and what is written of it.
 
-    Args:
+    Attributes:
         observations: Observed curves of both visits, the earlier first.
         posteriors: Their exact posteriors.
         supports: Their verdicts.
@@ -84,37 +69,65 @@ def person_change(
         figure_pdf: Output.
         figure_png: Output.
         sheet: Output, one page of the person.
+    """
+
+    observations: Sequence[Path]
+    posteriors: Sequence[Path]
+    supports: Sequence[Path]
+    protocol: Path
+    estimator: Path
+    noise: Path
+    pooled_observations: Sequence[Path]
+    joint: Path
+    table: Path
+    figure_pdf: Path
+    figure_png: Path
+    sheet: Path
+
+
+def person_change(*, files: ChangeFiles, settings: PersonChangeStageSettings, origin: Origin) -> None:
+    """Infer two visits of one person together, and say what has changed between them.
 
     Raises:
         ValueError: The visits have different protocols.
         NoLikelihoodError: No draw of both visits has a likelihood.
         ArtefactError: A file is no such artefact.
     """
-    observed = [read_observation(path) for path in observations]
+    observed = [read_observation(path) for path in files.observations]
     check_protocols(observed, settings.visits)
-    known = known_noise(read_repeats(protocol), read_noise(noise).components)
+    known = known_noise(read_repeats(files.protocol), read_noise(files.noise).components)
     models = [speed_model(measured_speeds(each, known), settings.model) for each in observed]
-    contexts = [read_observation(path).context for path in pooled_observations]
-    own = [
-        _own(read_exact_posterior(path), model, estimator, contexts)
-        for path, model in zip(posteriors, models, strict=True)
-    ]
-    both = both_visits(models, observed, settings.changes)
-    names = (settings.person, *(each.subject for each in observed))
-    found = infer_change(both, own, settings.changes, origin.seed, *names)
-    judged = [read_support(path) for path in supports]
-    visits = Visits(
-        settings.person, settings.visits, _two([each.subject for each in observed]), _two(map(status, judged))
-    )
+    found = _inferred(models, observed, files, settings, origin)
+    judged = [read_support(path) for path in files.supports]
+    subjects, words = _two([each.subject for each in observed]), _two(map(status, judged))
+    visits = Visits(settings.person, settings.visits, subjects, words)
     stored = stored_change(found, visits, settings.model.prior.names, settings.changes)
-    save(joint, to_groups(stored), origin.provenance(KIND, settings))
-    write_csv(table, change_table(stored))
+    save(files.joint, to_groups(stored), origin.provenance(KIND, settings))
+    write_csv(files.table, change_table(stored))
     shown = [
         _shown(*each, stored.interval_mass) for each in zip(models, observed, found.phi, judged, strict=True)
     ]
-    save_figure(draw_change(stored, shown, settings.cohort_title), figure_pdf, figure_png)
-    save_figure(draw_change_sheet(stored, shown, settings.cohort_title), sheet)
+    save_figure(draw_change(stored, shown, settings.cohort_title), files.figure_pdf, files.figure_png)
+    save_figure(draw_change_sheet(stored, shown, settings.cohort_title), files.sheet)
     _report(stored, found.efficiency)
+
+
+def _inferred(
+    models: Sequence[SpeedModel],
+    observed: Sequence[Observation],
+    files: ChangeFiles,
+    settings: PersonChangeStageSettings,
+    origin: Origin,
+) -> Change:
+    """Infer both visits together, from their own posteriors on."""
+    contexts = [read_observation(path).context for path in files.pooled_observations]
+    own = [
+        _own(read_exact_posterior(path), model, files.estimator, contexts)
+        for path, model in zip(files.posteriors, models, strict=True)
+    ]
+    both = both_visits(models, observed, settings.changes)
+    names = (settings.person, *(each.subject for each in observed))
+    return infer_change(both, own, settings.changes, origin.seed, *names)
 
 
 def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> None:

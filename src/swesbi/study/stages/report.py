@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import pandas as pd
-import yaml
 from pydantic import JsonValue
 
 from swesbi import __version__
-from swesbi.artefacts import ArtefactError, atomic_path
+from swesbi.artefacts import atomic_path
 from swesbi.base import Settings
-from swesbi.posterior.result import read_exact_result
-from swesbi.recording.noise import read_noise
-from swesbi.recording.observation import read_observation
-from swesbi.show.figures.population import read_strata
-from swesbi.show.figures.training import read_history
-from swesbi.show.numbers import protocol_entry
 from swesbi.show.page.exam import ExamSection, make_exam_section, sat_exam, small_exam
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.show.page.landing import make_landing
 from swesbi.show.page.new import new_subjects
-from swesbi.show.page.page import Cohort, PageProvenance, as_yaml, make_page, render, study_figures
+from swesbi.show.page.page import PageProvenance, as_yaml, make_page, render, study_figures
 from swesbi.show.page.sections import (
     PopulationSection,
     Section,
@@ -32,104 +24,13 @@ from swesbi.show.page.sections import (
     make_section,
     section_figures,
 )
-from swesbi.show.results import Experiment, Recovery, Results
+from swesbi.show.results import Results
 from swesbi.show.tables.cohort_posterior import CohortSection, cohort_sections
 from swesbi.show.tables.exact import Exact
 from swesbi.show.tables.exam import read_exam
-from swesbi.show.tables.experiments import read_comparison
 from swesbi.show.tables.population import OverPopulation
-from swesbi.show.tables.pressures import pressures_of
-from swesbi.study.stages.origin import Origin, ResultKey, by_key
-from swesbi.verdict.answers import read_cohort
-from swesbi.verdict.support import read_support
-
-
-def read_exact(
-    experiments: Sequence[Experiment],
-    posteriors: Sequence[Path],
-    tables: Mapping[str, Sequence[Path]],
-    noise: Sequence[Path],
-    truth: Sequence[Path],
-) -> tuple[Exact, ...]:
-    """Read what only experiments on speeds have, in the order of the experiments.
-
-    Args:
-        experiments: All experiments.
-        posteriors: ``posterior.h5`` of every subject in every experiment on speeds.
-        tables: By kind, ``<kind>.csv`` of every experiment on speeds.
-        noise: The cohort's noise; none without an experiment on speeds.
-        truth: ``truth.csv``, or none.
-
-    Raises:
-        ArtefactError: A file of an experiment is missing.
-    """
-    chosen = [experiment for experiment in experiments if experiment.exact]
-    if chosen and not noise:
-        raise ArtefactError("the cohort's noise is not given")
-    truths = _truth(truth)
-    posterior_of = by_key(posteriors)
-    return tuple(
-        Exact(
-            experiment=experiment,
-            results={
-                key.subject: read_exact_result(path)
-                for key, path in posterior_of.items()
-                if key.experiment == experiment.name
-            },
-            noise=read_noise(noise[0]),
-            truth=truths[truths["experiment"] == experiment.name],
-            **{kind: _table(paths, kind, experiment.name) for kind, paths in tables.items()},
-        )
-        for experiment in chosen
-    )
-
-
-def _table(paths: Sequence[Path], kind: str, experiment: str) -> pd.DataFrame:
-    by_experiment = {path.parent.name: path for path in paths}
-    if experiment not in by_experiment:
-        raise ArtefactError(f"experiment {experiment!r}: no file of {kind} is given")
-    return pd.read_csv(by_experiment[experiment], converters={"subject": str})
-
-
-def _truth(paths: Sequence[Path]) -> pd.DataFrame:
-    if not paths:
-        return pd.DataFrame(columns=["experiment"])
-    return pd.read_csv(paths[0], converters={"experiment": str, "subject": str})
-
-
-def read_populations(
-    sections: Mapping[str, Mapping[str, JsonValue]],
-    cohorts: Sequence[Path],
-    strata: Sequence[Path],
-    pressures: Sequence[Path] = (),
-) -> tuple[OverPopulation, ...]:
-    """Read the experiments over a population, in the order of their sections.
-
-    Args:
-        sections: Of the configuration, by experiment, with the mass of the credible intervals.
-        cohorts: ``cohort.csv`` of every experiment, in its folder.
-        strata: ``strata.csv`` likewise.
-        pressures: ``pressures.csv`` of all of them, or none.
-
-    Raises:
-        ArtefactError: A file of an experiment is missing, or not what its name says.
-    """
-    files = {"cohort": cohorts, "strata": strata}
-    by_kind = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
-    for name in sections:
-        if missing := [kind for kind, paths in by_kind.items() if name not in paths]:
-            raise ArtefactError(f"experiment {name!r}: no file of {', '.join(missing)} is given")
-    return tuple(
-        OverPopulation(
-            name=name,
-            settings=plain,
-            interval=float(str(plain["interval"])),
-            cohort=read_cohort(by_kind["cohort"][name]),
-            strata=read_strata(by_kind["strata"][name]),
-            pressures=pressures_of(pressures, name),
-        )
-        for name, plain in sections.items()
-    )
+from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.report_inputs import read_cohort_words, read_exact, read_populations, read_results
 
 
 class ShownExamSettings(Settings):
@@ -166,76 +67,131 @@ class ReportSettings(Settings):
     configuration: dict[str, JsonValue]
 
 
-def report(
-    *,
-    recording: Path,
-    observations: Sequence[Path],
-    supports: Sequence[Path],
-    trainings: Sequence[Path],
-    recoveries: Sequence[Path],
-    recovery_acquisitions: Sequence[Path],
-    ppc_csv: Path,
-    features_csv: Path,
-    posterior_csv: Path,
-    comparison_csv: Path,
-    study_pngs: Sequence[Path],
-    training_pngs: Sequence[Path],
-    exact_posteriors: Sequence[Path],
-    calibrations: Sequence[Path],
-    misspecifications: Sequence[Path],
-    identifiabilities: Sequence[Path],
-    noise: Sequence[Path],
-    truth_csv: Sequence[Path],
-    exact_pngs: Sequence[Path],
-    population_cohorts: Sequence[Path],
-    population_strata: Sequence[Path],
-    population_pngs: Sequence[Path],
-    pressures_csv: Sequence[Path],
-    cohort_posteriors: Sequence[Path],
-    small_exam_csv: Sequence[Path],
-    small_exam_png: Sequence[Path],
-    exam_sat: Sequence[Path],
-    artefacts: Sequence[Path],
-    report: Path,
-    pages: Sequence[Path],
-    configuration: Path,
-    settings: ReportSettings,
-    origin: Origin,
-) -> None:
+@dataclass(frozen=True)
+class ReportFiles:
+    """What the pages are made of, and what is written; lists of experiments that are not run are empty.
+
+    Attributes:
+        recording: The cohort's ``recording.yaml``.
+        observations: Observed curves of all subjects.
+        supports: Verdicts of every subject in every experiment.
+        trainings: Losses of every network.
+        recoveries: ``recovery.csv`` of every experiment.
+        recovery_acquisitions: The same under acquisition noise.
+        ppc_csv: Scores of every subject.
+        features_csv: Features of every subject.
+        posterior_csv: Posteriors of every subject.
+        comparison_csv: What the paper prints beside this study.
+        study_pngs: Figures of the study.
+        training_pngs: Figures of the trainings.
+        exact_posteriors: ``posterior.h5`` of experiments on speeds, as what follows is.
+        calibrations: ``calibration.csv``.
+        misspecifications: ``misspecification.csv``.
+        identifiabilities: ``identifiability.csv``.
+        noise: The cohort's noise; one file or none.
+        truth_csv: ``truth.csv``; one file or none.
+        exact_pngs: Their figures.
+        population_cohorts: ``cohort.csv`` of experiments over a population, as what follows is.
+        population_strata: ``strata.csv``.
+        population_pngs: Their figures.
+        pressures_csv: ``pressures.csv``; one file or none.
+        cohort_posteriors: ``cohort_posterior.h5``.
+        small_exam_csv: ``small_exam.csv``; one file or none.
+        small_exam_png: Its figure; one file or none.
+        exam_sat: Table of the exam as it was sat; one file or none.
+        artefacts: All files of the study, to which the page links.
+        report: Output, the landing page.
+        pages: Outputs, the further pages in a folder beside it.
+        configuration: Output, the configuration.
+    """
+
+    recording: Path
+    observations: Sequence[Path]
+    supports: Sequence[Path]
+    trainings: Sequence[Path]
+    recoveries: Sequence[Path]
+    recovery_acquisitions: Sequence[Path]
+    ppc_csv: Path
+    features_csv: Path
+    posterior_csv: Path
+    comparison_csv: Path
+    study_pngs: Sequence[Path]
+    training_pngs: Sequence[Path]
+    exact_posteriors: Sequence[Path]
+    calibrations: Sequence[Path]
+    misspecifications: Sequence[Path]
+    identifiabilities: Sequence[Path]
+    noise: Sequence[Path]
+    truth_csv: Sequence[Path]
+    exact_pngs: Sequence[Path]
+    population_cohorts: Sequence[Path]
+    population_strata: Sequence[Path]
+    population_pngs: Sequence[Path]
+    pressures_csv: Sequence[Path]
+    cohort_posteriors: Sequence[Path]
+    small_exam_csv: Sequence[Path]
+    small_exam_png: Sequence[Path]
+    exam_sat: Sequence[Path]
+    artefacts: Sequence[Path]
+    report: Path
+    pages: Sequence[Path]
+    configuration: Path
+
+
+def report(*, files: ReportFiles, settings: ReportSettings, origin: Origin) -> None:
     """Write the configuration and the pages, which refer to every file by its path relative to themselves.
 
-    ``report`` is the landing page, ``pages`` the further ones in a folder beside it; none is written before
-    all have their text.
-
-    What belongs to experiments on speeds or over a population is empty where none is run; ``noise``,
-    ``truth_csv``, ``pressures_csv``, ``small_exam_csv``, ``small_exam_png`` and ``exam_sat`` hold one file or
-    none.
+    None is written before all have their text.
 
     Raises:
         ArtefactError: An input is missing for an experiment, or cannot be read.
     """
-    title = settings.cohort_title
-    tables = {"scores": ppc_csv, "features": features_csv, "posterior": posterior_csv}
-    files = {"training": trainings, "own": recoveries, "acquisition": recovery_acquisitions}
-    results = _results(settings, observations, supports, tables, files, comparison_csv)
-    figures = study_figures(study_pngs, training_pngs, report, results.main, title)
-    checks = {"calibration": calibrations, "misspecification": misspecifications}
-    checks["identifiability"] = identifiabilities
-    exact = read_exact(results.experiments, exact_posteriors, checks, noise, truth_csv)
-    cohorts = cohort_sections(cohort_posteriors, title)
-    sections = _sections(exact, exact_pngs, report, title, cohorts)
-    read = read_populations(settings.populations, population_cohorts, population_strata, pressures_csv)
-    populations = [_population(each, population_pngs, report, title, cohorts) for each in read]
-    origins = _provenance(settings, origin, artefacts, relative(configuration, report))
-    files_shown = file_groups(artefacts, report)
-    cohort = _cohort(recording, title)
-    exam = _exam(settings.exam, small_exam_csv, small_exam_png, exam_sat, report)
-    links = [relative(path, report) for path in artefacts]
+    title, report = settings.cohort_title, files.report
+    results, exact = _numbers(files, settings)
+    figures = study_figures(files.study_pngs, files.training_pngs, report, results.main, title)
+    cohorts = cohort_sections(files.cohort_posteriors, title)
+    sections = _sections(exact, files.exact_pngs, report, title, cohorts)
+    populations = _populations(files, settings.populations, title, cohorts)
+    origins = _provenance(settings, origin, files.artefacts, relative(files.configuration, report))
+    exam = _exam(settings.exam, files.small_exam_csv, files.small_exam_png, files.exam_sat, report)
+    links = [relative(path, report) for path in files.artefacts]
     landing = make_landing(results, exact, title, links, new_subjects(report))
-    page = make_page(results, landing, cohort, figures, sections, populations, exam, files_shown, origins)
-    texts = {report: render(page), **{path: render(page, path.stem) for path in pages}}
-    for path, text in {configuration: origins.configuration, **texts}.items():
+    cohort, shown = read_cohort_words(files.recording, title), file_groups(files.artefacts, report)
+    page = make_page(results, landing, cohort, figures, sections, populations, exam, shown, origins)
+    texts = {report: render(page), **{path: render(page, path.stem) for path in files.pages}}
+    for path, text in {files.configuration: origins.configuration, **texts}.items():
         _write(path, text)
+
+
+def _numbers(files: ReportFiles, settings: ReportSettings) -> tuple[Results, tuple[Exact, ...]]:
+    """Read what all experiments have, and what only those on speeds have."""
+    tables = {"scores": files.ppc_csv, "features": files.features_csv, "posterior": files.posterior_csv}
+    by_experiment = {
+        "training": files.trainings,
+        "own": files.recoveries,
+        "acquisition": files.recovery_acquisitions,
+    }
+    results = read_results(
+        settings.experiments, settings.main_experiment, files.observations, files.supports, tables,
+        by_experiment, files.comparison_csv,
+    )  # fmt: skip
+    checks = {
+        "calibration": files.calibrations,
+        "misspecification": files.misspecifications,
+        "identifiability": files.identifiabilities,
+    }
+    experiments, posteriors = results.experiments, files.exact_posteriors
+    return results, read_exact(experiments, posteriors, checks, files.noise, files.truth_csv)
+
+
+def _populations(
+    files: ReportFiles,
+    sections: Mapping[str, Mapping[str, JsonValue]],
+    title: str,
+    cohorts: Mapping[str, CohortSection],
+) -> list[PopulationSection]:
+    read = read_populations(sections, files.population_cohorts, files.population_strata, files.pressures_csv)
+    return [_population(each, files.population_pngs, files.report, title, cohorts) for each in read]
 
 
 def _population(
@@ -296,63 +252,3 @@ def _provenance(
 def _write(path: Path, text: str) -> None:
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
-
-
-def _results(
-    settings: ReportSettings,
-    observations: Sequence[Path],
-    supports: Sequence[Path],
-    tables: Mapping[str, Path],
-    files: Mapping[str, Sequence[Path]],
-    comparison: Path,
-) -> Results:
-    """Read everything that the page shows in numbers."""
-    texts = {"experiment": str, "subject": str}
-    shown = {name: pd.read_csv(path, converters=texts) for name, path in tables.items()}
-    verdicts = by_key(supports)
-    of_experiment = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
-    experiments = tuple(
-        _experiment(name, plain, shown, verdicts, of_experiment)
-        for name, plain in settings.experiments.items()
-    )
-    return Results(
-        observations=tuple(map(read_observation, observations)),
-        experiments=experiments,
-        main=next(each for each in experiments if each.name == settings.main_experiment),
-        comparison=read_comparison(comparison),
-    )
-
-
-def _experiment(
-    name: str,
-    plain: Mapping[str, Any],
-    tables: Mapping[str, pd.DataFrame],
-    verdicts: Mapping[ResultKey, Path],
-    files: Mapping[str, Mapping[str, Path]],
-) -> Experiment:
-    if missing := [kind for kind, paths in files.items() if name not in paths]:
-        raise ArtefactError(f"experiment {name!r}: no file of {', '.join(missing)} is given")
-    own, acquisition = (pd.read_csv(files[kind][name]) for kind in ("own", "acquisition"))
-    return Experiment(
-        name=name,
-        settings=plain,
-        supports={
-            key.subject: read_support(path) for key, path in verdicts.items() if key.experiment == name
-        },
-        recovery=Recovery(own, acquisition),
-        training=read_history(files["training"][name]),
-        **{kind: table[table["experiment"] == name] for kind, table in tables.items()},
-    )
-
-
-def _cohort(recording: Path, title: str) -> Cohort:
-    """Read what the cohort says of its own recordings; only ``origin`` is required.
-
-    Raises:
-        ArtefactError: It does not say where the recordings come from.
-    """
-    plain = yaml.safe_load(recording.read_text(encoding="utf-8"))
-    if not isinstance(plain, dict) or not plain.get("origin"):
-        raise ArtefactError(f"{recording}: add `origin`: who or what was recorded, in a few words")
-    protocol = tuple(protocol_entry(key, value) for key, value in (plain.get("protocol") or {}).items())
-    return Cohort(title, recording.parent.as_posix(), str(plain["origin"]), protocol)
