@@ -26,8 +26,8 @@ from swesbi.exam.table import exam_table as table_of
 from swesbi.exam.table import samplers_table as samplers_of
 from swesbi.show.csv import write_csv
 from swesbi.show.docs.exam import (
-    FIRST_SITTING,
     MARK,
+    SITTING_TABLES,
     SITTINGS,
     ExamResults,
     calibration_part,
@@ -275,9 +275,12 @@ def test_the_pages_say_what_the_stored_tables_say(
 
 def test_both_sittings_stand_beside_each_other(tmp_path: Path) -> None:
     folder = store(tmp_path)
-    write_csv(folder / f"{FIRST_SITTING}.csv", made_table(**(MADE | {"d": hearts(0, 0, 60)})))
+    first, second = (folder / f"{name}.csv" for name in SITTING_TABLES)
+    write_csv(first, made_table(**(MADE | {"d": hearts(0, 0, 60)})))
+    write_csv(second, made_table(**{letter: MADE[letter] for letter in "abd"}))
     results = ExamResults.read(folder, 0.9)
     assert results is not None
+    assert "(e) blocks" not in sittings_part(results)
     (row,) = [
         line
         for line in sittings_part(results).splitlines()

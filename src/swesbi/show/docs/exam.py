@@ -22,6 +22,7 @@ from swesbi.show.tables.exam import (
     read_exam,
     read_samplers,
     samplers_table,
+    sittings_table,
 )
 from swesbi.show.tables.exam_outcomes import in_brief, with_pressures_in_brief
 
@@ -30,10 +31,15 @@ NOT_SAT_AT_FORMER: Final = f"At {NOISE[FORMER_NOISE]} the exam has not been sat 
 NOT_SAT_WITH_PRESSURES: Final = (
     "With cuff pressures the exam has not been sat yet: `python -m swesbi exam --pressures`."
 )
+SAT_ONCE: Final = "The exam has been sat once at most."
 STEMS: Final = ("exam", "exam_former_noise", "exam_pressures")
+SITTING_TABLES: Final = ("exam_sitting_1", "exam_sitting_2")
+"""Names of the tables of both sittings at the cohort's noise; the second may have fewer generators."""
 WHAT: Final = "The exam"
 MARK: Final = "exam"
 """Name of the marked part, on each of the three pages."""
+SITTINGS: Final = "sittings"
+"""Name of the marked part on the sittings, on the exam's own page."""
 
 
 @dataclass(frozen=True)
@@ -59,12 +65,14 @@ class ExamResults:
         cohort: At the noise of the cohort.
         former: At its former noise; None where it has been sat at the cohort's alone.
         pressures: At the cohort's noise, from speeds and cuff pressures; None where it has not been sat so.
+        sittings: The tables of the first and of the second sitting; None where there was but one.
         interval: Mass of the credible intervals.
     """
 
     cohort: Sitting
     former: Sitting | None
     pressures: Sitting | None
+    sittings: tuple[pd.DataFrame, pd.DataFrame] | None
     interval: float
 
     @classmethod
@@ -82,7 +90,12 @@ class ExamResults:
         cohort, former, pressures = found
         if cohort is None:
             raise ArtefactError(f"{folder / STEMS[0]}.csv: missing beside {there[0]}.csv; run `make exam`")
-        return cls(cohort, former, pressures, interval)
+        return cls(cohort, former, pressures, _both_sittings(folder), interval)
+
+
+def _both_sittings(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame] | None:
+    first, second = (folder / f"{name}.csv" for name in SITTING_TABLES)
+    return (read_exam(first), read_exam(second)) if first.is_file() and second.is_file() else None
 
 
 def _sitting(folder: Path, stem: str) -> Sitting | None:
@@ -122,6 +135,14 @@ def _with_pressures(results: ExamResults) -> Iterator[str]:
     yield f"![The exam with cuff pressures](figures/{informed.stem}.png)"
     yield markdown(pressures_table(results.cohort.table, informed.table, WHAT))
     yield markdown(samplers_table(informed.samplers, f"{WHAT} with cuff pressures"))
+
+
+def sittings_part(results: ExamResults | None) -> str:
+    """Show both sittings beside each other."""
+    if results is None or results.sittings is None:
+        return SAT_ONCE
+    first, second = results.sittings
+    return markdown(sittings_table(first, second, WHAT))
 
 
 def calibration_part(results: ExamResults | None) -> str:

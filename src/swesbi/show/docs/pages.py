@@ -8,7 +8,15 @@ from typing import Final
 from swesbi.config.study import Study
 from swesbi.show.docs.calibration import PARTS as CALIBRATION_PARTS
 from swesbi.show.docs.calibration import REFERENCE, experiment_shown, read_calibration_results
-from swesbi.show.docs.exam import MARK, ExamResults, calibration_part, page_part, readme_part
+from swesbi.show.docs.exam import (
+    MARK,
+    SITTINGS,
+    ExamResults,
+    calibration_part,
+    page_part,
+    readme_part,
+    sittings_part,
+)
 from swesbi.show.docs.ladder import PARTS as LADDER_PARTS
 from swesbi.show.docs.ladder import LadderResults
 from swesbi.show.docs.population import PARTS as POPULATION_PARTS
@@ -47,7 +55,7 @@ def stored_pages(study: Study, docs: Path) -> Pages:
     return {
         LADDER_PAGE: {mark: part(ladder) for mark, part in LADDER_PARTS.items()},
         READINGS_PAGE: {mark: part(readings) for mark, part in READINGS_PARTS.items()},
-        EXAM_PAGE: {MARK: page_part(exam)},
+        EXAM_PAGE: {MARK: page_part(exam), SITTINGS: sittings_part(exam)},
         README: {MARK: readme_part(exam)},
         **shown,
     }

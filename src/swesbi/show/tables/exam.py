@@ -31,6 +31,7 @@ from swesbi.show.tables.exam_outcomes import (
 
 NOISE: Final = {COHORT_NOISE: "the cohort's noise", FORMER_NOISE: "the cohort's former noise"}
 WITHOUT_AND_WITH: Final = ("speeds alone", "with pressures")
+SITTINGS: Final = ("first", "second")
 COVERAGES: Final = ("coverage", "coverage_supported")
 COLUMNS: Final = (
     "generator", "quantity", "n", "supported", "strained", "unsupported", *COVERAGES,
@@ -172,6 +173,44 @@ def _beside(before: Outcome, after: Outcome, quantity: str) -> Row:
         count(pair[1]["n"]),
         *(_coverage(row, "coverage") for row in pair),
         *(_of_supported(row) for row in pair),
+        *(fixed(row["width_log"], 2) for row in pair),
+    )
+    return Row(cells, muted=not is_tested(pair[1]))
+
+
+def sittings_table(first: pd.DataFrame, second: pd.DataFrame, what: str) -> Table:
+    """Return a row a generator and quantity: verdicts, coverage, what is missed and width, of both sittings.
+
+    Args:
+        first: Rows of the first sitting, as of ``exam.csv``.
+        second: Of the second, at the same level of noise; of fewer generators, it may be.
+        what: What sat, as the caption begins.
+    """
+    columns = (
+        *words("Hearts", "Quantity"),
+        *(Column(f"Supported, {which}", "%") for which in SITTINGS),
+        *(Column(f"Coverage, {which}", "% of all answered (interval)") for which in SITTINGS),
+        *(Column(f"Missed, {which}", "% of the supported") for which in SITTINGS),
+        *(Column(f"Width, {which}", "log") for which in SITTINGS),
+    )
+    before = {outcome.generator: outcome for outcome in outcomes(first)}
+    rows = [
+        _in_both(before[outcome.generator], outcome, name)
+        for outcome in outcomes(second)
+        for name in QUANTITIES
+        if name in outcome.rows
+    ]
+    return Table(f"{what} at {noise_of(second)}, in both sittings.", columns, tuple(rows))
+
+
+def _in_both(first: Outcome, second: Outcome, quantity: str) -> Row:
+    pair = (first.rows[quantity], second.rows[quantity])
+    cells: tuple[Cell, ...] = (
+        second.label,
+        NAMES[quantity],
+        *(percent(row["supported"], 0) for row in pair),
+        *(_coverage(row, "coverage") for row in pair),
+        *(_missed(row) for row in pair),
         *(fixed(row["width_log"], 2) for row in pair),
     )
     return Row(cells, muted=not is_tested(pair[1]))
