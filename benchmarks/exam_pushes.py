@@ -30,7 +30,7 @@ from scipy.stats import binomtest
 from swesbi.arrays import FloatArray
 from swesbi.config.read import read_yaml
 from swesbi.config.study import load_study
-from swesbi.exam.recorded import RecordedHeart, record_heart
+from swesbi.exam.recorded import RecordedHeart
 from swesbi.exam.score import QUANTITIES, Intervals, intervals, truths
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.net import TrainedSpline
@@ -45,10 +45,10 @@ from swesbi.show.csv import write_csv
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.exam import ExamAnswersStageSettings
 from swesbi.study.stages.other_network import check_network
-from swesbi.virtual_cohort.push_trains import record_train
+from swesbi.virtual_cohort.push_trains import ERROR, ERROR_LOG_SD, record_train
 
 STREAM: Final = "pushes"
-DECLARED: Final = NoiseDeclaration(cv_fraction=0.1, cv_log_sd=0.3)
+DECLARED: Final = NoiseDeclaration(cv_fraction=ERROR, cv_log_sd=ERROR_LOG_SD)
 
 
 @dataclass(frozen=True)
@@ -70,10 +70,7 @@ class Answered:
 def answers(flow: TrainedSpline, settings: ExamAnswersStageSettings, seed: int) -> Iterator[Answered]:
     """Yield the answer to each heart; print why there is none to another."""
     for number in range(settings.hearts):
-        made = record_heart(
-            settings.source, number, seed, STREAM, settings.recording, settings.grid_points,
-            settings.clinical.errors,
-        )  # fmt: skip
+        made = settings.recorded(number, seed)
         subject = made.heart.context.subject
         try:
             if outside := in_declared_range(made.heart.context, settings.population):

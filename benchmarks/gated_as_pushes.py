@@ -33,7 +33,7 @@ from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
-from swesbi.exam.recorded import RecordedHeart, record_heart
+from swesbi.exam.recorded import RecordedHeart
 from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
@@ -100,15 +100,7 @@ class BothDoors:
         """Yield a row for each heart that the network answers for; print why it does not for another."""
         asked = self.settings
         for number in range(asked.hearts):
-            made = record_heart(
-                asked.source,
-                number,
-                self.seed,
-                STREAM,
-                asked.recording,
-                asked.grid_points,
-                asked.clinical.errors,
-            )
+            made = asked.recorded(number, self.seed)
             context = made.heart.context
             if outside := in_declared_range(context, asked.population):
                 print(f"{context.subject:24s}refused: {'; '.join(outside)}", flush=True)

@@ -34,7 +34,6 @@ from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.config.read import read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.exam.recorded import record_heart
 from swesbi.exam.settings import EXAM
 from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import measured_speeds
@@ -106,15 +105,7 @@ class Answerer:
         """Yield a row for each heart that the network answers for; print why it does not for another."""
         settings = self.settings
         for number in range(settings.hearts):
-            made = record_heart(
-                settings.source,
-                number,
-                self.seed,
-                settings.stream,
-                settings.recording,
-                settings.grid_points,
-                settings.clinical.errors,
-            )
+            made = settings.recorded(number, self.seed)
             context = made.heart.context
             if outside := in_declared_range(context, settings.population):
                 print(f"{context.subject:24s}refused: {'; '.join(outside)}", flush=True)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import Browser, browser, find_browser
+from browser import Browser
 
 from swesbi.show.page import FURTHER
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("program")]
 
 DESKTOP_PX, PHONE_PX = 1400, 400
 LANDING, EXPLORER = "report.html", "explorer.html"
@@ -29,18 +28,6 @@ AXE = files("axe_core_python").joinpath("axe.min.js").read_text(encoding="utf-8"
 RUN = """axe.run(document, {resultTypes: ['violations'], preload: false})
     .then(found => found.violations.map(one => [one.impact, one.id, one.nodes[0].html]))"""
 OPEN = "document.querySelectorAll('details').forEach(part => part.open = true)"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def program() -> str:
-    """Skip these tests before any study is run where there is no browser; fail in CI."""
-    return find_browser()
-
-
-@pytest.fixture(scope="module")
-def page(program: str) -> Iterator[Browser]:
-    with browser() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import base64
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
-from browser import Browser, browser, find_browser
+from browser import Browser
 from study_copy import StudyCopy, duplicate
 
 from swesbi.show.page import FURTHER
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("program")]
 
 DESKTOP_PX, PHONE_PX = 1280, 390
 PAGES = ("report.html", *(f"report/{name}.html" for name in FURTHER))
@@ -47,18 +46,6 @@ SHOWN_IMAGE = """(async () => {
     await image.decode();
     return image.naturalWidth;
 })()"""
-
-
-@pytest.fixture(scope="module", autouse=True)
-def program() -> str:
-    """Skip these tests before any study is run where there is no browser; fail in CI."""
-    return find_browser()
-
-
-@pytest.fixture(scope="module")
-def page(program: str) -> Iterator[Browser]:
-    with browser() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

@@ -31,12 +31,13 @@ BEATS: Final = 1.8
 RR_JITTER: Final = 0.05  # relative standard deviation of the beats of a train
 LOST: Final = 0.46  # probability that a push gives no wave
 ERROR: Final = 0.1  # relative standard deviation of a speed
+ERROR_LOG_SD: Final = 0.3  # of its logarithm, as the recordings declare it
 DENSITY_KG_M3: Final = 1000.0
 RECORDING: Final = """\
 # How the recordings of this cohort were made
 origin: virtual push trains of virtual volunteers (swesbi.virtual_cohort.push_trains); not measured on people
 acquisition_seed: {seed}
-noise: {{ cv_fraction: {error:g}, cv_log_sd: 0.3 }} # no repeats tell it: declared, and integrated out
+noise: {{ cv_fraction: {error:g}, cv_log_sd: {log_sd:g} }} # no repeats tell it: declared, and integrated out
 """
 README: Final = """\
 # Virtual push trains and natural waves
@@ -145,7 +146,7 @@ def write_push_trains(folder: Path, seed: int) -> None:
     contexts = pd.DataFrame([asdict(truth.volunteer.context) for truth in truths])
     write_csv(folder / "subjects.csv", contexts.astype(object))
     write_csv(folder / "truth.csv", truth_table(truths))
-    write_text(folder / "recording.yaml", RECORDING.format(seed=seed, error=ERROR))
+    write_text(folder / "recording.yaml", RECORDING.format(seed=seed, error=ERROR, log_sd=ERROR_LOG_SD))
     write_text(folder / "README.md", _readme(stored_table(folder / waves.TOLD)))
 
 

@@ -25,14 +25,14 @@ from swesbi.checks.calibration.ranks import (
 from swesbi.checks.calibration.recordings import exact_draws
 from swesbi.checks.calibration.settings import JudgementSettings, PushesSettings, RecordingsSettings
 from swesbi.checks.free_predictive import draw_pushes as draw_speeds_of_pushes
-from swesbi.checks.recovery import Recovered, score_recovery
+from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
 from swesbi.draws import equal_weights, resampled_rows
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import speed_model
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.net import TrainedSpline
-from swesbi.parameters import PHI_NAMES, THETA_NAMES
+from swesbi.parameters import PHI_NAMES
 from swesbi.population.conditions import draw_pushes
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.recordings import FreshSettings
@@ -228,14 +228,7 @@ def by_pushes(
             "by_mcmc": float(np.mean(inferred.by_mcmc[chosen])),
             "residuals_flagged": float(np.mean(inferred.residual_p_value[chosen] <= 0.5 * level)),
         }
-        ranked = inferred.ranked.rows(chosen)
-        columns, scores = slice(0, len(THETA_NAMES)), ranked.weighted
-        recovered = Recovered(
-            truth=ranked.truth[:, columns],
-            mean=scores.mean[:, columns],
-            variance=scores.sd[:, columns] ** 2,
-            level_of_truth=scores.level[:, columns],
-        )
+        recovered = inferred.ranked.rows(chosen).recovered
         rows += [
             {"pushes": name} | asdict(row) | beside for row in score_recovery(recovered, prior, judgement)
         ]

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Part, Variable
+from swesbi.checks.recovery import Recovered
 from swesbi.draws import effective_draws
 from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import ISOMETRIC, PHI_NAMES, REPORTED
+from swesbi.parameters import ISOMETRIC, PHI_NAMES, REPORTED, THETA_NAMES
 from swesbi.prior import BoxPrior, JointPriorSettings, quantile, spread_points
 from swesbi.prior import prior_variance as prior_variance_of
 
@@ -226,6 +227,17 @@ class Ranked:
             self.prior_variance[chosen],
             self.network.rows(chosen),
             self.weighted.rows(chosen),
+        )
+
+    @property
+    def recovered(self) -> Recovered:
+        """The exact posteriors of theta, which come first among the quantities, as they are scored."""
+        columns, scores = slice(0, len(THETA_NAMES)), self.weighted
+        return Recovered(
+            truth=self.truth[:, columns],
+            mean=scores.mean[:, columns],
+            variance=scores.sd[:, columns] ** 2,
+            level_of_truth=scores.level[:, columns],
         )
 
 

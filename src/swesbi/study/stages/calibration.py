@@ -19,10 +19,9 @@ from swesbi.checks.calibration.local import calibrate_locally, classifier_accura
 from swesbi.checks.calibration.ranks import NETWORK, WEIGHTED, Ranked
 from swesbi.checks.calibration.settings import JudgementSettings, LocalSettings
 from swesbi.checks.calibration.table import LOCAL, POOLED, calibration_table
-from swesbi.checks.recovery import Recovered, score_recovery
+from swesbi.checks.recovery import score_recovery
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model
 from swesbi.networks.spline.files import load_spline
-from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
 from swesbi.posterior.importance import flow_proposal
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
@@ -203,14 +202,7 @@ def calibration(
 
 
 def _write_recovery(path: Path, ranked: Ranked, settings: CalibrationStageSettings) -> None:
-    columns, scores = slice(0, len(THETA_NAMES)), ranked.weighted
-    recovered = Recovered(
-        truth=ranked.truth[:, columns],
-        mean=scores.mean[:, columns],
-        variance=scores.sd[:, columns] ** 2,
-        level_of_truth=scores.level[:, columns],
-    )
-    rows = score_recovery(recovered, settings.prior, settings.judgement)
+    rows = score_recovery(ranked.recovered, settings.prior, settings.judgement)
     write_csv(path, pd.DataFrame([asdict(row) for row in rows]), float_format=None)
 
 

@@ -85,6 +85,16 @@ class ExamAnswersStageSettings(AnswerSettings):
         generators = all_generators(self.made, self.population, self.prior, acquisition, measured)
         return generator_of(generators, self.generator)
 
+    def recorded(self, number: int, seed: int) -> RecordedHeart:
+        """Draw and record the heart of this number.
+
+        Raises:
+            RuntimeError: It could not be recorded.
+        """
+        return record_heart(
+            self.source, number, seed, self.stream, self.recording, self.grid_points, self.clinical.errors
+        )
+
 
 @dataclass(frozen=True)
 class Examiner:
@@ -125,16 +135,7 @@ class Examiner:
         Raises:
             RuntimeError: It could not be recorded.
         """
-        settings = self.settings
-        return record_heart(
-            settings.source,
-            number,
-            self.origin.seed,
-            settings.stream,
-            settings.recording,
-            settings.grid_points,
-            settings.clinical.errors,
-        )
+        return self.settings.recorded(number, self.origin.seed)
 
     def origin_of(self, subject: str) -> Origin:
         """Return the origin of what is made of a heart's recording."""
