@@ -28,7 +28,8 @@ class ContextVariable:
         asked_unit: Its unit there, in words; none of a choice.
         shown_unit: Its unit on the page and along an axis.
         digits: Digits behind the point on the page.
-        declared: Range in which the forward model is declared, if it takes this value.
+        bounds: Lowest and highest value that is taken; none of a choice.
+        simulated: Whether the forward model takes it, and is declared within the bounds.
         entered: Column of ``subjects.csv``, where it is not the name.
     """
 
@@ -41,13 +42,19 @@ class ContextVariable:
     asked_unit: str = ""
     shown_unit: str = ""
     digits: int = 0
-    declared: tuple[float, float] | None = None
+    bounds: tuple[float, float] | None = None
+    simulated: bool = False
     entered: str = ""
 
     @property
     def label(self) -> str:
         """What an axis says, the unit included."""
         return f"{self.short} ({self.shown_unit})"
+
+    @property
+    def declared(self) -> tuple[float, float] | None:
+        """Range in which the forward model is declared, if it takes this value."""
+        return self.bounds if self.simulated else None
 
     @property
     def column(self) -> str:
@@ -65,30 +72,35 @@ class ContextVariable:
 # From a newborn to the most dilated heart, from sinus bradycardia to the fastest exercise (Lang et al. 2015).
 CONTEXT: Final = (
     ContextVariable("sex_male", "1", "sex (male = 1)", "male", "F or M", "F", entered="sex"),
-    ContextVariable("age_years", "year", "age", "age", "years", "31", "years", "years"),
     ContextVariable(
-        "bsa_m2", "m2", "body surface area", "BSA", "body surface area in m2", "1.71", "m2", "m²", digits=2
+        "age_years", "year", "age", "age", "years", "31", "years", "years", bounds=(0.0, 120.0)
+    ),
+    ContextVariable(
+        "bsa_m2", "m2", "body surface area", "BSA", "body surface area in m2", "1.71", "m2", "m²", digits=2,
+        bounds=(0.1, 4.0),
     ),
     ContextVariable(
         "hr_bpm", "1/min", "heart rate", "heart rate", "heart rate during the recording, beats per minute",
-        "66", "beats per minute", "1/min", declared=(30.0, 220.0),
+        "66", "beats per minute", "1/min", bounds=(30.0, 220.0), simulated=True,
     ),
     ContextVariable(
         "lvedv_ml", "mL", "LVEDV", "LVEDV", "left ventricular end-diastolic volume in mL",
-        "95", "mL", "mL", declared=(10.0, 500.0),
+        "95", "mL", "mL", bounds=(10.0, 500.0), simulated=True,
     ),
     ContextVariable(
-        "lvesv_ml", "mL", "LVESV", "LVESV", "left ventricular end-systolic volume in mL", "36", "mL", "mL"
+        "lvesv_ml", "mL", "LVESV", "LVESV", "left ventricular end-systolic volume in mL", "36", "mL", "mL",
+        bounds=(1.0, 500.0),
     ),
     ContextVariable(
         "ivsd_cm", "cm", "septal thickness", "IVSd",
         "thickness of the interventricular septum at end diastole in cm",
-        "0.82", "cm", "cm", digits=2, declared=(0.2, 3.0),
+        "0.82", "cm", "cm", digits=2, bounds=(0.2, 3.0), simulated=True,
     ),
 )  # fmt: skip
 """The components of c_d in their order."""
 CONTEXT_NAMES: Final = tuple(variable.name for variable in CONTEXT)
 CONTEXT_UNITS: Final = tuple(variable.unit for variable in CONTEXT)
+CONTEXT_BOUNDS: Final = {variable.name: variable.bounds for variable in CONTEXT if variable.bounds}
 CONTEXT_RANGES: Final = {variable.name: variable.declared for variable in CONTEXT if variable.declared}
 
 

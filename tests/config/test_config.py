@@ -385,6 +385,7 @@ AFFECTED = {
         "noise",
         "recovery_acquisition",
         "acquisition_seeds",
+        "explorer",
         "discrepancy",
         "calibration_recordings",
         "misspecification",

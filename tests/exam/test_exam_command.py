@@ -29,6 +29,7 @@ from swesbi.study.stages import exam, exam_pressures, exam_table
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import status
 from swesbi.verdict.support import read_support
+from swesbi.virtual_cohort.files import samples_table
 
 STREAM = "development"
 
@@ -234,7 +235,7 @@ def test_a_heart_is_answered_as_a_subject_outside_the_study_is(
     subject, cohort = made.heart.context.subject, tmp_path / "cohort"
     (cohort / "swe").mkdir(parents=True)
     whole = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}
-    made.samples.frame().astype(whole).to_csv(cohort / "swe" / f"{subject}.csv", index=False)
+    samples_table(made.samples).astype(whole).to_csv(cohort / "swe" / f"{subject}.csv", index=False)
     pd.DataFrame([asdict(made.heart.context)]).to_csv(cohort / "subjects.csv", index=False)
     (cohort / "recording.yaml").write_text(
         "origin: a heart of development\nprotocol: { repeats_are: sweeps }\n", encoding="utf-8"

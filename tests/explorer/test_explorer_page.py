@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import explorer_case
 import numpy as np
 import pytest
 import speed_case
-from browser import Browser, browser, find_browser
+from browser import Browser, until
 
 from swesbi.explorer.data import DRAWS, page_data, spread
 from swesbi.explorer.page import LARGEST_BYTES, render_page
@@ -25,7 +22,6 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.importance import resample
 
-PATIENCE_S = 240.0  # a posterior beside other tests on two cores
 ANSWERED = "Number(document.body.dataset.answered ?? 0)"
 STATUS = "document.getElementById('status').textContent"
 
@@ -42,7 +38,7 @@ def test_the_page_is_one_small_file_that_names_no_address() -> None:
 def test_the_same_study_makes_the_same_page() -> None:
     settings = speed_case.settings("calibrated")
     subjects = [explorer_case.explored(name) for name in "AB"]
-    data = page_data(subjects, explorer_case.NOISE, settings, 1)
+    data = page_data(subjects, explorer_case.NOISE, settings, speed_case.shipped().recording, 1)
     assert (
         render_page(explorer_case.WORDS, data, physics(settings, speed_case.exact())) == explorer_case.page()
     )
@@ -59,34 +55,6 @@ def test_draws_are_spread_over_all_that_there_are() -> None:
     assert spread(phi)[0, 0] == 0.0
     assert spread(phi)[-1, 0] == 999.0
     np.testing.assert_array_equal(spread(phi[:7]), phi[:7])
-
-
-@pytest.fixture(scope="module")
-def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Browser, Path]]:
-    find_browser()
-    file = tmp_path_factory.mktemp("explorer") / "explorer.html"
-    file.write_text(explorer_case.page(), encoding="utf-8")
-    with browser() as made:
-        yield made, file
-
-
-@pytest.fixture
-def page(opened: tuple[Browser, Path]) -> Iterator[Browser]:
-    """The page once it has answered and drawn; when it is left, it has neither complained nor asked."""
-    made, file = opened
-    made.open(file, 1400)
-    until(made, "document.body.dataset.drawn && document.body.dataset.answered")
-    yield made
-    assert made.complaints == []
-    assert {urlsplit(address).scheme for address in made.requests} <= {"file", "blob"}
-    assert [address for address in made.requests if address.startswith("file:")] == [file.resolve().as_uri()]
-
-
-def until(page: Browser, condition: str, patience_s: float = PATIENCE_S) -> None:
-    limit = time.monotonic() + patience_s
-    while not page.evaluate(f"Boolean({condition})"):
-        assert time.monotonic() < limit, condition
-        time.sleep(0.05)
 
 
 def asked(page: Browser, task: str, given: object) -> Any:  # noqa: ANN401

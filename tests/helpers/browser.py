@@ -115,6 +115,14 @@ class Browser:
             self.complaints.append(json.dumps(content))
 
 
+def until(page: Browser, condition: str, patience_s: float = PATIENCE_S) -> None:
+    """Wait until a condition in JavaScript holds; fail with it where it does not in time."""
+    limit = time.monotonic() + patience_s
+    while not page.evaluate(f"Boolean({condition})"):
+        assert time.monotonic() < limit, condition
+        time.sleep(0.05)
+
+
 def find_browser(names: Sequence[str] = NAMES) -> str:
     """Return the browser's program; skip the test where there is none, but fail in CI."""
     for name in names:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from recordings import make_samples
 from scipy.io import savemat
 
+from swesbi.virtual_cohort.files import samples_table
+
 HEADER = "subject,sex,age_years,bsa_m2,hr_bpm,lvedv_ml,lvesv_ml,ivsd_cm"
 ROWS = {"S-1": "S-1,F,25,1.7,60,90,34,0.8", "s_2x": "s_2x,M,31,1.9,61,110,41,0.9"}
 PROTOCOL = "origin: synthetic recordings of a test\ndensity_kg_m3: 1000.0\nprotocol:\n  phases: 20\n"
@@ -21,7 +23,7 @@ PROTOCOL = "origin: synthetic recordings of a test\ndensity_kg_m3: 1000.0\nproto
 
 def recording(seed: int = 0, phases: int = 20) -> pd.DataFrame:
     """A recording with noise and a few failed samples, as the table of the CSV format."""
-    table = make_samples(repeat_sd=0.04, sample_sd=0.08, seed=seed, phases=phases).frame()
+    table = samples_table(make_samples(repeat_sd=0.04, sample_sd=0.08, seed=seed, phases=phases))
     table["shear_wave_speed_m_s"] = table["shear_wave_speed_m_s"].round(3)
     failed = np.random.default_rng(seed).random(len(table)) < 0.05
     table.loc[failed, ["shear_wave_speed_m_s", "fit_r2"]] = np.nan

@@ -54,5 +54,5 @@ def explored(subject: str) -> ExploredSubject:
 def page() -> str:
     """Return the page."""
     settings = speed_case.settings("calibrated")
-    data = page_data([explored("A"), explored("B")], NOISE, settings, 1)
+    data = page_data([explored("A"), explored("B")], NOISE, settings, speed_case.shipped().recording, 1)
     return render_page(WORDS, data, physics(settings, speed_case.exact()))

@@ -21,6 +21,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
+from swesbi.virtual_cohort.files import samples_table
 
 FIELDS = ("phase_index", "trigger_delay_ms", "rr_ms", "repeat", "sample", "speed_m_s", "fit_r2", "status")
 Writer = Callable[[Path, pd.DataFrame], None]
@@ -83,7 +84,7 @@ def test_every_format_gives_the_samples_of_its_twin_in_csv(tmp_path: Path, form:
 
 
 def test_numbers_survive_the_way_through_matlab_to_the_last_bit(tmp_path: Path) -> None:
-    table = make_samples(repeat_sd=0.03, sample_sd=0.1).frame()
+    table = samples_table(make_samples(repeat_sd=0.03, sample_sd=0.1))
     for name, write in (("5", write_v5), ("73", write_v73)):
         write(tmp_path / f"{name}.mat", table)
         read = read_samples(tmp_path / f"{name}.mat", PHASES, DENSITY)
@@ -180,7 +181,7 @@ def test_a_link_in_a_matlab_file_is_not_followed(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_million_rows_are_read(tmp_path: Path) -> None:
     samples = make_samples(sample_sd=0.05, per_repeat=16_667)
-    samples.frame().to_csv(tmp_path / "S.csv", index=False)
+    samples_table(samples).to_csv(tmp_path / "S.csv", index=False)
     read = read_samples(tmp_path / "S.csv", PHASES, DENSITY)
     assert len(read.status) > 1_000_000
     np.testing.assert_array_equal(read.speed_m_s, samples.speed_m_s)

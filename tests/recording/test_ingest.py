@@ -22,6 +22,7 @@ from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.files import samples_table
 from swesbi.virtual_cohort.settings import ACQUISITION
 from swesbi.virtual_cohort.volunteers import TruthCurve
 
@@ -233,7 +234,7 @@ def test_an_unknown_status_is_refused_in_memory_too() -> None:
 def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
     samples = without_phases(make_samples(repeat_sd=0.04, sample_sd=0.08), 12)
     recording, artefact = tmp_path / "T.csv", tmp_path / "observation.h5"
-    samples.frame().to_csv(recording, index=False)
+    samples_table(samples).to_csv(recording, index=False)
     row = ContextRow(
         subject="T", sex="F", age_years=25, bsa_m2=1.7, hr_bpm=60, lvedv_ml=90, lvesv_ml=34, ivsd_cm=0.8
     )

@@ -32,6 +32,7 @@ from swesbi.show.figures.recording import draw_noise
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.files import samples_table
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, true_curve
 
 TRUE = NoiseComponents(0.04, 0.08)
@@ -188,7 +189,7 @@ def write_inputs(folder: Path) -> tuple[list[Path], list[Path]]:
         observed = ingest(samples, replace(CONTEXT, subject=name), RECORDING, 100)
         recordings.append(folder / f"{name}.csv")
         observations.append(folder / f"{name}.h5")
-        samples.frame().to_csv(recordings[-1], index=False)
+        samples_table(samples).to_csv(recordings[-1], index=False)
         save(observations[-1], to_groups(observed), Origin(1, name, "c").provenance("observation", RECORDING))
     return recordings, observations
 

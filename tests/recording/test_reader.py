@@ -9,6 +9,7 @@ from recordings import DENSITY, PHASES, make_samples
 from swesbi.recording.cohort import read_subject_table, read_subjects
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
+from swesbi.virtual_cohort.files import samples_table
 
 HEADER = "subject,sex,age_years,bsa_m2,hr_bpm,lvedv_ml,lvesv_ml,ivsd_cm"
 ROW = "A,M,24,1.88,57,118,45,0.88"
@@ -45,7 +46,7 @@ def test_byte_order_mark_spaces_and_trailing_blank_lines_do_no_harm(tmp_path: Pa
             "row 3, column 'hr_bpm': 'fast' is not",
         ),
         ((HEADER, ROW.replace("57", "")), "row 2, column 'hr_bpm': '' is not a number"),
-        ((HEADER, ROW.replace("0.88", "8.8")), "row 2, column 'ivsd_cm': '8.8' is refused.*units"),
+        ((HEADER, ROW.replace("0.88", "8.8")), "row 2, column 'ivsd_cm': '8.8' is outside .0.2, 3.; .*units"),
         ((HEADER, ROW.replace("118,45", "45,118")), "row 2, column 'lvesv_ml': '118'.*swapped"),
         ((HEADER, ROW, ROW), "row 3, column 'subject': 'A' repeats"),
         ((HEADER, ROW.replace("A,", "a/b,")), "column 'subject': 'a/b'"),
@@ -67,7 +68,7 @@ def test_samples_survive_the_round_trip(tmp_path: Path) -> None:
     samples = make_samples(sample_sd=0.1)
     samples.speed_m_s[3] = np.nan
     samples.status[3] = "motion"
-    samples.frame().to_csv(tmp_path / "A.csv", index=False)
+    samples_table(samples).to_csv(tmp_path / "A.csv", index=False)
     read = read_samples(tmp_path / "A.csv", PHASES, DENSITY)
     for name in ("phase_index", "trigger_delay_ms", "rr_ms", "repeat", "sample", "speed_m_s", "status"):
         np.testing.assert_array_equal(getattr(read, name), getattr(samples, name))
@@ -96,7 +97,7 @@ def test_bad_samples_are_refused_with_place_and_value(
     tmp_path: Path, column: str, value: str, message: str
 ) -> None:
     path = tmp_path / "A.csv"
-    table = make_samples().frame().astype(str)
+    table = samples_table(make_samples()).astype(str)
     table.loc[3, column] = value
     lines = [",".join(table.columns), *(",".join(row) for row in table.itertuples(index=False))]
     write(path, *lines)

@@ -43,6 +43,7 @@ from swesbi.show.figures.recording import draw_noise
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.files import samples_table
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, TruthCurve, true_curve
 
 TRUE = NoiseComponents(0.04, 0.08, 0.05)
@@ -343,7 +344,7 @@ def write_inputs(folder: Path, protocol: str) -> dict[str, Path | list[Path]]:
         context = replace(VOLUNTEERS["PQ".index(name)].context, subject=name)
         recordings.append(folder / f"{name}.csv")
         observations.append(folder / f"{name}.h5")
-        made.frame().to_csv(recordings[-1], index=False)
+        samples_table(made).to_csv(recordings[-1], index=False)
         observed = ingest(made, context, RECORDING, 100)
         save(observations[-1], to_groups(observed), Origin(1, name, "c").provenance("observation", RECORDING))
     (folder / "recording.yaml").write_text(protocol)

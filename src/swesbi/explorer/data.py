@@ -17,6 +17,7 @@ from swesbi.parameters import NUISANCES, PHI, PHI_NAMES
 from swesbi.posterior.result import ExactResult
 from swesbi.prior import sample
 from swesbi.recording.observation import Observation
+from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.verdict.support import Support
@@ -37,7 +38,11 @@ class ExploredSubject:
 
 
 def page_data(
-    subjects: Sequence[ExploredSubject], noise: NoiseComponents, model: SpeedModelSettings, seed: int
+    subjects: Sequence[ExploredSubject],
+    noise: NoiseComponents,
+    model: SpeedModelSettings,
+    quality: RecordingSettings,
+    seed: int,
 ) -> dict[str, Any]:
     """Return the data of the page, plain.
 
@@ -45,6 +50,7 @@ def page_data(
         subjects: In the order in which they are listed; at least one.
         noise: Of the cohort, from which the errors of the means follow.
         model: Settings of the experiment.
+        quality: By which a recording that is dropped on the page is checked.
         seed: Of the draws of the prior.
     """
     prior = sample(DRAWS, model.prior, generator(seed, "explorer", "prior"))
@@ -53,6 +59,8 @@ def page_data(
         "context": asdict(subjects[0].observation.context),
         "context_sliders": context_sliders(),
         "prior_draws": rounded(prior),
+        "noise": asdict(noise),
+        "quality": quality.to_plain(),
         "subjects": [subject_data(subject, noise) for subject in subjects],
     }
 

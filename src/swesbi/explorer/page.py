@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 TEMPLATES: Final = (
     "templates/explorer.html", "templates/explorer.css", "templates/worker.js", "templates/plots.js",
-    "templates/page.js",
+    "templates/own.js", "templates/page.js",
 )  # fmt: skip
 LARGEST_BYTES: Final = 2_000_000
 
@@ -27,14 +27,14 @@ def render_page(words: dict[str, str], data: dict[str, Any], physics: str) -> st
     Raises:
         ValueError: It is larger than a page that is sent by mail should be.
     """
-    html, style, worker, plots, script = map(_template, TEMPLATES)
+    html, style, worker, *scripts = map(_template, TEMPLATES)
     environment = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
     page = environment.from_string(html).render(
         **words,
         style=Markup(style),
         worker=Markup(_within_script(f"{physics}\n{worker}")),
         study=Markup(_within_script(json.dumps(data, separators=(",", ":"), ensure_ascii=False))),
-        script=Markup(f"{plots}\n{script}"),
+        script=Markup("\n".join(scripts)),
     )
     size = len(page.encode())
     if size > LARGEST_BYTES:

@@ -19,8 +19,10 @@ ACTIVATIONS: Final[syntax.Chain] = ("swesbi.heart.activation", "_activation_kern
 OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.seeds", "generator"): "seeds.generator",
     ("swesbi.seeds", "integer_seed"): "seeds.integer_seed",
+    ("swesbi.recording.table", "read_bytes"): "files.read_bytes",
+    ("swesbi.recording.table", "_records"): "csvRecords",
 }
-"""What JavaScript has of its own: streams of random numbers."""
+"""What JavaScript has of its own: streams of random numbers, files that were handed over, rows of CSV."""
 LANES: Final = 1
 """A browser runs one simulation after another; results do not depend on how many run side by side."""
 ROOTS: Final = (
@@ -32,6 +34,10 @@ ROOTS: Final = (
     ("swesbi.context", "Context"),
     ("swesbi.measurement.likelihood", "draw_speeds"),
     ("swesbi.recording.speed", "youngs_modulus_kpa"),
+    ("swesbi.explorer.dropped", "dropped_recording"),
+    ("swesbi.explorer.dropped", "dropped_hearts"),
+    ("swesbi.measurement.speeds", "measured_speeds"),
+    ("swesbi.recording.speed", "NoiseComponents"),
     ("swesbi.posterior.adaptive", "adaptive_rounds"),
     ("swesbi.posterior.importance", "resample"),
     ("swesbi.posterior.importance", "k_hat_limit"),
@@ -43,6 +49,8 @@ KNOWN_CLASSES: Final = (
     "swesbi.heart.periodic.Lanes",
     "swesbi.heart.physiology.Physiology",
     "swesbi.measurement.speeds.WallPhases",
+    "swesbi.recording.groups.Groups",
+    "swesbi.recording.table.TextTable",
     "swesbi.measurement.speeds.MeasuredBy",
     "swesbi.measurement.likelihood.SpeedModelSettings",
     "swesbi.measurement.likelihood.SpeedModel",

@@ -6,7 +6,7 @@ All of it is optional: a recording says as much without, and more with it.
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import Annotated, Final, Self
 
 import numpy as np
@@ -78,7 +78,8 @@ class ClinicalMeasures:
 
     def same_as(self, other: ClinicalMeasures) -> bool:
         """Tell whether both hold the same values; what was taken of neither is the same."""
-        return np.array_equal(astuple(self), astuple(other), equal_nan=True)
+        mine, its = (np.array(list(vars(one).values())) for one in (self, other))
+        return np.array_equal(mine, its, equal_nan=True)
 
     @property
     def has_pressures(self) -> bool:

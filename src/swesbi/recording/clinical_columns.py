@@ -57,7 +57,7 @@ def _column(table: TextTable, variable: ClinicalVariable) -> _Column:
         return _Column(np.full(len(table.rows), np.nan), nothing, nothing)
     low, high = variable.declared
     values = table.number(variable.name, -np.inf, np.inf, "", may_be_empty=True)
-    given = ~table.cells[variable.name].isin(MISSING).to_numpy(bool)
+    given = ~np.isin(table.cells[variable.name], MISSING)
     outside = (values < low) | (values > high)
     converted = values * variable.factor
     mistaken = outside & (converted >= low) & (converted <= high)

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from swesbi.context import CONTEXT, Context
+from swesbi.context import CONTEXT, CONTEXT_BOUNDS, Context
 from swesbi.recording.clinical import CLINICAL_NAMES, ClinicalRow
 from swesbi.recording.clinical_columns import clinical_rows
 from swesbi.recording.problems import Problem, RecordingError, listed, raise_any
@@ -73,11 +72,9 @@ def examine_subjects(path: Path) -> SubjectTable:
     table = read_table(path, CONTEXT_COLUMNS, (*CLINICAL_NAMES, *VISIT_NAMES), texts=VISIT_NAMES)
     _check_names(table)
     numbers = {
-        name: table.number(name, -np.inf, np.inf, REMEDIES[name])
-        for name in CONTEXT_COLUMNS
-        if ContextRow.model_fields[name].annotation is float
+        name: table.number(name, low, high, REMEDIES[name]) for name, (low, high) in CONTEXT_BOUNDS.items()
     }
-    rows = [_context_row(table, index, numbers) for index in range(len(table.cells))]
+    rows = [_context_row(table, index, numbers) for index in range(len(table.rows))]
     clinical = clinical_rows(table, numbers["hr_bpm"])
     visits = visit_rows(table, numbers["age_years"])
     good = [(row, own) for row, own in zip(rows, clinical, strict=True) if row and own]
@@ -120,14 +117,15 @@ def _check_names(table: TextTable) -> None:
 
 
 def _context_row(table: TextTable, index: int, numbers: Mapping[str, Any]) -> ContextRow | None:
-    cells = table.cells.iloc[index]
-    known = {name: float(values[index]) for name, values in numbers.items() if np.isfinite(values[index])}
-    texts = {name: cells[name] for name in CONTEXT_COLUMNS if name not in numbers}
+    values = {name: float(column[index]) for name, column in numbers.items()}
+    bounds = CONTEXT_BOUNDS.items()
+    known = {name: values[name] for name, (low, high) in bounds if low <= values[name] <= high}
+    texts = {name: table.cells[name][index] for name in CONTEXT_COLUMNS if name not in numbers}
     try:
         return ContextRow.from_plain(texts | known)
     except ValidationError as error:
         for details in error.errors():
-            if details["type"] != "missing":  # said already: the cell is not a number
+            if details["type"] != "missing":  # said already: the cell is not a number, or outside its bounds
                 _note(table, index, details)
         return None
 

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-import pandas as pd
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import Variable
+from swesbi.recording.groups import grouped
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import phase_trend, repeat_means
 
@@ -75,16 +75,13 @@ def repeat_levels(samples: Samples, accepted: BoolArray) -> RepeatLevels:
         accepted: Which samples passed quality control; shape (N,).
     """
     repeats = repeat_means(samples, accepted)
-    keys = [samples.phase_index[accepted], samples.repeat[accepted]]
-    log_speed = pd.Series(np.log(samples.speed_m_s[accepted]))
-    mean = log_speed.groupby(keys).mean().to_numpy()
-    deviation = log_speed - log_speed.groupby(keys).transform("mean")
-    trend = np.log1p(phase_trend(repeats).to_numpy())
+    groups = grouped(samples.phase_index[accepted], samples.repeat[accepted])
+    log_speed = np.log(samples.speed_m_s[accepted])
     return RepeatLevels(
-        cell=np.unique(repeats["phase_index"], return_inverse=True)[1].astype(np.int64),
-        size=repeats["size"].to_numpy(np.int64),
-        mean=np.asarray(mean - trend, dtype=np.float64),
-        scatter=np.asarray((deviation**2).groupby(keys).sum(), dtype=np.float64),
+        cell=repeats.phases.of,
+        size=repeats.size,
+        mean=groups.means(log_speed) - np.log1p(phase_trend(repeats)),
+        scatter=groups.scatter(log_speed),
     )
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.recording.columns import EVENT, EVENTS, PUSH, TIME
 from swesbi.recording.problems import Problem
-from swesbi.recording.table import MISSING, TextTable
+from swesbi.recording.table import MISSING, TextTable, stood_before
 
 CLOSES_MS: Final = {"mvc": (0.0, 150.0), "avc": (150.0, 600.0)}
 """When a valve can close, in ms since the R peak. The aortic one closes 546 - 2.1 HR ms after the onset of
@@ -32,11 +32,11 @@ LEAVE_OUT: Final = "correct it, or leave it empty: a natural wave is placed wher
 def read_event(table: TextTable) -> NDArray[np.str_]:
     """Return what set off the wave of each row: push, mvc or avc; upper or lower case, a push where empty."""
     if EVENT not in table.cells:
-        return np.full(len(table.cells), PUSH)
-    words = table.cells[EVENT].str.strip().str.lower().replace("", PUSH)
-    known = words.isin([PUSH, *EVENTS]).to_numpy()
+        return np.full(len(table.rows), PUSH)
+    words = np.array([word.strip().lower() or PUSH for word in table.cells[EVENT]])
+    known = np.isin(words, (PUSH, *EVENTS))
     table.flag(EVENT, ~known, f"is none of {', '.join((PUSH, *EVENTS))}", WORDS)
-    return words.to_numpy(dtype=np.str_)
+    return words
 
 
 def read_times_ms(table: TextTable, event: NDArray[np.str_]) -> FloatArray:
@@ -44,10 +44,10 @@ def read_times_ms(table: TextTable, event: NDArray[np.str_]) -> FloatArray:
     push = event == PUSH
     if TIME not in table.cells:
         table.flag(EVENT, push, f"is a push, and the table has no {TIME}", A_TIME)
-        return np.full(len(table.cells), np.nan)
+        return np.full(len(table.rows), np.nan)
     time = table.number(TIME, 0, 5000, A_TIME, may_be_empty=not push.all())
     if not push.all():
-        table.flag(TIME, push & table.cells[TIME].isin(MISSING).to_numpy(), "is no time of a push", A_TIME)
+        table.flag(TIME, push & np.isin(table.cells[TIME], MISSING), "is no time of a push", A_TIME)
     for name, (low, high) in CLOSES_MS.items():
         wrong = (event == name) & ((time < low) | (time > high))
         reason = f"lies where no {VALVES[name]} valve closes ({low:g} to {high:g} ms since the R peak)"
@@ -65,9 +65,9 @@ def check_waves(table: TextTable, event: NDArray[np.str_]) -> None:
         table.problems.append(Problem(table.source, reason, NUMBER_BEATS, column="beat"))
         return
     names = [name for name in ("repeat", "beat") if name in table.cells]
-    keys = table.cells[names].assign(**{EVENT: event})
+    keys = [*(table.cells[name][wave] for name in names), event[wave]]
     repeated = np.zeros(len(event), dtype=np.bool_)
-    repeated[wave] = keys[wave].duplicated().to_numpy()
+    repeated[wave] = stood_before(keys)
     table.flag(EVENT, repeated, f"repeats the {', '.join([*names, EVENT])} of an earlier row", ONE_EACH)
 
 

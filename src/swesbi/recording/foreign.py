@@ -37,7 +37,7 @@ from swesbi.recording.layout import (
 )
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.table import Place, TextTable, below_names, csv_rows, with_decimal_points
+from swesbi.recording.table import Place, TextTable, below_names, column_of, csv_rows, with_decimal_points
 from swesbi.recording.workbook import sheet_rows
 
 NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?", re.ASCII)
@@ -51,6 +51,11 @@ class Wanted:
 
     required: tuple[str, ...]
     optional: tuple[str, ...] = ()
+
+    @property
+    def of_own_form(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Columns that a table of this project's form must and may have; what was measured is one of two."""
+        return tuple(name for name in self.required if name != SPEED), (SPEED, MODULUS, *self.optional)
 
     def values(self, layout: TableLayout) -> dict[str, str | int | float]:
         """Return what the layout says of columns that the tables lack, as far as they are wanted."""
@@ -139,7 +144,8 @@ def read_foreign(path: Path, layout: TableLayout, subject: str, wanted: Wanted =
         read_as = f"read in {unit[source]} as {column} " if source in unit else ""
         return Place(str(name), str(text), read_as)
 
-    return TextTable(table.source, understood, melted.rows, unit=table.unit, place=place)
+    columns = {str(name): column_of(understood[name]) for name in understood}
+    return TextTable(table.source, columns, melted.rows, unit=table.unit, place=place)
 
 
 def _source(path: Path, layout: TableLayout, wanted: Wanted) -> tuple[TextTable, dict[str, tuple[str, ...]]]:
@@ -204,9 +210,10 @@ def _matching(
 def _of_subject(table: TextTable, layout: TableLayout, subject: str) -> pd.DataFrame:
     """Return the rows of one subject, or all of a table of one."""
     if SUBJECT not in layout.columns:
-        return table.cells
+        return pd.DataFrame(table.cells)
     name = str(layout.source(SUBJECT))
-    own = table.cells[table.cells[name] == subject]
+    cells = pd.DataFrame(table.cells)
+    own = cells[cells[name] == subject]
     if own.empty:
         known = list(dict.fromkeys(table.cells[name]))
         listed = ", ".join(known[:10]) + (", ..." if len(known) > 10 else "")

@@ -137,14 +137,14 @@ def read_free_samples(
 
 def _numbered(table: TextTable, column: str, remedy: str) -> IntArray:
     if column not in table.cells:
-        return np.zeros(len(table.cells), dtype=np.int64)
+        return np.zeros(len(table.rows), dtype=np.int64)
     return table.integer(column, 0, 1_000_000, remedy)
 
 
 def _errors(table: TextTable, speed_m_s: FloatArray) -> FloatArray:
     """Return the standard errors: more than nothing and, of a speed that is to be used, below it."""
     if STANDARD_ERROR not in table.cells:
-        return np.full(len(table.cells), np.nan)
+        return np.full(len(table.rows), np.nan)
     remedy = "give the standard error of the speed in m/s"
     error = table.number(STANDARD_ERROR, 0.0, SPEED_RANGE_M_S[1], remedy, may_be_empty=True)
     table.flag(STANDARD_ERROR, error == 0.0, "is no standard error", f"{remedy}, or leave it empty")
@@ -154,13 +154,13 @@ def _errors(table: TextTable, speed_m_s: FloatArray) -> FloatArray:
 
 def _fit(table: TextTable) -> FloatArray:
     if "fit_r2" not in table.cells:
-        return np.full(len(table.cells), np.nan)
+        return np.full(len(table.rows), np.nan)
     return read_fit_r2(table)
 
 
 def _status(table: TextTable) -> NDArray[np.str_]:
     if "status" not in table.cells:
-        return np.full(len(table.cells), STATUS_OK)
+        return np.full(len(table.rows), STATUS_OK)
     return read_status(table)
 
 

@@ -123,8 +123,7 @@ def implausible(
 
 
 def _heart_rate(samples: Samples, context: Context, limit: float) -> Problem | None:
-    beats = samples.frame().groupby(["phase_index", "repeat"])["rr_ms"].median()
-    return other_heart_rate(float(beats.median()), context, limit, samples.source)
+    return other_heart_rate(samples.median_rr_ms, context, limit, samples.source)
 
 
 def other_heart_rate(median: float, context: Context, limit: float, source: str) -> Problem | None:

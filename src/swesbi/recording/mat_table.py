@@ -10,10 +10,9 @@ from typing import Any, Final
 
 import h5py
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.arrays import FloatArray
+from swesbi.arrays import FloatArray, TextArray
 from swesbi.recording.mat_v5 import read_mat_v5
 from swesbi.recording.mat_values import SAVE_AGAIN, TEXTS, MatValueError, Vector, damaged, read_vectors
 from swesbi.recording.problems import Problem, RecordingError, raise_any
@@ -136,8 +135,9 @@ def read_mat_table(path: Path, required: Sequence[str], optional: Sequence[str] 
         raise RecordingError(Problem(str(path), error.reason, error.remedy, column=error.name)) from error
     raise_any(check_names(str(path), list(vectors), required, LAYOUT))
     _check_lengths(path, vectors)
-    cells = pd.DataFrame({name: _as_text(vectors[name]) for name in names if name in vectors}, dtype=object)
-    return TextTable(str(path), cells, np.arange(1, len(cells) + 1), unit="element")
+    cells = {name: _as_text(vectors[name]) for name in names if name in vectors}
+    size = len(next(iter(vectors.values()), ()))
+    return TextTable(str(path), cells, np.arange(1, size + 1), unit="element")
 
 
 def _check_lengths(path: Path, vectors: Mapping[str, Vector]) -> None:
@@ -150,7 +150,7 @@ def _check_lengths(path: Path, vectors: Mapping[str, Vector]) -> None:
         raise RecordingError(Problem(str(path), "its vectors are empty", "save at least one sample"))
 
 
-def _as_text(vector: Vector) -> NDArray[np.object_]:
+def _as_text(vector: Vector) -> TextArray:
     if vector.dtype.kind == "U":
         return np.array([str(text).strip() for text in vector], dtype=object)
     values, positions = np.unique(vector.astype(np.float64), return_inverse=True)

@@ -207,6 +207,5 @@ def _check_phases(phase: FloatArray) -> None:
     if len(phase) < 3:
         raise ValueError(f"interpolation around the cycle needs at least 3 measured phases, got {len(phase)}")
     if phase[0] < 0.0 or phase[-1] >= 1.0 or np.any(np.diff(phase) <= 0.0):
-        raise ValueError(
-            f"phases must ascend strictly within [0, 1), got {np.array2string(phase, precision=4)}"
-        )
+        listed = ", ".join(f"{value:.4g}" for value in phase)
+        raise ValueError(f"phases must ascend strictly within [0, 1), got {listed}")

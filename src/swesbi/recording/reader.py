@@ -63,7 +63,20 @@ def read_samples(
         raise RecordingError(Problem(str(path), NOT_GATED, ASK_FREE))
     if EVENT in places:
         raise RecordingError(Problem(str(path), GATED_EVENT, NO_PHASES, column=EVENT))
-    table = read_columns(path, layout, subject)
+    return samples_of(read_columns(path, layout, subject), phases, density_kg_m3)
+
+
+def samples_of(table: TextTable, phases: int, density_kg_m3: float) -> Samples:
+    """Read the columns of a gated recording cell by cell.
+
+    Args:
+        table: Of :func:`read_columns`.
+        phases: Number of gated phases.
+        density_kg_m3: Density rho behind a Young's modulus.
+
+    Raises:
+        RecordingError: A value is impossible, or a sample is given twice.
+    """
     table.unique(["phase_index", "repeat", "sample"])
     phase_index = _phase_index(table, phases)
     delay = table.number("trigger_delay_ms", 0, 5000, "give the delay from the R peak in ms")
@@ -73,7 +86,7 @@ def read_samples(
     speed = read_speed(table, density_kg_m3)
     r2, status = read_fit_r2(table), read_status(table)
     table.finish()
-    return Samples(phase_index, delay, rr, repeat, sample, speed, r2, status, str(path))
+    return Samples(phase_index, delay, rr, repeat, sample, speed, r2, status, table.source)
 
 
 def read_columns(path: Path, layout: TableLayout, subject: str, wanted: Wanted = GATED) -> TextTable:
@@ -91,9 +104,9 @@ def read_columns(path: Path, layout: TableLayout, subject: str, wanted: Wanted =
     _check_suffix(path)
     if path.suffix.lower() in EXCEL or not layout.is_own:
         return read_foreign(path, layout, subject, wanted)
-    required = [name for name in wanted.required if name != SPEED]
-    table = READERS[path.suffix.lower()](path, required, (*MEASURED, *wanted.optional))
-    _check_measured(table)
+    required, optional = wanted.of_own_form
+    table = READERS[path.suffix.lower()](path, required, optional)
+    check_measured(table)
     return table
 
 
@@ -107,8 +120,12 @@ def _check_suffix(path: Path) -> None:
         )
 
 
-def _check_measured(table: TextTable) -> None:
-    """Refuse a table that has not exactly one column of what was measured."""
+def check_measured(table: TextTable) -> None:
+    """Refuse a table that has not exactly one column of what was measured.
+
+    Raises:
+        RecordingError: It has none, or both.
+    """
     measured = [name for name in MEASURED if name in table.cells]
     if len(measured) != 1:
         reason = f"has {'both' if measured else 'none'} of the columns {' and '.join(MEASURED)}"
@@ -120,11 +137,11 @@ def _check_measured(table: TextTable) -> None:
 def _phase_index(table: TextTable, phases: int) -> IntArray:
     agree = f"this study expects {phases} phases, numbered 0 to {phases - 1}"
     index = table.cells["phase_index"]
-    if (index == str(phases)).any() and not index.isin(["0", "0.0"]).any():
+    if (index == str(phases)).any() and not np.isin(index, ("0", "0.0")).any():
         remedy = f"{agree}; number them from 0, or say `first_phase: 1` under `table` in recording.yaml"
     else:
         remedy = (
-            f"{agree}; correct the cell, or if {index.nunique()} were recorded, put the recording into a "
+            f"{agree}; correct the cell, or if {len(set(index))} were recorded, put the recording into a "
             "cohort of its own, with as many phases in all, and say so by --phases or recording.phases"
         )
     return table.integer("phase_index", 0, phases - 1, remedy)
@@ -142,14 +159,14 @@ def read_fit_r2(table: TextTable) -> FloatArray:
 
 def read_status(table: TextTable) -> NDArray[np.str_]:
     """Return "ok" or one of ``FAILED_STATUSES`` for each row."""
-    return table.choice("status", (STATUS_OK, *FAILED_STATUSES))
+    return np.asarray(table.choice("status", (STATUS_OK, *FAILED_STATUSES)), dtype=np.str_)
 
 
 def read_speed(table: TextTable, density_kg_m3: float) -> FloatArray:
     """Return the speeds in m/s, from the modulus where that was measured; NaN where there is none."""
     if SPEED in table.cells:
-        remedy = "give it in m/s, or leave it empty if it failed"
-        return table.number(SPEED, *SPEED_RANGE_M_S, remedy, may_be_empty=True)
+        (low, high), remedy = SPEED_RANGE_M_S, "give it in m/s, or leave it empty if it failed"
+        return table.number(SPEED, low, high, remedy, may_be_empty=True)
     low, high = youngs_modulus_kpa(np.array(SPEED_RANGE_M_S), density_kg_m3)
     remedy = "give it in kPa, or leave it empty if it failed"
     modulus = table.number(MODULUS, float(low), float(high), remedy, may_be_empty=True)

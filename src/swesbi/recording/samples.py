@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
-from swesbi.recording.columns import COLUMNS, FAILED_STATUSES, STATUS_OK
+from swesbi.recording.columns import FAILED_STATUSES, STATUS_OK
+from swesbi.recording.groups import grouped
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.settings import RecordingSettings
 
@@ -59,19 +59,10 @@ class Samples:
         """Phase of each sample in its own beat, trigger delay / RR, not wrapped; shape (N,)."""
         return self.trigger_delay_ms / self.rr_ms
 
-    def frame(self) -> pd.DataFrame:
-        """Return the samples as a table with the columns of the file format, in its order."""
-        columns = (
-            self.phase_index,
-            self.trigger_delay_ms,
-            self.rr_ms,
-            self.repeat,
-            self.sample,
-            self.speed_m_s,
-            self.fit_r2,
-            self.status,
-        )
-        return pd.DataFrame(dict(zip(COLUMNS, columns, strict=True)))
+    @property
+    def median_rr_ms(self) -> float:
+        """Median RR interval over the acquisitions, one a phase and repeat, whatever their samples."""
+        return float(np.median(grouped(self.phase_index, self.repeat).medians(self.rr_ms)))
 
 
 def rejection(samples: Samples, settings: RecordingSettings) -> IntArray:
@@ -96,11 +87,9 @@ def ectopic(samples: Samples, max_deviation_fraction: float) -> BoolArray:
     """Return which samples lie in a beat whose RR is too far from the recording's median RR; shape (N,).
 
     The rule is the percentage filter of heart-rate-variability analysis (Malik et al. 1989), taken
-    against the median since gated beats are not consecutive. The median is over the acquisitions
-    (one per phase and repeat), whatever their number of samples.
+    against the median since gated beats are not consecutive.
     """
-    beats = samples.frame().groupby(["phase_index", "repeat"])["rr_ms"].median()
-    deviation = np.abs(samples.rr_ms / float(beats.median()) - 1.0)
+    deviation = np.abs(samples.rr_ms / samples.median_rr_ms - 1.0)
     return np.asarray(deviation > max_deviation_fraction)
 
 
@@ -129,18 +118,19 @@ def _reject(verdict: IntArray, wrong: BoolArray, reason: str) -> None:
 def _outlier(samples: Samples, kept: BoolArray, settings: RecordingSettings) -> BoolArray:
     # The modified z-score of Iglewicz and Hoaglin (1993) on relative deviations from the phase median:
     # the noise is proportional to the speed, so its scale is common to all phases and estimated from all.
-    speed = pd.Series(np.where(kept, samples.speed_m_s, np.nan))
-    median = speed.groupby(samples.phase_index).transform("median")
-    deviation = np.abs(np.log((speed / median).to_numpy(dtype=np.float64)))
+    outlier = np.zeros(kept.shape, dtype=np.bool_)
     if not kept.any():
-        return np.zeros(kept.shape, dtype=np.bool_)
-    scale = max(MAD_TO_SD * float(np.nanmedian(deviation)), settings.outlier_min_scale_fraction)
-    return np.asarray(deviation > settings.outlier_max_abs_z * scale)
+        return outlier
+    speed, phases = samples.speed_m_s[kept], grouped(samples.phase_index[kept])
+    deviation = np.abs(np.log(speed / phases.medians(speed)[phases.of]))
+    scale = max(MAD_TO_SD * float(np.median(deviation)), settings.outlier_min_scale_fraction)
+    outlier[kept] = deviation > settings.outlier_max_abs_z * scale
+    return outlier
 
 
 def _sparse(samples: Samples, kept: BoolArray, settings: RecordingSettings) -> BoolArray:
-    table = pd.DataFrame({"repeat": samples.repeat[kept], "phase": samples.phase_index[kept]})
-    count = table.groupby("phase")["repeat"].agg(["size", "nunique"])
-    enough_samples = count["size"] >= settings.min_samples_per_phase
-    enough = enough_samples & (count["nunique"] >= settings.min_repeats_per_phase)
-    return ~np.isin(samples.phase_index, count.index[enough].to_numpy())
+    phase_index = samples.phase_index[kept]
+    phases, repeats = grouped(phase_index), grouped(phase_index, samples.repeat[kept])
+    counted = np.bincount(phases.of[repeats.first], minlength=len(phases.first))
+    enough = (phases.sizes >= settings.min_samples_per_phase) & (counted >= settings.min_repeats_per_phase)
+    return ~np.isin(samples.phase_index, phase_index[phases.first][enough])

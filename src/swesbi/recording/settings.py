@@ -8,7 +8,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from swesbi.base import CycleWindow, Settings
-from swesbi.context import CONTEXT_RANGES, Context, check_ranges
+from swesbi.context import CONTEXT_BOUNDS, Context, check_ranges
 
 SUBJECT_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_-]*$"
 SUBJECT_LENGTH = 64
@@ -54,17 +54,17 @@ class RecordingSettings(Settings):
 class ContextRow(Settings):
     """One row of ``subjects.csv``: the plain twin of :class:`swesbi.context.Context`.
 
-    The bounds are those in which the forward model is declared; they catch wrong units.
+    The bounds catch wrong units; the forward model is declared within those of what it takes.
     """
 
     subject: str = Field(pattern=SUBJECT_PATTERN, max_length=SUBJECT_LENGTH)
     sex: Literal["F", "M"]
-    age_years: float = Field(ge=0, le=120)
-    bsa_m2: float = Field(ge=0.1, le=4)
-    hr_bpm: float = Field(ge=CONTEXT_RANGES["hr_bpm"][0], le=CONTEXT_RANGES["hr_bpm"][1])
-    lvedv_ml: float = Field(ge=CONTEXT_RANGES["lvedv_ml"][0], le=CONTEXT_RANGES["lvedv_ml"][1])
-    lvesv_ml: float = Field(ge=1, le=500)
-    ivsd_cm: float = Field(ge=CONTEXT_RANGES["ivsd_cm"][0], le=CONTEXT_RANGES["ivsd_cm"][1])
+    age_years: float = Field(ge=CONTEXT_BOUNDS["age_years"][0], le=CONTEXT_BOUNDS["age_years"][1])
+    bsa_m2: float = Field(ge=CONTEXT_BOUNDS["bsa_m2"][0], le=CONTEXT_BOUNDS["bsa_m2"][1])
+    hr_bpm: float = Field(ge=CONTEXT_BOUNDS["hr_bpm"][0], le=CONTEXT_BOUNDS["hr_bpm"][1])
+    lvedv_ml: float = Field(ge=CONTEXT_BOUNDS["lvedv_ml"][0], le=CONTEXT_BOUNDS["lvedv_ml"][1])
+    lvesv_ml: float = Field(ge=CONTEXT_BOUNDS["lvesv_ml"][0], le=CONTEXT_BOUNDS["lvesv_ml"][1])
+    ivsd_cm: float = Field(ge=CONTEXT_BOUNDS["ivsd_cm"][0], le=CONTEXT_BOUNDS["ivsd_cm"][1])
 
     @model_validator(mode="after")
     def _ejects(self) -> Self:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-import pandas as pd
 
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import Variable
+from swesbi.recording.groups import Groups, grouped
 from swesbi.recording.samples import Samples
 
 PA_PER_KPA: Final = 1e3
@@ -74,6 +74,32 @@ class PhaseSpeeds:
     noise: NoiseComponents
 
 
+@dataclass(frozen=True)
+class RepeatMeans:
+    """The repeats with accepted samples, R of them by phase and then by number; arrays of shape (R,).
+
+    Attributes:
+        phase_index: Index of the gated phase.
+        repeat: Number of the repeat.
+        size: Accepted samples.
+        speed_m_s: Their mean speed.
+        scatter: Sum of their squared deviations from it.
+        beat_phase: Mean of trigger delay / RR.
+    """
+
+    phase_index: IntArray
+    repeat: IntArray
+    size: IntArray
+    speed_m_s: FloatArray
+    scatter: FloatArray
+    beat_phase: FloatArray
+
+    @property
+    def phases(self) -> Groups:
+        """The repeats of each measured phase."""
+        return grouped(self.phase_index)
+
+
 def average_speeds(samples: Samples, accepted: BoolArray, phases: int) -> PhaseSpeeds:
     """Average the accepted samples of each phase.
 
@@ -87,42 +113,36 @@ def average_speeds(samples: Samples, accepted: BoolArray, phases: int) -> PhaseS
         phases: Number P of gated phases.
     """
     repeats = repeat_means(samples, accepted)
-    by_phase = repeats.groupby("phase_index")
-    speed = by_phase["speed"].mean()
-    noise = estimate_noise(repeats)
-    variance = noise.repeat_fraction**2 + noise.sample_fraction**2 / repeats["size"]
-    relative = np.sqrt(variance.groupby(repeats["phase_index"]).sum()) / by_phase.size()
-    per_phase = pd.DataFrame({"speed": speed, "se": speed * relative, "phase": by_phase["beat_phase"].mean()})
-    table = per_phase.reindex(np.arange(phases)).to_numpy(dtype=np.float64)
-    return PhaseSpeeds(table[:, 0], table[:, 1], table[:, 2], noise)
+    noise, by_phase = estimate_noise(repeats), repeats.phases
+    variance = noise.repeat_fraction**2 + noise.sample_fraction**2 / repeats.size
+    table = np.full((3, phases), np.nan)
+    measured = repeats.phase_index[by_phase.first]
+    table[0, measured] = by_phase.means(repeats.speed_m_s)
+    table[1, measured] = table[0, measured] * np.sqrt(by_phase.sums(variance)) / by_phase.sizes
+    table[2, measured] = by_phase.means(repeats.beat_phase)
+    return PhaseSpeeds(table[0], table[1], table[2], noise)
 
 
-def repeat_means(samples: Samples, accepted: BoolArray) -> pd.DataFrame:
-    """Return one row per phase and repeat with accepted samples.
+def repeat_means(samples: Samples, accepted: BoolArray) -> RepeatMeans:
+    """Reduce the accepted samples of a recording to the means of its repeats.
 
-    Columns: phase_index, repeat, speed (mean, m/s), variance (of the samples; NaN for one), size, beat_phase.
+    Args:
+        samples: The recording, N samples.
+        accepted: Which samples passed quality control; shape (N,).
     """
-    table = pd.DataFrame(
-        {
-            "phase_index": samples.phase_index[accepted],
-            "repeat": samples.repeat[accepted],
-            "speed": samples.speed_m_s[accepted],
-            "beat_phase": samples.beat_phase[accepted],
-        }
-    )
-    return (
-        table.groupby(["phase_index", "repeat"])
-        .agg(
-            speed=("speed", "mean"),
-            variance=("speed", "var"),
-            size=("speed", "size"),
-            beat_phase=("beat_phase", "mean"),
-        )
-        .reset_index()
+    phase_index, repeat = samples.phase_index[accepted], samples.repeat[accepted]
+    groups, speed = grouped(phase_index, repeat), samples.speed_m_s[accepted]
+    return RepeatMeans(
+        phase_index=phase_index[groups.first],
+        repeat=repeat[groups.first],
+        size=groups.sizes,
+        speed_m_s=groups.means(speed),
+        scatter=groups.scatter(speed),
+        beat_phase=groups.means(samples.beat_phase[accepted]),
     )
 
 
-def estimate_noise(repeats: pd.DataFrame) -> NoiseComponents:
+def estimate_noise(repeats: RepeatMeans) -> NoiseComponents:
     """Estimate the variance components of a nested design by the method of moments.
 
     The noise is proportional to the speed, so squared deviations are taken relative to the phase mean
@@ -136,32 +156,32 @@ def estimate_noise(repeats: pd.DataFrame) -> NoiseComponents:
     Args:
         repeats: As returned by :func:`repeat_means`.
     """
-    phase = repeats.groupby("phase_index")["speed"]
-    mean, count = phase.transform("mean"), phase.transform("size")
-    freedom_within = repeats["size"] - 1
-    within = (repeats["variance"].fillna(0.0) * freedom_within / mean**2).sum()
-    sample_variance = within / max(int(freedom_within.sum()), 1)
-    excess = ((repeats["speed"] / mean - 1.0 - phase_trend(repeats)) ** 2).sum()
-    excess -= ((1.0 - 1.0 / count) * sample_variance / repeats["size"]).sum()
-    repeat_variance = max(excess / max((1.0 - 1.0 / count).sum(), 1.0), 0.0)
-    return NoiseComponents(float(np.sqrt(repeat_variance)), float(np.sqrt(sample_variance)))
+    phases = repeats.phases
+    mean, count = phases.means(repeats.speed_m_s)[phases.of], phases.sizes[phases.of]
+    freedom_within = float((repeats.size - 1).sum())
+    sample_variance = float((repeats.scatter / mean**2).sum()) / max(freedom_within, 1.0)
+    excess = float(((repeats.speed_m_s / mean - 1.0 - phase_trend(repeats)) ** 2).sum())
+    excess -= float(((1.0 - 1.0 / count) * sample_variance / repeats.size).sum())
+    repeat_variance = max(excess / max(float((1.0 - 1.0 / count).sum()), 1.0), 0.0)
+    return NoiseComponents(math.sqrt(repeat_variance), math.sqrt(sample_variance))
 
 
-def phase_trend(repeats: pd.DataFrame) -> pd.Series[float]:
+def phase_trend(repeats: RepeatMeans) -> FloatArray:
     """Return by what fraction each repeat's speed should differ from the phase mean for its beat's phase.
 
     The slope at a phase is the central difference over its neighbours around the cycle.
+
+    Returns:
+        Shape (R,).
     """
-    by_phase = repeats.groupby("phase_index")
-    mean = by_phase[["beat_phase", "speed"]].mean().sort_values("beat_phase")
-    phase = np.pad(mean["beat_phase"].to_numpy(np.float64), 1, mode="wrap")
-    phase[0] -= 1.0
-    phase[-1] += 1.0
-    speed = np.pad(mean["speed"].to_numpy(np.float64), 1, mode="wrap")
-    with np.errstate(
-        divide="ignore", invalid="ignore"
-    ):  # phases that coincide are refused where they are located
-        slope = (speed[2:] - speed[:-2]) / (phase[2:] - phase[:-2])
-    relative = pd.Series(slope / speed[1:-1], mean.index)
-    shift = repeats["beat_phase"] - by_phase["beat_phase"].transform("mean")
-    return shift * repeats["phase_index"].map(relative)
+    phases = repeats.phases
+    beat_phase, speed = phases.means(repeats.beat_phase), phases.means(repeats.speed_m_s)
+    order = np.argsort(beat_phase)
+    along, around = np.pad(beat_phase[order], 1, mode="wrap"), np.pad(speed[order], 1, mode="wrap")
+    along[0] -= 1.0
+    along[-1] += 1.0
+    relative = np.empty_like(speed)
+    # phases that coincide are refused where they are located
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative[order] = (around[2:] - around[:-2]) / (along[2:] - along[:-2]) / around[1:-1]
+    return (repeats.beat_phase - beat_phase[phases.of]) * relative[phases.of]

@@ -42,6 +42,7 @@ from swesbi.recording.components import (
     profile_estimate,
     repeat_levels,
 )
+from swesbi.recording.groups import grouped
 from swesbi.recording.protocol import Repeats
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import repeat_means
@@ -75,8 +76,7 @@ def sweep_levels(samples: Samples, accepted: BoolArray) -> SweepLevels:
         accepted: Which samples passed quality control; shape (N,).
     """
     levels = repeat_levels(samples, accepted)
-    numbers = repeat_means(samples, accepted)["repeat"]
-    sweep = np.unique(numbers, return_inverse=True)[1].astype(np.int64)
+    sweep = grouped(repeat_means(samples, accepted).repeat).of
     return SweepLevels(
         levels.cell, levels.size, levels.mean, levels.scatter, np.zeros(levels.repeats, np.int64), sweep
     )

@@ -5,21 +5,17 @@ from __future__ import annotations
 import csv
 import difflib
 import io
-import operator
+import re
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.arrays import BoolArray, FloatArray, IntArray, TextArray
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SHOWN_ROWS: Final = 5
 SNIFFED_ROWS: Final = 50
@@ -54,7 +50,7 @@ class TextTable:
 
     Attributes:
         source: The file, for messages.
-        cells: One column a name, every cell a string.
+        cells: The columns by name; shape (n,) each.
         rows: Where each row of ``cells`` stands in the file.
         unit: What ``rows`` counts: "row" of a text file, or "element" of a vector.
         ignored: Columns of the file that are not used.
@@ -63,7 +59,7 @@ class TextTable:
     """
 
     source: str
-    cells: pd.DataFrame
+    cells: Mapping[str, TextArray]
     rows: IntArray
     unit: str = "row"
     ignored: tuple[str, ...] = ()
@@ -78,7 +74,7 @@ class TextTable:
 
         text = self.cells[column]
         values = np.asarray(pd.to_numeric(text, errors="coerce"), dtype=np.float64)
-        empty = text.isin(MISSING).to_numpy() & may_be_empty
+        empty = np.isin(text, MISSING) & may_be_empty
         known = np.isfinite(values)
         written = "write a number with a decimal point" + (", or nothing" if may_be_empty else "")
         self.flag(column, ~known & ~empty, "is not a number", written)
@@ -93,19 +89,19 @@ class TextTable:
         self.flag(column, fraction, "is not a whole number", "correct the cell")
         return np.clip(np.nan_to_num(values, nan=low), low, high).astype(np.int64)
 
-    def choice(self, column: str, allowed: Sequence[str]) -> NDArray[np.str_]:
+    def choice(self, column: str, allowed: Sequence[str]) -> TextArray:
         """Return a column whose cells should all be among ``allowed``."""
         text = self.cells[column]
         options = ", ".join(allowed)
-        wrong = ~text.isin(list(allowed)).to_numpy()
+        wrong = ~np.isin(text, allowed)
         self.flag(column, wrong, f"is none of {options}", "write one of them, in this spelling")
-        return text.to_numpy(dtype=np.str_)
+        return text
 
     def unique(self, columns: Sequence[str], among: BoolArray | None = None) -> None:
         """Refuse rows that repeat the ``columns`` of an earlier one; of all, or ``among`` those chosen."""
-        chosen = np.ones(len(self.cells), dtype=np.bool_) if among is None else among
-        repeated = np.zeros(len(self.cells), dtype=np.bool_)
-        repeated[chosen] = self.cells[chosen].duplicated(list(columns)).to_numpy()
+        chosen = np.ones(len(self.rows), dtype=np.bool_) if among is None else among
+        repeated = np.zeros(len(self.rows), dtype=np.bool_)
+        repeated[chosen] = stood_before(self.cells[name][chosen] for name in columns)
         self.flag(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row", "keep one")
 
     def refuse_lookalikes(
@@ -122,16 +118,16 @@ class TextTable:
         for ignored in self.ignored:
             lowered = ignored.strip().lower()
             misspelt = [] if lowered in remedies else difflib.get_close_matches(lowered, absent, 1, similar)
-            alike = next((name for name in absent if resembles(lowered, name)), next(iter(misspelt), None))
-            if alike is not None:
-                reason = f"is not read, and looks like {alike}"
-                remedy = f"{remedies[alike]}, or by a name that is less like it"
+            alike = [*(name for name in absent if resembles(lowered, name)), *misspelt]
+            if alike:
+                reason = f"is not read, and looks like {alike[0]}"
+                remedy = f"{remedies[alike[0]]}, or by a name that is less like it"
                 self.problems.append(Problem(self.source, reason, remedy, column=ignored))
 
     def spelled_once(self, column: str) -> None:
         """Refuse a text that differs from an earlier one in upper and lower case only."""
-        text = self.cells[column]
-        alike = text.str.lower().duplicated().to_numpy() & ~text.duplicated().to_numpy()
+        text = self.cells[column].tolist()
+        alike = stood_before([[cell.lower() for cell in text]]) & ~stood_before([text])
         reason = f"differs from an earlier {column} in upper and lower case only"
         self.flag(column, alike, reason, "rename one")
 
@@ -147,7 +143,7 @@ class TextTable:
 
     def note(self, index: int, column: str, reason: str, remedy: str) -> None:
         """Note a problem of one cell."""
-        value, row = str(self.cells[column].iloc[index]), int(self.rows[index])
+        value, row = str(self.cells[column][index]), int(self.rows[index])
         if self.place is not None:
             place = self.place(index, column)
             column, value, reason = place.column, place.text, f"{place.read_as}{reason}"
@@ -160,6 +156,17 @@ class TextTable:
             RecordingError: There is at least one.
         """
         raise_any(self.problems)
+
+
+def stood_before(columns: Iterable[Iterable[str]]) -> BoolArray:
+    """Tell which of n rows of texts, given column by column, stood before; shape (n,)."""
+    rows = ["\0".join(row) for row in zip(*columns, strict=True)]  # no text of a table holds a zero byte
+    known: set[str] = set()
+    before: list[bool] = []
+    for row in rows:
+        before.append(row in known)
+        known.add(row)
+    return np.array(before, dtype=np.bool_)
 
 
 def check_names(source: str, names: Sequence[str], required: Sequence[str], remedy: str) -> list[Problem]:
@@ -231,14 +238,15 @@ def below_names(
     Raises:
         RecordingError: There is no row, rows are ragged, or columns are missing or named twice.
     """
-    records = iter(rows)
-    row, header = next(((row, cells) for row, cells in records if cells), (1, []))
-    if not header:
+    records = list(rows)
+    first = next((place for place, (_, cells) in enumerate(records) if cells), len(records))
+    if first == len(records):
         raise RecordingError(Problem(str(path), "is empty", HEADER))
+    row, header = records[first]
     names = [name.strip() for name in header]
     raise_any(check_names(f"{path}, row {row}", names, required, HEADER))
     wanted = [name for name in (*required, *optional) if name in names]
-    return _table(path, records, names, wanted)
+    return _table(path, records[first + 1 :], names, wanted)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -278,8 +286,7 @@ def _text(path: Path) -> str:
 
 
 def _delimiter(text: str, names: Sequence[str]) -> str:
-    lines = io.StringIO(text, newline="")
-    header = next((line for line in lines if line.strip() and not line.startswith(COMMENT)), "")
+    header = next((line for line in text.splitlines() if line.strip() and not line.startswith(COMMENT)), "")
     cells = {sign: {cell.strip().strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
     return max(DELIMITERS, key=lambda sign: len(cells[sign] & set(names)))
 
@@ -302,31 +309,27 @@ def _records(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[
 
 
 def _table(
-    path: Path, records: Iterable[tuple[int, list[str]]], names: Sequence[str], wanted: Sequence[str]
+    path: Path, records: Sequence[tuple[int, list[str]]], names: Sequence[str], wanted: Sequence[str]
 ) -> TextTable:
     """Collect the wanted cells; rows of another length are refused, but for blank ones at the end."""
-    pick = operator.itemgetter(*(names.index(name) for name in wanted))
-    cells: list[tuple[str, ...]] = []
-    rows: list[int] = []
-    wrong: list[tuple[int, int]] = []
-    for row, record in records:
-        if len(record) == len(names):
-            cells.append(pick(record))
-            rows.append(row)
-        else:
-            wrong.append((row, len(record) if any(map(str.strip, record)) else 0))
-    while cells and not any(cell.strip() for cell in cells[-1]):
-        cells.pop()
-        rows.pop()
-    last = rows[-1] if rows else 0
-    raise_any(_ragged(path, [(row, size) for row, size in wrong if size or row < last], len(names)))
-    if not cells:
+    whole = [(row, cells) for row, cells in records if len(cells) == len(names)]
+    while whole and not any(whole[-1][1][names.index(name)].strip() for name in wanted):
+        whole.pop()
+    last = whole[-1][0] if whole else 0
+    other = [(row, cells) for row, cells in records if len(cells) != len(names)]
+    sizes = [(row, len(cells) if any(cell.strip() for cell in cells) else 0) for row, cells in other]
+    raise_any(_ragged(path, [(row, size) for row, size in sizes if size or row < last], len(names)))
+    if not whole:
         raise RecordingError(Problem(str(path), "holds no data row", "write at least one below the header"))
-    import pandas as pd
-
-    frame = pd.DataFrame(cells, columns=list(wanted), dtype=object).map(str.strip)
+    places = {name: names.index(name) for name in wanted}
+    columns = {name: column_of(cells[at].strip() for _, cells in whole) for name, at in places.items()}
     ignored = tuple(name for name in names if name and name not in wanted)
-    return TextTable(str(path), frame, np.array(rows, dtype=np.int64), ignored=ignored)
+    return TextTable(str(path), columns, np.array([row for row, _ in whole], dtype=np.int64), ignored=ignored)
+
+
+def column_of(values: Iterable[str]) -> TextArray:
+    """Return texts as a column (n,)."""
+    return np.array(list(values), dtype=np.object_)
 
 
 def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list[Problem]:
@@ -341,17 +344,32 @@ def _ragged(path: Path, wrong: Sequence[tuple[int, int]], expected: int) -> list
     return problems
 
 
-def with_decimal_points(table: TextTable, texts: Sequence[str]) -> TextTable:
-    """Turn decimal commas into points; a file that uses both is left to the check of its numbers."""
-    cells = table.cells.drop(columns=list(texts), errors="ignore")
-    comma = cells.apply(lambda column: column.str.fullmatch(DECIMAL_COMMA))
-    if not comma.to_numpy().any():
+def with_decimal_points(table: TextTable, kept: Sequence[str]) -> TextTable:
+    """Turn decimal commas into points; a file that uses both is left to the check of its numbers.
+
+    Args:
+        table: As it was read.
+        kept: Columns that are no numbers, and stay as they are.
+    """
+    numbers = {name: cells for name, cells in table.cells.items() if name not in kept}
+    comma = {name: _written_as(DECIMAL_COMMA, cells) for name, cells in numbers.items()}
+    if not any(cells.any() for cells in comma.values()):
         return table
-    point = cells.apply(lambda column: column.str.fullmatch(DECIMAL_POINT))
-    if point.to_numpy().any():
-        for name in cells:
-            reason = "has a comma, while other numbers of the file have a decimal point"
-            table.flag(str(name), comma[name].to_numpy(bool), reason, "use one decimal sign throughout")
+    if any(_written_as(DECIMAL_POINT, cells).any() for cells in numbers.values()):
+        reason = "has a comma, while other numbers of the file have a decimal point"
+        for name, with_comma in comma.items():
+            table.flag(name, with_comma, reason, "use one decimal sign throughout")
         table.finish()
-    changed = cells.where(~comma, cells.apply(lambda column: column.str.replace(",", ".")))
-    return replace(table, cells=table.cells.assign(**changed))
+    changed = {
+        name: column_of(
+            cell.replace(",", ".") if written else cell
+            for cell, written in zip(cells, comma[name], strict=True)
+        )
+        for name, cells in numbers.items()
+    }
+    return replace(table, cells={**table.cells, **changed})
+
+
+def _written_as(pattern: str, cells: TextArray) -> BoolArray:
+    """Tell which texts (n,) are of a pattern; shape (n,)."""
+    return np.array([re.fullmatch(pattern, cell) is not None for cell in cells], dtype=np.bool_)

@@ -48,7 +48,7 @@ def visit_rows(table: TextTable, age_years: FloatArray) -> list[Visit]:
     if not any(name in table.cells for name in VISIT_NAMES):
         return [Visit()] * len(table.rows)
     person, visit, group = (_texts(table, name) for name in VISIT_NAMES)
-    columns = _Columns(person, visit, group, person.where(person != "", table.cells["subject"]))
+    columns = _Columns(person, visit, group, person.where(person != "", _column(table, "subject")))
     _check_persons(table, columns)
     _check_visits(table, columns)
     _check_what_stays(table, columns, age_years)
@@ -56,8 +56,15 @@ def visit_rows(table: TextTable, age_years: FloatArray) -> list[Visit]:
 
 
 def _texts(table: TextTable, name: str) -> pd.Series[str]:
-    cells = table.cells[name] if name in table.cells else table.cells["subject"].map(lambda _: "")
+    cells = _column(table, name)
     return cells.mask(cells.isin(MISSING), "")
+
+
+def _column(table: TextTable, name: str) -> pd.Series[str]:
+    """Return a column, empty where the table has none."""
+    import pandas as pd  # a third of a second, which whoever only reads the configuration need not wait
+
+    return pd.Series(table.cells.get(name, [""] * len(table.rows)), dtype=object)
 
 
 def _check_persons(table: TextTable, columns: _Columns) -> None:
@@ -66,7 +73,7 @@ def _check_persons(table: TextTable, columns: _Columns) -> None:
         if name in table.cells:
             table.spelled_once(name)
     named = set(columns.person.str.lower()) - {""}
-    borrowed = (columns.person == "") & table.cells["subject"].str.lower().isin(named)
+    borrowed = (columns.person == "") & _column(table, "subject").str.lower().isin(named)
     reason = "is the name of a person in other rows, and this row names no person"
     table.flag("subject", _array(borrowed), reason, "name the person in this row too, or rename one of them")
 
@@ -88,7 +95,7 @@ def _check_visits(table: TextTable, columns: _Columns) -> None:
 
 def _check_what_stays(table: TextTable, columns: _Columns, age_years: FloatArray) -> None:
     """From visit to visit a person keeps sex and group, and does not grow younger."""
-    sex = table.cells["sex"]
+    sex = _column(table, "sex")
     first = sex.groupby(columns.who).transform("first")
     other = sex.isin(SEXES) & first.isin(SEXES) & (sex != first)
     remedy = "correct the cell that is wrong, or the name of the person"

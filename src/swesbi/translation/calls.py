@@ -236,6 +236,8 @@ class Calls:
 
     def _bound(self, node: ast.Call, names: Signature) -> str:
         """Return the arguments by place; those left out are undefined, so that defaults count."""
+        if node.keywords and any(isinstance(argument, ast.Starred) for argument in node.args):
+            raise self.refuse(node, "a call by name behind arguments of unknown number")
         given = [self.write(argument) for argument in node.args]
         by_name = {keyword.arg: self.write(keyword.value) for keyword in node.keywords}
         for name in by_name:

@@ -23,24 +23,29 @@ BUILTINS: Final = {
         """abs all any bool dict enumerate float getattr int isinstance len list map max min next range repr
         round set slice sorted str sum tuple type vars zip"""
     )
-} | {"ValueError": "ValueError", "KeyError": "KeyError"}
+} | {name: name for name in ("ValueError", "KeyError", "UnicodeDecodeError")}
 NUMPY: Final = _listed(
     """abs add.at all any append arange argmax argmin argsort array array_equal asarray ascontiguousarray
     bincount bool_ broadcast_arrays broadcast_to cbrt ceil clip column_stack concatenate count_nonzero
     cumsum delete diag diff einsum empty empty_like exp expm1 eye flatnonzero float64 floor frombuffer
     full full_like hstack hypot inf int64 int8 interp isfinite isin isnan linalg.LinAlgError
     linalg.cholesky linalg.solve linspace log log10 log1p logaddexp max maximum mean median min minimum
-    nan nan_to_num nanargmax nanmax nanmedian newaxis nextafter ones ones_like pad pi power quantile
+    nan nan_to_num nanargmax nanmax nanmedian newaxis nextafter object_ ones ones_like pad pi power quantile
     random.default_rng repeat reshape rint roll round searchsorted sort sqrt square stack std str_ sum
     swapaxes tanh tile trace transpose unique vstack where zeros zeros_like"""
 )
 LIBRARY: Final = {
     "math.pi": "Math.PI",
     "math.inf": "Infinity",
+    "math.isfinite": "Number.isFinite",
+    "math.nan": "NaN",
     "math.hypot": "Math.hypot",
     "math.ceil": "Math.ceil",
     "math.log": "Math.log",
     "math.sqrt": "Math.sqrt",
+    "re.fullmatch": "re.fullmatch",
+    "difflib.get_close_matches": "difflib.get_close_matches",
+    "pandas.to_numeric": "pandas.to_numeric",
     "dataclasses.fields": "py.fields",
     "dataclasses.replace": "py.replace",
     "scipy.interpolate.CubicSpline": "interpolate.CubicSpline",
@@ -59,16 +64,16 @@ LIBRARY: Final = {
 METHODS: Final = {
     name: name
     for name in _listed(
-        """add all any append argmax argmin argsort astype clip copy count cumsum endswith extend find fit
-        index item items keys logpdf lower max mean min normal permutation pop random removeprefix repeat
-        reshape rvs split standard_normal startswith std strip sum swapaxes tobytes tolist transpose union
-        update upper values var"""
+        """add all any append argmax argmin argsort astype clip copy count cumsum decode endswith extend find
+        fit index item items keys logpdf lower max mean min normal permutation pop random removeprefix repeat
+        reshape rvs split splitlines standard_normal startswith std strip sum swapaxes tobytes tolist
+        transpose union update upper values var"""
     )
 } | {"join": "joined", "replace": "replaceAll", "fromkeys": "fromkeys"}
 """Methods of arrays, texts and collections, whatever they are called on."""
 RUNTIME: Final = (
     "runtime/arrays.js", "runtime/python.js", "runtime/numpy.js", "runtime/linear.js", "runtime/scipy.js",
-    "runtime/random.js",
+    "runtime/random.js", "runtime/files.js",
 )  # fmt: skip
 WORDS: Final = _listed(
     """await break case catch class const continue debugger default delete do else enum export extends

@@ -164,6 +164,9 @@ class Statements(Expressions):
         assert isinstance(node, ast.Expr)
         if isinstance(node.value, ast.Yield):
             return [f"yield {'null' if node.value.value is None else self.write(node.value.value)};"]
+        if isinstance(node.value, ast.Call) and ast.unparse(node.value.func) == "super().__init__":
+            # of errors alone, whose constructor has begun with that of JavaScript
+            return [f"this.message = text({self.list_of(node.value.args)});"]
         return [f"{self.write(node.value)};"]
 
     _STATEMENTS: ClassVar[Mapping[type[ast.stmt], Callable[[Statements, ast.stmt], list[str]]]] = {

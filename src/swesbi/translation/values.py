@@ -22,7 +22,7 @@ def literal(value: object, reference: Reference) -> str:
     """Return a value as an expression of JavaScript.
 
     Args:
-        value: Number, text, collection, array, settings, dataclass, named tuple, class or function.
+        value: Number, text, bytes, collection, array, settings, dataclass, named tuple, class or function.
         reference: Asked for what classes and functions are called.
 
     Raises:
@@ -51,6 +51,8 @@ def _compound(value: Any, reference: Reference) -> str:  # noqa: ANN401
     def inner(part: object) -> str:
         return literal(part, reference)
 
+    if isinstance(value, bytes):
+        return f"new Content({list(value)})"
     if isinstance(value, slice):
         return f"py.slice({inner(value.start)}, {inner(value.stop)}, {inner(value.step)})"
     if isinstance(value, np.ndarray):

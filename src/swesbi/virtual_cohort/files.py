@@ -12,6 +12,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from swesbi.recording.columns import COLUMNS, SPEED
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.virtual_cohort.acquisition import record
@@ -118,7 +119,13 @@ def write_recordings(folder: Path, recordings: Mapping[str, Samples]) -> None:
     """Write the raw samples of each subject into the cohort's folder, as CSV."""
     (folder / "swe").mkdir(parents=True, exist_ok=True)
     for subject, samples in recordings.items():
-        write_csv(folder / "swe" / f"{subject}.csv", samples.frame().astype(WHOLE))
+        write_csv(folder / "swe" / f"{subject}.csv", samples_table(samples).astype(WHOLE))
+
+
+def samples_table(samples: Samples) -> pd.DataFrame:
+    """Return the samples of a recording with the columns of its file, in their order."""
+    values = {name: getattr(samples, "speed_m_s" if name == SPEED else name) for name in COLUMNS}
+    return pd.DataFrame(values)
 
 
 def write_noise_levels(folder: Path, recording: RecordingSettings, grid_points: int) -> None:

@@ -104,7 +104,7 @@ let delayed = null;
 function changedContext() { // draws are of another heart now, and so is what was inferred; draws follow when the slider rests
   forget();
   clearTimeout(delayed);
-  delayed = setTimeout(loadDraws, 150);
+  delayed = setTimeout(() => { loadDraws(); if (state.subject === own.subject) readAgain(); }, 150);
 }
 
 // --- draws of prior and posterior
@@ -150,7 +150,9 @@ function choose(subject) {
   forget();
   state.subject = subject;
   state.context = { ...subject.context };
-  state.phi = subject.median.slice();
+  state.phi = (subject.median ?? study.parameters.map((p) => p.centre)).slice();
+  element("median").disabled = !subject.median;
+  element("infer").disabled = !subject.recording;
   element("verdict").textContent = subject.verdict;
   for (const show of sliders.values()) show();
   moved();
@@ -192,7 +194,7 @@ function drawAll() {
     const { phase, low, high } = state.inferred.check;
     for (const y of [low, high]) layers.stiffness.push({ x: phase, y, tone: "ink", width: 1, dash: [2, 3] });
   }
-  if (state.subject && element("show-recording").checked) {
+  if (state.subject?.recording && element("show-recording").checked) {
     const { phase, stiffness_kpa, stiffness_se_kpa } = state.subject.recording;
     layers.stiffness.push({ x: phase, y: stiffness_kpa, error: stiffness_se_kpa, tone: "ink" });
   }
@@ -246,7 +248,7 @@ async function infer() {
 function stop() {
   inferring?.end();
   inferring = null;
-  element("infer").disabled = false;
+  element("infer").disabled = !state.subject?.recording;
   element("stop").disabled = true;
 }
 
@@ -263,21 +265,31 @@ function answered(subject, found) {
   element("answer-title").textContent = `Subject ${subject.name}: medians with ${(100 * found.interval).toFixed(0)} % intervals`;
   const cell = ([low, median, high]) => `${shown(median)} (${shown(low)} to ${shown(high)})`;
   element("quantiles").innerHTML = study.parameters.map((p, k) => (p.reported
-    ? `<tr><th scope="row">${p.words} ${p.symbol} (${p.unit})</th><td>${cell(found.quantiles.map((row) => row[k]))}</td><td>${cell(subject.quantiles.map((row) => row[k]))}</td></tr>` : "")).join("");
+    ? `<tr><th scope="row">${p.words} ${p.symbol} (${p.unit})</th><td>${cell(found.quantiles.map((row) => row[k]))}</td><td>${subject.quantiles ? cell(subject.quantiles.map((row) => row[k])) : "–"}</td></tr>` : "")).join("");
   const { inside, phases } = found.check;
   element("check").textContent = `Predictive check: ${inside} of ${phases} measured phases lie in the ${(100 * found.interval).toFixed(0)} % interval of what such a recording of this posterior would show, noise included (band among the curves).`;
   URL.revokeObjectURL(element("download").href);
   element("download").href = URL.createObjectURL(new Blob([csvOf(found)], { type: "text/csv" }));
   element("download").download = `posterior-${subject.name}.csv`;
   element("answer").hidden = false;
+  if (subject === own.subject) adopted(subject, found);
   document.body.dataset.inferred = subject.name;
   drawAll();
+}
+
+function adopted(subject, found) { // of a recording of one's own there are no other draws
+  const step = found.phi.length / study.prior_draws.length;
+  subject.draws = study.prior_draws.map((_, k) => found.phi[Math.floor(k * step)]);
+  subject.median = found.quantiles[1];
+  element("median").disabled = false;
+  loadDraws();
 }
 
 // --- beginning
 
 function begin() {
   makeSliders();
+  beginOwn();
   study.subjects.forEach((subject, k) => element("subject").append(new Option(subject.name, String(k))));
   element("subject").addEventListener("change", () => choose(study.subjects[Number(element("subject").value)]));
   element("centre").addEventListener("click", () => set(study.parameters.map((p) => p.centre)));

@@ -22,6 +22,31 @@ function beats({ phi, context }) {
   };
 }
 
+// What a table of subjects says of their hearts.
+function hearts({ name, bytes }) {
+  files.contents.set(name, bytes);
+  return Object.fromEntries([...physics.dropped_hearts(name)].map(([subject, heart]) => [subject, Object.fromEntries(heart)]));
+}
+
+// A recording as it was handed over, read and checked against a heart; errors of its speeds as is asked for.
+function recording({ name, bytes, context, settings, noise, errors }) {
+  files.contents.set(name, bytes);
+  const observed = physics.dropped_recording(name, call(physics.Context, [], context), settings);
+  const known = call(physics.NoiseComponents, [], noise);
+  const speeds = physics.measured_speeds(observed, { study: known, separate: known.of_separate_repeats, own: null }[errors]);
+  const { phase, speed_m_s, relative_se, shared } = speeds, plain = (a) => a.tolist(), total = speeds.errors.total;
+  const stiffness = physics.youngs_modulus_kpa(speed_m_s, settings.density_kg_m3);
+  const refused = [...observed.rejected].filter(([, count]) => count).map(([reason, count]) => `${reason} ${count}`);
+  return {
+    recording: {
+      phase: plain(phase), speed_m_s: plain(speed_m_s), relative_se: plain(relative_se), shared: plain(shared),
+      stiffness_kpa: plain(stiffness), stiffness_se_kpa: plain(py.mul(2, py.mul(stiffness, total))),
+    },
+    measured: phase.size, phases: observed.phase.size, accepted: np.sum(observed.samples_accepted),
+    rejected: refused.length ? `rejected: ${refused.join(", ")}` : "none rejected", relative_se: np.median(total),
+  };
+}
+
 // The exact posterior of a recording from the prior on; `tell` hears of every round.
 function infer({ context, recording, seed }, tell) {
   const began = performance.now(), model = modelOf(context, recording), { exact } = physics;
@@ -56,7 +81,7 @@ function predicted(model, phi, ends, seed) {
 }
 
 const CHECKED = 1000;
-const tasks = { beats, infer };
+const tasks = { beats, hearts, recording, infer };
 
 onmessage = ({ data }) => {
   try {

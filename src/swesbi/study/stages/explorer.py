@@ -16,15 +16,17 @@ from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
+from swesbi.recording.settings import RecordingSettings
 from swesbi.study.stages.origin import Origin, by_key, pick
 from swesbi.verdict.support import read_support
 
 
 class ExplorerSettings(Settings):
-    """The model that the page runs, criteria of its posteriors, and what it calls experiment and cohort."""
+    """The model that the page runs, criteria of its posteriors and recordings, and what it calls them."""
 
     model: SpeedModelSettings
     exact: ExactSettings
+    recording: RecordingSettings
     experiment: str
     cohort_title: str
 
@@ -62,7 +64,8 @@ def explorer(
         )
         for observation, (key, posterior) in zip(observations, by_key(posteriors).items(), strict=True)
     ]
-    data = page_data(subjects, read_noise(noise).components, settings.model, origin.seed)
+    components = read_noise(noise).components
+    data = page_data(subjects, components, settings.model, settings.recording, origin.seed)
     words = {
         "title": settings.cohort_title,
         "cohort_title": settings.cohort_title,

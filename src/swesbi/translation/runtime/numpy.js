@@ -16,7 +16,7 @@ function kindNamed(type) {
 }
 
 Object.assign(np, {
-  float64: py.float, int64: py.int, bool_: py.bool, int8: py.int, intp: py.int, str_: py.str,
+  float64: py.float, int64: py.int, bool_: py.bool, int8: py.int, intp: py.int, str_: py.str, object_: py.str,
   array(value, named) {
     const type = named instanceof Keywords ? named.values.dtype : named;
     if (value instanceof Nd) return value.copy();
@@ -115,7 +115,10 @@ Object.assign(np, {
     for (let k = 0; k < chosen.length; k++) out.data[k] = chosen[k] ? yes[k] : no[k];
     return out;
   },
-  array_equal: (a, b) => String(a.shape) === String(b.shape) && flat(a).every((x, k) => x === flat(b)[k]),
+  array_equal(a, b, named) {
+    const same = named?.values.equal_nan ? (x, y) => x === y || (Number.isNaN(x) && Number.isNaN(y)) : (x, y) => x === y;
+    return String(a.shape) === String(b.shape) && flat(a).every((x, k) => same(x, flat(b)[k]));
+  },
   isin: (a, list) => {
     const known = new Set(list instanceof Nd ? flat(list) : list);
     return a instanceof Texts ? truths(a.texts.map((x) => known.has(x))) : unary((x) => known.has(x), a, "b");
@@ -322,9 +325,12 @@ Object.assign(np, {
   sort: (a) => new Nd(flat(a).slice().sort(), a.shape.slice(), a.kind),
   unique(a, named) {
     const values = [...new Set(flat(a))].sort((x, y) => x - y), out = new Nd(Float64Array.from(values), [values.length], a.kind);
-    if (!named?.values.return_inverse) return out;
-    const place = new Map(values.map((x, k) => [x, k]));
-    return [out, new Nd(flat(a).map((x) => place.get(x)), [a.size], "i")];
+    const { return_index: index, return_inverse: inverse } = named?.values ?? {};
+    if (!index && !inverse) return out;
+    const place = new Map(values.map((x, k) => [x, k])), of = flat(a).map((x) => place.get(x));
+    const first = values.map(() => NaN), places = (list) => new Nd(Float64Array.from(list), [list.length], "i");
+    of.forEach((at, k) => { if (Number.isNaN(first[at])) first[at] = k; });
+    return [out, ...(index ? [places(first)] : []), ...(inverse ? [places(of)] : [])];
   },
   searchsorted(a, wanted, ...given) {
     const { side = "left" } = options(given, ["side"]), from = flat(a);
@@ -364,6 +370,7 @@ class Texts { // an array of texts of one axis
   get shape() { return [this.texts.length]; }
   get size() { return this.texts.length; }
   get length() { return this.texts.length; }
+  tolist() { return this.texts.slice(); }
   [Symbol.iterator]() { return this.texts[Symbol.iterator](); }
   getItem_(at) {
     if (typeof at === "number") return this.texts[at];
@@ -371,7 +378,7 @@ class Texts { // an array of texts of one axis
     return new Texts(Array.from(flat(places), (k) => this.texts[k]));
   }
 }
-function textsEqual(a, b) { return truths(a.texts.map((x) => x === b)); }
+function textsEqual(a, b) { return truths(a.texts.map((x, k) => x === (b.texts ? b.texts[k] : b))); }
 
 for (const name of ["sum", "mean", "max", "min", "any", "all", "std", "var", "argmax", "argmin", "prod", "cumsum", "argsort", "repeat", "swapaxes", "clip"]) {
   method(Nd.prototype, { [name](...given) { return np[name](this, ...given); } });

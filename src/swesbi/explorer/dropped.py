@@ -1,0 +1,63 @@
+"""Files dropped on the page: a gated recording and ``subjects.csv``, read and checked as the study's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from swesbi.context import CONTEXT, CONTEXT_RANGES, Context
+from swesbi.recording.foreign import GATED
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.reader import check_measured, samples_of
+from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.table import read_table
+
+GRID_POINTS: Final = 100  # of the curve through the phases, which only its checks look at
+
+
+def dropped_recording(path: Path, context: Context, settings: RecordingSettings) -> Observation:
+    """Read a gated recording in this project's own form and check it against the heart that it is of.
+
+    Args:
+        path: The recording, a CSV file.
+        context: The heart.
+        settings: Quality limits, number of phases and density.
+
+    Raises:
+        RecordingError: The table is malformed, a value is impossible, or the recording is too incomplete or
+            cannot be of this heart.
+    """
+    required, optional = GATED.of_own_form
+    table = read_table(path, required, optional)
+    check_measured(table)
+    samples = samples_of(table, settings.phases, settings.density_kg_m3)
+    return ingest(samples, context, settings, GRID_POINTS)
+
+
+def dropped_hearts(path: Path) -> dict[str, dict[str, float]]:
+    """Read what ``subjects.csv`` says of each subject's heart, as far as the forward model takes it.
+
+    Args:
+        path: The table, a CSV file.
+
+    Returns:
+        By subject, and by the name of the context variable.
+
+    Raises:
+        RecordingError: The table is malformed or lacks a column, a value is impossible, or a subject is named
+            twice.
+    """
+    heart = [variable for variable in CONTEXT if variable.simulated]
+    table = read_table(path, ("subject", *(variable.name for variable in heart)))
+    table.unique(["subject"])
+    columns = {}
+    for variable in heart:
+        low, high = CONTEXT_RANGES[variable.name]
+        columns[variable.name] = table.number(variable.name, low, high, variable.remedy)
+    table.finish()
+    names = table.cells["subject"].tolist()
+    return {
+        name: {column: float(values[row]) for column, values in columns.items()}
+        for row, name in enumerate(names)
+    }

@@ -1,0 +1,77 @@
+// A recording of one's own: files that are dropped are read in the worker, by the checks of the study.
+
+const own = { hearts: {}, subject: null };
+
+// Which table a file is: one of subjects names them in its header.
+function namesSubjects(bytes) {
+  const header = new TextDecoder().decode(bytes.slice(0, 4096)).split(/\r\n|\r|\n/).find((line) => line.trim() && !line.startsWith("#")) ?? "";
+  return header.split(/[,;\t]/).some((name) => name.trim().replaceAll('"', "") === "subject");
+}
+
+async function taken(given) { // tables of subjects first, so that a recording finds its row
+  const read = await Promise.all(Array.from(given, async (file) => ({ name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) })));
+  const tables = read.filter(({ bytes }) => namesSubjects(bytes)), recordings = read.filter(({ bytes }) => !namesSubjects(bytes));
+  try {
+    for (const table of tables) Object.assign(own.hearts, await ask("hearts", table));
+  } catch (error) {
+    tell(error.message, true);
+    return;
+  }
+  for (const file of recordings) await offered(file);
+  if (recordings.length === 0 && own.subject?.file) await offered(own.subject.file);
+  else if (recordings.length === 0) tell(`Hearts of ${Object.keys(own.hearts).join(", ")}: now drop a recording of one of them.`);
+}
+
+async function offered(file) { // a recording becomes a subject once it passes; what is wrong is said otherwise
+  const name = file.name.replace(/\.[^.]*$/, ""), heart = own.hearts[name];
+  const context = { ...state.context, ...heart, subject: name };
+  const before = own.subject?.file.name === file.name ? own.subject : null;
+  own.subject = { name, file, context, verdict: "A recording of your own: no verdict.", recording: null, median: null, quantiles: null, draws: [] };
+  listed(own.subject, before);
+  choose(own.subject);
+  await readAgain(heart ? "its row of the table" : "the sliders");
+}
+
+async function readAgain(origin = "the sliders") {
+  const subject = own.subject, errors = element("errors").value;
+  try {
+    const found = await ask("recording", { ...subject.file, context: state.context, settings: study.quality, noise: study.noise, errors });
+    subject.recording = found.recording;
+    tell(`${subject.name}: ${found.measured} of ${found.phases} phases, ${found.accepted} samples accepted, ${found.rejected}. `
+      + `Standard error of a phase's speed: ${(100 * found.relative_se).toFixed(1)} % in the median. The heart is that of ${origin}.`);
+  } catch (error) {
+    subject.recording = null;
+    tell(`${error.message}${origin === "the sliders" ? "\nThe heart is that of the sliders: move them to that of the recording, or drop its table of subjects too." : ""}`, true);
+  }
+  element("infer").disabled = !subject.recording;
+  document.body.dataset.own = subject.recording ? subject.name : "";
+  drawAll();
+}
+
+function listed(subject, before) {
+  const place = before ? study.subjects.indexOf(before) : study.subjects.length;
+  study.subjects[place] = subject;
+  const select = element("subject");
+  if (!before) select.append(new Option(`${subject.name} (your file)`, String(place)));
+  select.value = String(place);
+}
+
+function tell(words, wrong = false) {
+  element("own-words").textContent = words;
+  element("own-words").classList.toggle("wrong", wrong);
+}
+
+function beginOwn() {
+  const { sweep_fraction: sweeps } = study.noise;
+  const ways = [["study", sweeps ? "as in the study, repeats are sweeps" : "as in the study"], ...(sweeps ? [["separate", "as in the study, each phase repeated by itself"]] : []), ["own", "from its own repeats"]];
+  for (const [value, words] of ways) element("errors").append(new Option(words, value));
+  element("errors").addEventListener("change", () => { if (own.subject && state.subject === own.subject) { forget(); readAgain(); } });
+  element("files").addEventListener("change", () => taken(element("files").files));
+  document.addEventListener("dragover", (event) => { event.preventDefault(); document.body.classList.add("dropping"); });
+  document.addEventListener("dragleave", () => document.body.classList.remove("dropping"));
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    document.body.classList.remove("dropping");
+    taken(event.dataTransfer.files);
+  });
+}

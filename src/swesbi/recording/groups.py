@@ -1,0 +1,55 @@
+"""Samples and repeats in groups: of one phase, or of one repeat of it; their sums, means and medians."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from swesbi.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Which of n values belong together, G groups in the ascending order of their keys.
+
+    Attributes:
+        of: The group of each value, from 0; shape (n,).
+        first: The first value of each group; shape (G,).
+    """
+
+    of: IntArray
+    first: IntArray
+
+    @property
+    def sizes(self) -> IntArray:
+        """Number of values in each group; shape (G,)."""
+        return np.bincount(self.of, minlength=len(self.first)).astype(np.int64)
+
+    def sums(self, values: FloatArray) -> FloatArray:
+        """Return the sum of each group over values (n,); shape (G,)."""
+        return np.bincount(self.of, weights=values, minlength=len(self.first)).astype(np.float64)
+
+    def means(self, values: FloatArray) -> FloatArray:
+        """Return the mean of each group over values (n,); shape (G,)."""
+        return self.sums(values) / self.sizes
+
+    def medians(self, values: FloatArray) -> FloatArray:
+        """Return the median of each group over values (n,); shape (G,)."""
+        return np.array([np.median(values[self.of == group]) for group in range(len(self.first))])
+
+    def scatter(self, values: FloatArray) -> FloatArray:
+        """Return the sum of squared deviations from the mean of each group, over values (n,); shape (G,)."""
+        return self.sums((values - self.means(values)[self.of]) ** 2)
+
+
+def grouped(outer: IntArray, inner: IntArray | None = None) -> Groups:
+    """Group values by one key, or by two, the second within the first.
+
+    Args:
+        outer: The key of each value, from 0; shape (n,).
+        inner: The second key, likewise.
+    """
+    keys = outer if inner is None or len(inner) == 0 else outer * (inner.max() + 1) + inner
+    _, first, of = np.unique(keys, return_index=True, return_inverse=True)
+    return Groups(of.astype(np.int64), first.astype(np.int64))

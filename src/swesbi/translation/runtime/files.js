@@ -1,0 +1,114 @@
+// Files that a reader hands over, and what Python's libraries do with their text: csv, re, difflib, pandas.
+
+const files = { // by the name under which a reader handed them over
+  contents: new Map(),
+  read_bytes(path) {
+    if (!files.contents.has(path)) throw new Error(`no file was given as ${path}`);
+    return new Content(files.contents.get(path));
+  },
+};
+
+class UnicodeDecodeError extends ValueError {
+  constructor(start) { super(`byte ${start} is no UTF-8`); this.start = start; }
+}
+
+class Content { // bytes
+  constructor(values) { this.values = Uint8Array.from(values); }
+  startswith(beginnings) {
+    return (Array.isArray(beginnings) ? beginnings : [beginnings]).some(({ values }) => values.every((x, k) => this.values[k] === x));
+  }
+  decode() { // UTF-8, a mark at the beginning left out
+    try {
+      return new TextDecoder("utf-8", { fatal: true }).decode(this.values);
+    } catch {
+      throw new UnicodeDecodeError(firstWrongByte(this.values));
+    }
+  }
+}
+
+function firstWrongByte(values) {
+  const strict = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
+  for (let k = 0; k < values.length;) {
+    const lead = values[k], size = lead < 0x80 ? 1 : lead < 0xc2 ? 0 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : lead < 0xf5 ? 4 : 0;
+    try {
+      if (!size || k + size > values.length) return k;
+      strict.decode(values.subarray(k, k + size));
+    } catch {
+      return k;
+    }
+    k += size;
+  }
+  return values.length;
+}
+
+// The rows of a CSV text that are no comments, each with the line of the file on which it ends.
+function csvRecords(path, written, delimiter) {
+  const lines = (written.match(/[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$/g) ?? []).map((line, k) => [k + 1, line]);
+  const out = [];
+  let cells = null, cell = "", quoted = false;
+  for (const [place, line] of lines.filter(([, one]) => !one.startsWith("#"))) {
+    cells ??= [];
+    let begins = !quoted;
+    for (let k = 0; k < line.length; k++) {
+      const sign = line[k];
+      if (quoted) {
+        if (sign !== '"') cell += sign;
+        else if (line[k + 1] === '"') { cell += sign; k++; }
+        else quoted = false;
+      } else if (sign === delimiter) { cells.push(cell); cell = ""; begins = true; continue; }
+      else if (sign === '"' && begins) quoted = true;
+      else if (sign !== "\r" && sign !== "\n") cell += sign;
+      begins = false;
+    }
+    if (quoted) continue;
+    if (cells.length || cell || !/^[\r\n]*$/.test(line)) cells.push(cell);
+    out.push([place, cells]);
+    [cells, cell] = [null, ""];
+  }
+  if (cells !== null) out.push([lines.length, [...cells, cell]]); // a quotation that does not end
+  return out;
+}
+
+const re = {
+  fullmatch: (pattern, written) => new RegExp(`^(?:${pattern})$`, "s").exec(written),
+};
+
+const pandas = {
+  to_numeric(column) {
+    const number = /^[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?$/i;
+    return np.array([...column].map((cell) => (number.test(cell) ? Number(cell) : NaN)), np.float64);
+  },
+};
+
+const difflib = {
+  get_close_matches(word, possibilities, named) {
+    const { n = 3, cutoff = 0.6 } = named.values;
+    const scored = each(possibilities).map((other) => [difflib.ratio(other, word), other]).filter(([score]) => score >= cutoff);
+    return scored.sort(([s, a], [t, b]) => t - s || (a < b ? 1 : a > b ? -1 : 0)).slice(0, n).map(([, other]) => other);
+  },
+  ratio(a, b) {
+    const length = a.length + b.length;
+    return length ? (2 * matching(a, b, 0, a.length, 0, b.length)) / length : 1;
+  },
+};
+
+// Signs that two texts share: those of the longest part in common, and of what lies before it and behind it.
+function matching(a, b, aLow, aHigh, bLow, bHigh) {
+  let [aBest, bBest, most] = [aLow, bLow, 0], lengths = new Map();
+  for (let i = aLow; i < aHigh; i++) {
+    const next = new Map();
+    for (let j = bLow; j < bHigh; j++) {
+      if (a[i] !== b[j]) continue;
+      const length = (lengths.get(j - 1) ?? 0) + 1;
+      next.set(j, length);
+      if (length > most) [aBest, bBest, most] = [i - length + 1, j - length + 1, length];
+    }
+    lengths = next;
+  }
+  if (!most) return 0;
+  return most + matching(a, b, aLow, aBest, bLow, bBest) + matching(a, b, aBest + most, aHigh, bBest + most, bHigh);
+}
+
+method(String.prototype, {
+  splitlines() { return this.split(/\r\n|\r|\n/).filter((line, k, all) => line || k < all.length - 1); },
+});
