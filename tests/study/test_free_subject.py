@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 import exact_case
 import free_case
@@ -16,9 +17,9 @@ from study_copy import ROOT, StudyCopy
 
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.free_predictive import draw_pushes, read_free_predictive
-from swesbi.config.new_recordings import free_running, noise_declared
+from swesbi.config.new_recordings import free_running, noise_declared, waves_alone
 from swesbi.config.read import ConfigError, overlay, read_yaml
-from swesbi.config.refusals import context_refusal, recording_refusal
+from swesbi.config.refusals import context_refusal, recording_refusal, why_not_interpreted
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
@@ -134,6 +135,9 @@ def test_the_table_has_a_row_for_the_answer_and_one_for_the_refusal(out: Path) -
     assert "0 pushes are acceptable" in str(table.loc["T2", "reason"])
 
 
+MITRAL_WAVES: Final = "event,rr_ms,beat,shear_wave_speed_m_s\nmvc,985,0,1.25\nmvc,1017,1,1.18\n"
+
+
 @pytest.fixture
 def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     """The study asked of a cohort of a gated recording of 20 phases, one of 24 and a free-running one."""
@@ -166,9 +170,30 @@ def test_the_workflow_asks_a_free_running_recording_once(asked: Study) -> None:
     rows = stage_settings(again, "new_answers")["asked"]
     first = again.answering_experiments[0]
     assert [row for row in rows if row["subject"] == "S-3"] == [
-        {"subject": "S-3", "experiment": first, "refused": ""}
+        {"subject": "S-3", "experiment": first, "refused": "", "waves": []}
     ]
     assert len([row for row in rows if row["subject"] == "S-1"]) == len(again.answering_experiments) > 1
+
+
+def test_the_workflow_knows_recordings_of_natural_waves_alone(asked: Study) -> None:
+    path = asked.new_cohort / "swe" / "S-3.csv"
+    path.write_text(MITRAL_WAVES)
+    rows = stage_settings(asked, "new_answers")["asked"]
+    assert [row["waves"] for row in rows if row["subject"] == "S-3"] == [["mvc"]]
+    path.write_text(MITRAL_WAVES + "avc,1017,1,4.1\n")
+    assert waves_alone(asked) == {"S-3": ("mvc", "avc")}
+    free_case.train(2).assign(event="").to_csv(path, index=False)
+    assert waves_alone(asked) == {}
+
+
+def test_waves_of_which_some_are_interpreted_are_answered(tmp_path: Path) -> None:
+    outcome = tmp_path / "closures.json"
+    outcome.write_text('{"mvc": "waves after mvc mean nothing", "avc": ""}')
+    assert why_not_interpreted(outcome, ["mvc"]) == "waves after mvc mean nothing"
+    assert why_not_interpreted(outcome, ["mvc", "avc"]) == ""
+    outcome.write_text("[]")
+    with pytest.raises(ValueError, match="does not say which natural waves are interpreted; delete it"):
+        why_not_interpreted(outcome, ["mvc"])
 
 
 def test_pushes_that_cannot_be_used_are_a_row_of_the_workflow_and_no_job(asked: Study) -> None:
@@ -201,6 +226,15 @@ def test_the_workflow_answers_as_the_command_does(own_study: StudyCopy, tmp_path
         assert done.returncode == 0, done.stderr
         for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "sheet.pdf"):
             assert (made / name).read_bytes() == (out / name).read_bytes(), (subject, name)
+    # waves after mitral closure alone mean nothing; the others' answers stand
+    (cohort / "swe" / "T4.csv").write_text(MITRAL_WAVES)
+    study.edit("data/trains/subjects.csv", "T1,", "T4,F,25,1.7,60,90,34,0.8\nT1,")
+    assert {"closure_outcome", "new_answers"} <= {job.rule for job in study.planned("new_subjects")}
+    study.run("new_subjects")
+    table = read_answers(study.results / "new" / "trains" / "answers.csv").set_index("subject")
+    assert table["status"].to_dict() == {**answers["status"].to_dict(), "T4": "not interpretable"}
+    assert "waves after mvc are not interpretable: in healthy hearts" in str(table.loc["T4", "reason"])
+    assert study.planned("new_subjects") == set()
 
 
 def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> None:

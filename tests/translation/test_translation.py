@@ -90,7 +90,11 @@ def test_functions_give_what_python_gives(
         ("def f(x):\n    return who + x", 3, "the name who"),
         ("def f(**x):\n    return x", 2, "a function of any arguments"),
         ("def f(x):\n    return g(x, b=1)\ndef g(a):\n    return a", 3, "the argument b"),
-        ("def f(x):\n    return g(*x, b=1)\ndef g(a, b):\n    return a", 3, "a call by name behind arguments"),
+        (
+            "def f(x):\n    return g(*x, b=1)\ndef g(a, b):\n    return a",
+            3,
+            "a call by name behind arguments",
+        ),
     ],
 )
 def test_what_is_not_known_is_refused_with_file_and_line(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from swesbi.config.models import Config
-from swesbi.config.new_recordings import free_running, noise_declared, quality_of
+from swesbi.config.new_recordings import free_running, noise_declared, quality_of, waves_alone
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
 from swesbi.config.read import ConfigError
@@ -87,6 +87,11 @@ def natural_waves_of(config: Config) -> dict[str, Any]:
     return {"natural_waves": waves, "healthy": of_group(population, chosen.group).to_plain()}
 
 
+def _closure_outcome(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what decides whether natural waves are interpreted under the model of an experiment."""
+    return natural_waves_of(study.config) | fields(study, wildcards, "model")
+
+
 def _free_subject_of_population(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
     """Return what the answer of a population's network to a free-running recording depends on."""
     own = fields(study, wildcards, "stage.train_population population.population")
@@ -106,8 +111,14 @@ def _new_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str
         subject: network_of_pushes(study, subject, experiments)[0] or experiments[0]
         for subject in free_running(study)
     }
+    waves = waves_alone(study)
     rows = [
-        {"subject": subject, "experiment": name, "refused": refused.get((name, subject), "")}
+        {
+            "subject": subject,
+            "experiment": name,
+            "refused": refused.get((name, subject), ""),
+            "waves": list(waves.get(subject, ())),
+        }
         for subject in (*study.new_rows, *study.new_refused)
         for name in ([once[subject]] if subject in once else experiments)
     ]
@@ -196,6 +207,7 @@ def _exam_table(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str,
 
 
 OUTSIDE: Final[Mapping[str, Callable[[Study, Wildcards, Fields], dict[str, Any]]]] = {
+    "closure_outcome": _closure_outcome,
     "new_answers": _new_answers,
     "person_change": _person_change,
     "change_groups": _change_groups,
