@@ -79,11 +79,6 @@ def read_exact_result(path: Path) -> ExactResult:
     )
 
 
-def has_exact_posterior(path: Path) -> bool:
-    """Return whether ``posterior.h5`` is of an experiment with an exact likelihood."""
-    return "sampler" in load(path, POSTERIOR)[0]
-
-
 def phi_of(group: xr.Dataset) -> FloatArray:
     """Return the draws of a group: what is reported by name, nuisance parameters behind it; shape (n, d)."""
     reported = np.stack([group[name].to_numpy() for name in PHI_NAMES], axis=-1)
