@@ -40,7 +40,8 @@ def test_the_same_study_makes_the_same_page() -> None:
     subjects = [explorer_case.explored(name) for name in "AB"]
     data = page_data(subjects, explorer_case.NOISE, settings, speed_case.shipped().recording, 1)
     assert (
-        render_page(explorer_case.WORDS, data, physics(settings, speed_case.exact())) == explorer_case.page()
+        render_page(explorer_case.WORDS, data, physics(settings, speed_case.exact(), speed_case.rule()))
+        == explorer_case.page()
     )
 
 
@@ -145,7 +146,15 @@ def test_the_posterior_of_a_recording_is_pythons(page: Browser, tmp_path: Path) 
     rows = page.evaluate("csvOf(state.inferred)").splitlines()
     assert rows[0].split(",") == list(settings.prior.names)
     np.testing.assert_allclose([float(cell) for cell in rows[1].split(",")], found[0])
-    assert "No verdict" in page.evaluate("document.getElementById('answer').innerText")
+    tests = page.evaluate("[...document.querySelectorAll('#tests li')].map(line => line.textContent)")
+    assert [line.split(":")[0] for line in tests] == [
+        "residuals",
+        "end diastolic volume",
+        "end systolic volume",
+    ]
+    assert re.match(
+        "No verdict|Strained|Unsupported", page.evaluate("document.getElementById('judged').textContent")
+    )
     page.complaints.clear()  # of the fetch that the policy refused
 
 

@@ -55,4 +55,4 @@ def page() -> str:
     """Return the page."""
     settings = speed_case.settings("calibrated")
     data = page_data([explored("A"), explored("B")], NOISE, settings, speed_case.shipped().recording, 1)
-    return render_page(WORDS, data, physics(settings, speed_case.exact()))
+    return render_page(WORDS, data, physics(settings, speed_case.exact(), speed_case.rule()))

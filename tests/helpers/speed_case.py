@@ -18,6 +18,7 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import log_centre
 from swesbi.recording.noise import mean_errors
 from swesbi.recording.speed import NoiseComponents
+from swesbi.verdict.settings import RuleSettings
 
 CONTEXT = Context("T", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
 PHI = np.array([60.0, 6.0, 29.0, 2.2])
@@ -57,6 +58,11 @@ def settings(prior: str = "paper") -> SpeedModelSettings:
 def exact() -> ExactSettings:
     """Return the shipped sizes and criteria of exact posteriors."""
     return shipped().speed_experiments["calibrated"].exact
+
+
+def rule() -> RuleSettings:
+    """Return the shipped levels and tolerances of the verdict."""
+    return shipped().speed_experiments["calibrated"].misspecification.rule
 
 
 @cache

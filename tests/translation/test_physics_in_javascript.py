@@ -59,7 +59,7 @@ return model.log_likelihood(phi).tolist().map((x) => (x === -Infinity ? null : x
 def program() -> str:
     """The physics of the experiment ``calibrated``, with all nuisance parameters."""
     find_node()
-    return physics(speed_case.settings("calibrated"), speed_case.exact())
+    return physics(speed_case.settings("calibrated"), speed_case.exact(), speed_case.rule())
 
 
 def drawn(n: int) -> np.ndarray:
@@ -126,7 +126,9 @@ def test_likelihoods_are_those_of_python(made: SpeedModel, tmp_path: Path) -> No
             "columns": recording.shared.shape[1],
         },
     }
-    found = evaluate(tmp_path, physics(made.settings, speed_case.exact()), LIKELIHOOD, given)
+    found = evaluate(
+        tmp_path, physics(made.settings, speed_case.exact(), speed_case.rule()), LIKELIHOOD, given
+    )
     expected = made.log_likelihood(phi)
     np.testing.assert_allclose([-np.inf if x is None else x for x in found], expected, rtol=1e-9)
 
@@ -145,6 +147,6 @@ def test_other_equations_make_another_page(tmp_path: Path) -> None:
     phi = sample(3, other.prior, np.random.default_rng(5))
     context = speed_case.CONTEXT
     given = {"phi": phi.tolist(), "contexts": [asdict(context)], "curves": CURVES}
-    evaluate(tmp_path, physics(other, speed_case.exact()), SIMULATE, given)
+    evaluate(tmp_path, physics(other, speed_case.exact(), speed_case.rule()), SIMULATE, given)
     beats = simulate(phi[:, :3], context, other.forward_model)
     assert_same_curves([(beats, doubles(tmp_path))], 3)

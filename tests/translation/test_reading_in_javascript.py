@@ -51,7 +51,7 @@ HEARTS: Final = "[...physics.dropped_hearts(path)].map(([name, heart]) => [name,
 @pytest.fixture(scope="module")
 def program() -> str:
     find_node()
-    return physics(speed_case.settings("calibrated"), speed_case.exact())
+    return physics(speed_case.settings("calibrated"), speed_case.exact(), speed_case.rule())
 
 
 def in_javascript(folder: Path, program: str, reader: str, paths: list[Path]) -> list[dict[str, Any]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from swesbi.context import CONTEXT, CONTEXT_RANGES, Context
+from swesbi.context import CONTEXT, CONTEXT_BOUNDS, Context
 from swesbi.recording.foreign import GATED
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
@@ -13,6 +13,8 @@ from swesbi.recording.reader import check_measured, samples_of
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.table import read_table
 
+HEART: Final = ("hr_bpm", "lvedv_ml", "lvesv_ml", "ivsd_cm")
+"""What the forward model takes, and what its beats are held against."""
 GRID_POINTS: Final = 100  # of the curve through the phases, which only its checks look at
 
 
@@ -36,24 +38,24 @@ def dropped_recording(path: Path, context: Context, settings: RecordingSettings)
 
 
 def dropped_hearts(path: Path) -> dict[str, dict[str, float]]:
-    """Read what ``subjects.csv`` says of each subject's heart, as far as the forward model takes it.
+    """Read what ``subjects.csv`` says of each subject's heart.
 
     Args:
         path: The table, a CSV file.
 
     Returns:
-        By subject, and by the name of the context variable.
+        By subject, and by the names in ``HEART``.
 
     Raises:
         RecordingError: The table is malformed or lacks a column, a value is impossible, or a subject is named
             twice.
     """
-    heart = [variable for variable in CONTEXT if variable.simulated]
+    heart = [variable for variable in CONTEXT if variable.name in HEART]
     table = read_table(path, ("subject", *(variable.name for variable in heart)))
     table.unique(["subject"])
     columns = {}
     for variable in heart:
-        low, high = CONTEXT_RANGES[variable.name]
+        low, high = CONTEXT_BOUNDS[variable.name]
         columns[variable.name] = table.number(variable.name, low, high, variable.remedy)
     table.finish()
     names = table.cells["subject"].tolist()

@@ -11,6 +11,7 @@ from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.translation.program import Loop, Program
 from swesbi.translation.values import literal
+from swesbi.verdict.settings import RuleSettings
 
 KERNEL_RANKS: Final = {"x": 2, "own": 2, "drives": 2, "record": 3, "activation": 2, "rows": 2}
 ACTIVATION_RANKS: Final = {"curves": 2, "onset_s": 1, "duration_s": 1, "ramp_s": 1}
@@ -36,6 +37,7 @@ ROOTS: Final = (
     ("swesbi.recording.speed", "youngs_modulus_kpa"),
     ("swesbi.explorer.dropped", "dropped_recording"),
     ("swesbi.explorer.dropped", "dropped_hearts"),
+    ("swesbi.explorer.judged", "judged_without_nulls"),
     ("swesbi.measurement.speeds", "measured_speeds"),
     ("swesbi.recording.speed", "NoiseComponents"),
     ("swesbi.posterior.adaptive", "adaptive_rounds"),
@@ -64,12 +66,13 @@ KNOWN_CLASSES: Final = (
 )
 
 
-def physics(settings: SpeedModelSettings, exact: ExactSettings) -> str:
+def physics(settings: SpeedModelSettings, exact: ExactSettings, rule: RuleSettings) -> str:
     """Return the physics of a study as JavaScript: ``physics``, with its functions and what they are given.
 
     Args:
         settings: The model: ``physics.settings``.
         exact: Sizes and criteria of exact posteriors: ``physics.exact``.
+        rule: Levels and tolerances of the verdict: ``physics.rule``.
 
     Raises:
         UntranslatableError: Code that it leads to is not known to the translator; with file and line.
@@ -87,7 +90,7 @@ def physics(settings: SpeedModelSettings, exact: ExactSettings) -> str:
     names = [program.reference(root) for root in ROOTS]
     given = [
         f"const {name} = {literal(value, program.of_value)};"
-        for name, value in (("settings", settings), ("exact", exact))
+        for name, value in (("settings", settings), ("exact", exact), ("rule", rule))
     ]
-    held = f"const physics = {{ settings, exact, {', '.join(names)} }};"
+    held = f"const physics = {{ settings, exact, rule, {', '.join(names)} }};"
     return "\n".join([program.text(), *given, held, ""])

@@ -52,6 +52,7 @@ LIBRARY: Final = {
     "scipy.interpolate.PchipInterpolator": "interpolate.PchipInterpolator",
     "scipy.stats.multivariate_t": "stats.multivariate_t",
     "scipy.stats.chi2.sf": "stats.chi2.sf",
+    "statistics.NormalDist": "stats.NormalDist",
     "scipy.optimize.brentq": "optimize.brentq",
     "sklearn.mixture.GaussianMixture": "mixture.GaussianMixture",
     "arviz.psislw": "paretoSmoothed",
@@ -65,8 +66,8 @@ METHODS: Final = {
     name: name
     for name in _listed(
         """add all any append argmax argmin argsort astype clip copy count cumsum decode endswith extend find
-        fit index item items keys logpdf lower max mean min normal permutation pop random removeprefix repeat
-        reshape rvs split splitlines standard_normal startswith std strip sum swapaxes tobytes tolist
+        fit index inv_cdf item items keys logpdf lower max mean min normal permutation pop random removeprefix
+        repeat reshape rvs split splitlines standard_normal startswith std strip sum swapaxes tobytes tolist
         transpose union update upper values var"""
     )
 } | {"join": "joined", "replace": "replaceAll", "fromkeys": "fromkeys"}

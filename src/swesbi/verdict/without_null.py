@@ -53,9 +53,19 @@ def residual_test(
         rng: Draws the factor of each.
     """
     factor = model.draw_factor(predicted, rng)
-    chi_squared = model.innovations(predicted, factor).chi_squared
-    pushes = len(model.cell)
-    p_value = float(np.mean(chi2.sf(chi_squared, pushes)))
+    return tested_residuals(model.innovations(predicted, factor).chi_squared, len(model.cell), "pushes", rule)
+
+
+def tested_residuals(chi_squared: FloatArray, count: int, of: str, rule: RuleSettings) -> SupportTest:
+    """Return the posterior predictive p-value of residuals that are independent normals at the true phi.
+
+    Args:
+        chi_squared: The sum of their squares at each of n equally weighted posterior draws; shape (n,).
+        count: How many residuals there are.
+        of: What they are of, in words.
+        rule: Levels of the verdict.
+    """
+    p_value = float(np.mean(chi2.sf(chi_squared, count)))
     level = 0.5 * rule.strained_level
     return SupportTest(
         name="residuals",
@@ -63,7 +73,7 @@ def residual_test(
         p_value=p_value,
         threshold=level,
         flagged=p_value <= level,
-        detail=f"squared residuals {np.median(chi_squared):.1f} of {pushes} pushes in the median, posterior "
+        detail=f"squared residuals {np.median(chi_squared):.1f} of {count} {of} in the median, posterior "
         f"predictive p-value {p_value:.2g}",
     )
 
@@ -91,7 +101,7 @@ def support_without_null(
         waves: What natural waves have told, where there are any.
     """
     waves = waves or Told()
-    status = grade(_of_residuals(residuals, rule), volumes, ejection, rule.volumes.unsupported_abs_z)
+    status = grade(grade_of_residuals(residuals, rule), volumes, ejection, rule.volumes.unsupported_abs_z)
     flagged = [test for test in (residuals, *volumes, *ejection) if test.flagged]
     unspoken = (UNINFORMATIVE, WHY_UNINFORMATIVE) if waves.uninformative else (NO_VERDICT, WHY_NONE)
     word = status.word if status else unspoken[0]
@@ -125,7 +135,8 @@ def _named(model: FreeModel, index: int) -> str:
     return f"push at {model.model.recording.phase[index]:.3f} of its beat"
 
 
-def _of_residuals(test: SupportTest, rule: RuleSettings) -> Verdict:
+def grade_of_residuals(test: SupportTest, rule: RuleSettings) -> Verdict:
+    """Return what the residuals amount to; their p-value is held against half a level."""
     p_value = 1.0 if test.p_value is None else test.p_value
     if p_value <= 0.5 * rule.unsupported_level:
         return Verdict.UNSUPPORTED

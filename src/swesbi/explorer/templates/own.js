@@ -24,7 +24,7 @@ async function taken(given) { // tables of subjects first, so that a recording f
 
 async function offered(file) { // a recording becomes a subject once it passes; what is wrong is said otherwise
   const name = file.name.replace(/\.[^.]*$/, ""), heart = own.hearts[name];
-  const context = { ...state.context, ...heart, subject: name };
+  const context = { ...state.context, lvesv_ml: NaN, ...heart, subject: name }; // the end-systolic volume is known of a row alone
   const before = own.subject?.file.name === file.name ? own.subject : null;
   own.subject = { name, file, context, verdict: "A recording of your own: no verdict.", recording: null, median: null, quantiles: null, draws: [] };
   listed(own.subject, before);

@@ -268,6 +268,7 @@ function answered(subject, found) {
     ? `<tr><th scope="row">${p.words} ${p.symbol} (${p.unit})</th><td>${cell(found.quantiles.map((row) => row[k]))}</td><td>${subject.quantiles ? cell(subject.quantiles.map((row) => row[k])) : "–"}</td></tr>` : "")).join("");
   const { inside, phases } = found.check;
   element("check").textContent = `Predictive check: ${inside} of ${phases} measured phases lie in the ${(100 * found.interval).toFixed(0)} % interval of what such a recording of this posterior would show, noise included (band among the curves).`;
+  said(found.judged);
   URL.revokeObjectURL(element("download").href);
   element("download").href = URL.createObjectURL(new Blob([csvOf(found)], { type: "text/csv" }));
   element("download").download = `posterior-${subject.name}.csv`;
@@ -275,6 +276,12 @@ function answered(subject, found) {
   if (subject === own.subject) adopted(subject, found);
   document.body.dataset.inferred = subject.name;
   drawAll();
+}
+
+function said({ word, tests }) { // by the tests that need no null distributions
+  const against = { "no verdict": "No verdict: what this page can test does not speak against the model", strained: "Strained", unsupported: "Unsupported" }[word];
+  element("judged").textContent = `${against}.`;
+  element("tests").innerHTML = tests.map(({ name, flagged, detail }) => `<li${flagged ? ' class="wrong"' : ""}>${name}: ${detail}</li>`).join("");
 }
 
 function adopted(subject, found) { // of a recording of one's own there are no other draws

@@ -60,7 +60,7 @@ function infer({ context, recording, seed }, tell) {
   const shown = np.quantile(phi, ends, kw({ axis: 0 }));
   return {
     ...certificate(last), interval: exact.interval, phi: phi.tolist(), quantiles: shown.tolist(),
-    check: predicted(model, phi, ends, seed), seconds: (performance.now() - began) / 1000,
+    check: predicted(model, phi, ends, seed), judged: judged(model, phi), seconds: (performance.now() - began) / 1000,
   };
 }
 
@@ -78,6 +78,12 @@ function predicted(model, phi, ends, seed) {
   const [low, median, high] = np.quantile(stiffness, ends, kw({ axis: 0 })).tolist();
   const inside = observed.tolist().filter((value, k) => value >= low[k] && value <= high[k]).length;
   return { phase: recording.phase.tolist(), low, median, high, inside, phases: low.length };
+}
+
+// The tests of the study that need no null distributions.
+function judged(model, phi) {
+  const [word, tests] = physics.judged_without_nulls(model, getItem(phi, py.slice(0, CHECKED)), physics.rule);
+  return { word, tests: tests.map(({ name, flagged, detail }) => ({ name: name.replaceAll("_", " "), flagged, detail })) };
 }
 
 const CHECKED = 1000;

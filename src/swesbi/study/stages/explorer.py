@@ -18,6 +18,7 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.study.stages.origin import Origin, by_key, pick
+from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.support import read_support
 
 
@@ -27,6 +28,7 @@ class ExplorerSettings(Settings):
     model: SpeedModelSettings
     exact: ExactSettings
     recording: RecordingSettings
+    rule: RuleSettings
     experiment: str
     cohort_title: str
 
@@ -74,5 +76,5 @@ def explorer(
     }
     with atomic_path(page) as temporary:
         temporary.write_text(
-            render_page(words, data, physics(settings.model, settings.exact)), encoding="utf-8"
+            render_page(words, data, physics(settings.model, settings.exact, settings.rule)), encoding="utf-8"
         )

@@ -83,6 +83,7 @@ const stats = {
     cdf: (x, a, b, mean, sd) => unary((value) => Math.min(1, Math.max(0, (ndtr((value - mean) / sd) - ndtr(a)) / (ndtr(b) - ndtr(a)))), x),
     ppf: (u, a, b, mean, sd) => unary((level) => mean + sd * ndtri(ndtr(a) + level * (ndtr(b) - ndtr(a))), u),
   },
+  NormalDist: () => ({ inv_cdf: special.ndtri }),
   chi2: { sf: (x, freedom) => unary((value) => upperGamma(freedom / 2, value / 2), x) },
   multivariate_t: (mean, shape, named) => new MultivariateT(mean, shape, named.values.df),
 };
