@@ -226,6 +226,17 @@ def test_the_workflow_answers_as_the_command_does(own_study: StudyCopy, tmp_path
         assert done.returncode == 0, done.stderr
         for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "sheet.pdf"):
             assert (made / name).read_bytes() == (out / name).read_bytes(), (subject, name)
+    # whatever network an answer begins with, the prior's band is the prior's
+    alone = ("--subject", "T1", "--experiment", "calibrated", "--out", str(tmp_path / "prior"))
+    done = study.call(
+        "-m", "swesbi", "new-subject", "--cohort", str(cohort), *alone, "--overlay", "smoke.yaml"
+    )
+    assert done.returncode == 0, done.stderr
+    by_network, from_prior = (
+        read_free_predictive(tmp_path / name / "predictive.h5") for name in ("T1", "prior")
+    )
+    np.testing.assert_array_equal(by_network.prior.high, from_prior.prior.high)
+    assert not np.array_equal(by_network.posterior.high, from_prior.posterior.high)
     # waves after mitral closure alone mean nothing; the others' answers stand
     (cohort / "swe" / "T4.csv").write_text(MITRAL_WAVES)
     study.edit("data/trains/subjects.csv", "T1,", "T4,F,25,1.7,60,90,34,0.8\nT1,")
