@@ -64,8 +64,29 @@ def test_it_is_inferred_and_moved(page: Browser) -> None:
     assert page.evaluate("document.getElementById('certificate').textContent").startswith("Reliable: Pareto")
     assert page.evaluate("state.subject.draws.length") == page.evaluate("study.prior_draws.length")
     assert page.evaluate("document.getElementById('download').download") == "posterior-C.csv"
+    judged = page.evaluate("document.getElementById('judged').textContent")
+    assert judged and page.evaluate("document.getElementById('verdict').textContent") == judged
     page.evaluate("document.getElementById('median').click()")
     assert page.evaluate("state.phi") == page.evaluate("state.inferred.quantiles[1]")
+
+
+@pytest.mark.slow(minutes=0.3)
+def test_several_recordings_are_subjects_side_by_side(page: Browser) -> None:
+    other = explorer_case.COHORT / "swe" / "D.csv"
+    dropped(page, C=RECORDING.read_text(), D=other.read_text(), subjects=TABLE.read_text())
+    until(page, "document.body.dataset.own === 'D'")
+    options = page.evaluate("[...document.getElementById('subject').options].map(one => one.textContent)")
+    assert options[-2:] == ["C (your file)", "D (your file)"]
+    page.evaluate("document.getElementById('subject').selectedIndex -= 1")
+    page.evaluate("document.getElementById('subject').dispatchEvent(new Event('change'))")
+    until(page, "document.body.dataset.own === 'C'")
+    observed = explorer_case.observation("C")
+    assert page.evaluate("state.subject.recording.speed_m_s.length") == observed.measured.sum()
+    assert page.evaluate("document.getElementById('hr_bpm-value').value") == f"{observed.context.hr_bpm:g}"
+    assert "The heart is that of its row of the table." in page.evaluate(WORDS)
+    dropped(page, C=RECORDING.read_text())
+    until(page, f"{WORDS}.startsWith('C: ')")
+    assert page.evaluate("document.getElementById('subject').options.length") == len(options)
 
 
 @pytest.mark.slow(minutes=0.3)

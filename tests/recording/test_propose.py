@@ -114,6 +114,9 @@ def test_the_proposal_reads_a_table_of_natural_waves(
     waves = (("MVC", 310.0), ("AVC", 390.0))
     rows = [(beat, valve, 1010, speed) for beat in (1, 2) for valve, speed in waves]
     path = tmp_path / "S.csv"
+    assert propose(["Valve", "RR", "SWS_1", "SWS_2", "SWS_3"]).missing == (), (
+        "no time, of a wide table either"
+    )
     pd.DataFrame(rows, columns=["Beat", "Valve", "RR (ms)", "SWS (cm/s)"]).to_csv(path, index=False)
     assert main(["template", "--like", str(path)]) == 0
     shown = capsys.readouterr().out

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from functools import cache
 from pathlib import Path
 
 from snakemake.io import expand as expand_names
@@ -543,6 +544,12 @@ def shards_of_experiment(wildcards):
 NEW_COHORT = STUDY.new_cohort_name or "none"
 
 
+@cache
+def asked_outside():
+    """Return the rows of the table of answers; read once, since every recording is looked at."""
+    return stage_settings(STUDY, "new_answers")["asked"]
+
+
 def of_answered_outside(file):
     """Return the function that gives a file of every subject outside the study who is not refused."""
 
@@ -551,10 +558,9 @@ def of_answered_outside(file):
             raise WorkflowError(
                 "new_subjects.cohort = null: name the folder of the subjects to be answered"
             )
-        asked = stage_settings(STUDY, "new_answers")["asked"]
         return [
             f"{RESULTS}/{one['experiment']}/new/{NEW_COHORT}/{one['subject']}/{file}"
-            for one in asked
+            for one in asked_outside()
             if not one["refused"] and not is_not_interpreted(one)
         ]
 
@@ -573,7 +579,7 @@ def outcomes_of_waves(wildcards):
     """Return what is told of natural waves, for each row whose recording has nothing else."""
     return [
         f"{RESULTS}/{one['experiment']}/closures.json"
-        for one in stage_settings(STUDY, "new_answers")["asked"]
+        for one in asked_outside()
         if one["waves"] and not one["refused"]
     ]
 

@@ -117,9 +117,11 @@ def _check_names(table: TextTable) -> None:
 
 
 def _context_row(table: TextTable, index: int, numbers: Mapping[str, Any]) -> ContextRow | None:
-    values = {name: float(column[index]) for name, column in numbers.items()}
-    bounds = CONTEXT_BOUNDS.items()
-    known = {name: values[name] for name, (low, high) in bounds if low <= values[name] <= high}
+    known = {
+        name: float(numbers[name][index])
+        for name, (low, high) in CONTEXT_BOUNDS.items()
+        if low <= numbers[name][index] <= high
+    }
     texts = {name: table.cells[name][index] for name in CONTEXT_COLUMNS if name not in numbers}
     try:
         return ContextRow.from_plain(texts | known)

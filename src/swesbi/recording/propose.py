@@ -141,7 +141,7 @@ def propose(names: Sequence[str]) -> Proposal:
     stated = {column: wide[1][0] if wide and name == wide[0] else name for column, name in columns.items()}
     units = {column: unit for column, name in stated.items() if (unit := _unit(column, name))}
     needed = FREE_REQUIRED if free else NEEDED
-    not_needed = {"sample"} if wide else {TIME} if EVENT in columns else set()
+    not_needed = ({"sample"} if wide else set()) | ({TIME} if EVENT in columns else set())
     missing = [name for name in needed if name not in columns and name not in not_needed]
     if not any(name in columns for name in MEASURED):
         missing.append(SPEED)

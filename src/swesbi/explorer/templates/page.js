@@ -104,7 +104,8 @@ let delayed = null;
 function changedContext() { // draws are of another heart now, and so is what was inferred; draws follow when the slider rests
   forget();
   clearTimeout(delayed);
-  delayed = setTimeout(() => { loadDraws(); if (state.subject === own.subject) readAgain(); }, 150);
+  if (isOwn(state.subject)) state.subject.origin = "the sliders";
+  delayed = setTimeout(() => { loadDraws(); if (isOwn(state.subject)) readAgain(); }, 150);
 }
 
 // --- draws of prior and posterior
@@ -273,14 +274,14 @@ function answered(subject, found) {
   element("download").href = URL.createObjectURL(new Blob([csvOf(found)], { type: "text/csv" }));
   element("download").download = `posterior-${subject.name}.csv`;
   element("answer").hidden = false;
-  if (subject === own.subject) adopted(subject, found);
+  if (isOwn(subject)) adopted(subject, found);
   document.body.dataset.inferred = subject.name;
   drawAll();
 }
 
 function said({ word, tests }) { // by the tests that need no null distributions
-  const against = { "no verdict": "No verdict: what this page can test does not speak against the model", strained: "Strained", unsupported: "Unsupported" }[word];
-  element("judged").textContent = `${against}.`;
+  const words = { "no verdict": "No verdict: what this page can test does not speak against the model", strained: "Strained", unsupported: "Unsupported" }[word];
+  element("judged").textContent = `${words}.`;
   element("tests").innerHTML = tests.map(({ name, flagged, detail }) => `<li${flagged ? ' class="wrong"' : ""}>${name}: ${detail}</li>`).join("");
 }
 
@@ -288,6 +289,8 @@ function adopted(subject, found) { // of a recording of one's own there are no o
   const step = found.phi.length / study.prior_draws.length;
   subject.draws = study.prior_draws.map((_, k) => found.phi[Math.floor(k * step)]);
   subject.median = found.quantiles[1];
+  subject.verdict = element("judged").textContent;
+  element("verdict").textContent = subject.verdict;
   element("median").disabled = false;
   loadDraws();
 }
@@ -298,7 +301,10 @@ function begin() {
   makeSliders();
   beginOwn();
   study.subjects.forEach((subject, k) => element("subject").append(new Option(subject.name, String(k))));
-  element("subject").addEventListener("change", () => choose(study.subjects[Number(element("subject").value)]));
+  element("subject").addEventListener("change", () => {
+    choose(study.subjects[Number(element("subject").value)]);
+    if (isOwn(state.subject)) readAgain();
+  });
   element("centre").addEventListener("click", () => set(study.parameters.map((p) => p.centre)));
   element("median").addEventListener("click", () => set(state.subject.median));
   for (const name of ["posterior", "recording"]) element(`show-${name}`).addEventListener("change", drawAll);
