@@ -17,9 +17,10 @@ from study_copy import ROOT, StudyCopy
 
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.free_predictive import draw_pushes, read_free_predictive
+from swesbi.config.natural_waves import why_not_interpreted
 from swesbi.config.new_recordings import free_running, noise_declared, waves_alone
 from swesbi.config.read import ConfigError, overlay, read_yaml
-from swesbi.config.refusals import context_refusal, recording_refusal, why_not_interpreted
+from swesbi.config.refusals import context_refusal, recording_refusal
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
@@ -35,6 +36,8 @@ from swesbi.recording.free_samples import read_free_samples
 from swesbi.show.answers_table import read_answers
 from swesbi.study.answering import FREE_OUTPUTS, OtherAnswerError, check_untouched
 from swesbi.study.stages.origin import Origin
+from swesbi.verdict.closure_speeds import ClosureSpeeds
+from swesbi.verdict.settings import PublishedSpeed
 from swesbi.verdict.without_null import residual_test
 
 FloatArray = NDArray[np.float64]
@@ -170,7 +173,7 @@ def test_the_workflow_asks_a_free_running_recording_once(asked: Study) -> None:
     rows = stage_settings(again, "new_answers")["asked"]
     first = again.answering_experiments[0]
     assert [row for row in rows if row["subject"] == "S-3"] == [
-        {"subject": "S-3", "experiment": first, "refused": "", "waves": []}
+        {"subject": "S-3", "experiment": first, "refused": "", "interpretable": True}
     ]
     assert len([row for row in rows if row["subject"] == "S-1"]) == len(again.answering_experiments) > 1
 
@@ -178,22 +181,22 @@ def test_the_workflow_asks_a_free_running_recording_once(asked: Study) -> None:
 def test_the_workflow_knows_recordings_of_natural_waves_alone(asked: Study) -> None:
     path = asked.new_cohort / "swe" / "S-3.csv"
     path.write_text(MITRAL_WAVES)
-    rows = stage_settings(asked, "new_answers")["asked"]
-    assert [row["waves"] for row in rows if row["subject"] == "S-3"] == [["mvc"]]
+    assert waves_alone(asked) == {"S-3": ("mvc",)}
     path.write_text(MITRAL_WAVES + "avc,1017,1,4.1\n")
     assert waves_alone(asked) == {"S-3": ("mvc", "avc")}
+    (row,) = [row for row in stage_settings(asked, "new_answers")["asked"] if row["subject"] == "S-3"]
+    assert row["interpretable"] and not row["refused"], "the aortic ones are interpreted"
     free_case.train(2).assign(event="").to_csv(path, index=False)
     assert waves_alone(asked) == {}
 
 
-def test_waves_of_which_some_are_interpreted_are_answered(tmp_path: Path) -> None:
-    outcome = tmp_path / "closures.json"
-    outcome.write_text('{"mvc": "waves after mvc mean nothing", "avc": ""}')
-    assert why_not_interpreted(outcome, ["mvc"]) == "waves after mvc mean nothing"
-    assert why_not_interpreted(outcome, ["mvc", "avc"]) == ""
-    outcome.write_text("[]")
-    with pytest.raises(ValueError, match="does not say which natural waves are interpreted; delete it"):
-        why_not_interpreted(outcome, ["mvc"])
+def test_waves_of_which_none_is_interpreted_have_the_reason_of_each() -> None:
+    published = (PublishedSpeed(mean_m_s=4.0, sd_m_s=0.5, volunteers=20, source="a test"),)
+    mitral, aortic = (
+        ClosureSpeeds(event, 1.0, 2.0, high, published) for event, high in (("mvc", 3.0), ("avc", 5.0))
+    )
+    assert "people have 4.00 (a test)" in why_not_interpreted((mitral, aortic), ["mvc"])
+    assert why_not_interpreted((mitral, aortic), ["mvc", "avc"]) == ""
 
 
 def test_pushes_that_cannot_be_used_are_a_row_of_the_workflow_and_no_job(asked: Study) -> None:
@@ -240,7 +243,7 @@ def test_the_workflow_answers_as_the_command_does(own_study: StudyCopy, tmp_path
     # waves after mitral closure alone mean nothing; the others' answers stand
     (cohort / "swe" / "T4.csv").write_text(MITRAL_WAVES)
     study.edit("data/trains/subjects.csv", "T1,", "T4,F,25,1.7,60,90,34,0.8\nT1,")
-    assert {"closure_outcome", "new_answers"} <= {job.rule for job in study.planned("new_subjects")}
+    assert {job.rule for job in study.planned("new_subjects")} == {"new_answers"}
     study.run("new_subjects")
     table = read_answers(study.results / "new" / "trains" / "answers.csv").set_index("subject")
     assert table["status"].to_dict() == {**answers["status"].to_dict(), "T4": "not interpretable"}

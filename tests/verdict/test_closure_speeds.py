@@ -7,7 +7,7 @@ import pytest
 import speed_case
 
 from swesbi.__main__ import main
-from swesbi.config.slices_outside import natural_waves_of
+from swesbi.config.natural_waves import natural_waves_of
 from swesbi.population.settings import PopulationSettings
 from swesbi.verdict.closure_speeds import closure_speeds, judged, prior_predictive
 from swesbi.verdict.settings import NaturalWavesSettings

@@ -10,7 +10,7 @@ from snakemake.io import expand as expand_names
 from swesbi.config.new_recordings import free_running
 from swesbi.config.pairs import answered_pairs, pairs_of
 from swesbi.config.read import ConfigError, relocate
-from swesbi.config.refusals import network_of_pushes, why_not_interpreted
+from swesbi.config.refusals import network_of_pushes
 from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
 from swesbi.show.figures.registry import captions, figure_of, names_of
@@ -561,27 +561,10 @@ def of_answered_outside(file):
         return [
             f"{RESULTS}/{one['experiment']}/new/{NEW_COHORT}/{one['subject']}/{file}"
             for one in asked_outside()
-            if not one["refused"] and not is_not_interpreted(one)
+            if not one["refused"]
         ]
 
     return files
-
-
-def is_not_interpreted(one):
-    """Tell whether nothing of a recording of natural waves alone is interpreted, once that has been told."""
-    if not one["waves"]:
-        return False
-    told = checkpoints.closure_outcome.get(experiment=one["experiment"])
-    return bool(why_not_interpreted(Path(told.output.outcome), one["waves"]))
-
-
-def outcomes_of_waves(wildcards):
-    """Return what is told of natural waves, for each row whose recording has nothing else."""
-    return [
-        f"{RESULTS}/{one['experiment']}/closures.json"
-        for one in asked_outside()
-        if one["waves"] and not one["refused"]
-    ]
 
 
 # Visits of one person outside the study: the first and the last are compared.

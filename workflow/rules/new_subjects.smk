@@ -164,30 +164,11 @@ rule new_free_subject_of_population:
         "../scripts/stage.py"
 
 
-checkpoint closure_outcome:
-    """Which natural waves are interpreted; told before a recording that has nothing else is answered."""
-    output:
-        outcome=f"{RESULTS}/{{experiment}}/closures.json",
-    log:
-        f"{RESULTS}/logs/closure_outcome/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/closure_outcome/{{experiment}}.tsv"
-    wildcard_constraints:
-        experiment=f"{SPEEDS}|{OVER_POPULATION}",
-    params:
-        stage=stage("closure_outcome"),
-    message:
-        "Natural waves of which '{wildcards.experiment}' makes the speeds that people have"
-    script:
-        "../scripts/stage.py"
-
-
 rule new_answers:
     """A row for each subject and experiment; a refused subject is a row with its reason, and no job."""
     input:
         posteriors=of_answered_outside("posterior.h5"),
         supports=of_answered_outside("support.json"),
-        outcomes=outcomes_of_waves,
     output:
         table=f"{RESULTS}/new/{NEW_COHORT}/answers.csv",
         workbook=f"{RESULTS}/new/{NEW_COHORT}/answers.xlsx",

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from swesbi.config.new_recordings import (
     free_running,
@@ -108,24 +106,6 @@ def _read_pushes(study: Study, subject: str) -> None:
     settings, layout = quality_of(study, subject), study.new_layout_of(subject)
     samples = read_free_samples(study.new_recording(subject), settings.density_kg_m3, layout, subject)
     ingest_free(samples, study.new_rows[subject].to_context(), settings, noise_declared(study, subject))
-
-
-def why_not_interpreted(outcome: Path, events: Sequence[str]) -> str:
-    """Return why none of the natural waves of a recording is interpreted; empty where some are.
-
-    Args:
-        outcome: Written by the stage ``closure_outcome``.
-        events: What set off the waves of a recording that has nothing else.
-
-    Raises:
-        ValueError: It is no such file.
-    """
-    try:
-        said = json.loads(outcome.read_text(encoding="utf-8"))
-        reasons = [str(said[event]) for event in events]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ValueError(f"{outcome}: does not say which natural waves are interpreted; delete it") from error
-    return "; ".join(reasons) if all(reasons) else ""
 
 
 def refusals(study: Study, experiments: Sequence[str]) -> dict[tuple[str, str], str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from swesbi.config.models import Config
+from swesbi.config.natural_waves import closures_under, natural_waves_of, why_not_interpreted
 from swesbi.config.new_recordings import free_running, noise_declared, quality_of, waves_alone
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
@@ -13,8 +13,6 @@ from swesbi.config.read import ConfigError
 from swesbi.config.refusals import network_of_pushes, refusals
 from swesbi.config.study import Study
 from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
-from swesbi.population.settings import of_group
-from swesbi.verdict.settings import NaturalWavesSettings
 
 Fields = Callable[[Study, Wildcards, str], dict[str, Any]]
 """Returns the values of the sources that a text names, and of other stages (``stage.NAME``)."""
@@ -77,21 +75,6 @@ def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[st
     return parts | noise | sheet | natural_waves_of(study.config) | fields(study.outside, wildcards, checked)
 
 
-def natural_waves_of(config: Config) -> dict[str, Any]:
-    """Return when natural waves are interpreted, and the healthy hearts on which that rests."""
-    chosen = config.natural_waves
-    population = config.population_experiments[chosen.experiment].population
-    waves = {
-        key: value for key, value in chosen.to_plain().items() if key in NaturalWavesSettings.model_fields
-    }
-    return {"natural_waves": waves, "healthy": of_group(population, chosen.group).to_plain()}
-
-
-def _closure_outcome(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what decides whether natural waves are interpreted under the model of an experiment."""
-    return natural_waves_of(study.config) | fields(study, wildcards, "model")
-
-
 def _free_subject_of_population(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
     """Return what the answer of a population's network to a free-running recording depends on."""
     own = fields(study, wildcards, "stage.train_population population.population")
@@ -104,25 +87,39 @@ def _new_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str
     A free-running recording is asked once: by the first network that takes it, or else under the prior of the
     first experiment.
     """
-    del fields  # who is asked is told by the folder and the experiments alone
     experiments = study.answering_experiments
     refused = refusals(study, experiments)
     once = {
         subject: network_of_pushes(study, subject, experiments)[0] or experiments[0]
         for subject in free_running(study)
     }
-    waves = waves_alone(study)
+    meaningless = _meaningless_waves(study, once, fields)
     rows = [
         {
             "subject": subject,
             "experiment": name,
-            "refused": refused.get((name, subject), ""),
-            "waves": list(waves.get(subject, ())),
+            "refused": refused.get((name, subject), meaningless.get(subject, "")),
+            "interpretable": (name, subject) in refused or subject not in meaningless,
         }
         for subject in (*study.new_rows, *study.new_refused)
         for name in ([once[subject]] if subject in once else experiments)
     ]
     return {"asked": rows}
+
+
+def _meaningless_waves(study: Study, asked: Mapping[str, str], fields: Fields) -> dict[str, str]:
+    """Return of which recordings outside the study nothing is interpreted, and why.
+
+    Args:
+        study: The study.
+        asked: Experiment under which each free-running recording is answered.
+        fields: Gives the experiment's model.
+    """
+    reasons = {}
+    for subject, waves in waves_alone(study).items():
+        model = fields(study, {"experiment": asked[subject]}, "model")["model"]
+        reasons[subject] = why_not_interpreted(closures_under(study.config, model), waves)
+    return {subject: reason for subject, reason in reasons.items() if reason}
 
 
 def _person_change(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
@@ -207,7 +204,6 @@ def _exam_table(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str,
 
 
 OUTSIDE: Final[Mapping[str, Callable[[Study, Wildcards, Fields], dict[str, Any]]]] = {
-    "closure_outcome": _closure_outcome,
     "new_answers": _new_answers,
     "person_change": _person_change,
     "change_groups": _change_groups,

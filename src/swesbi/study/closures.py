@@ -6,9 +6,9 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
+from swesbi.config.natural_waves import closures_under
 from swesbi.config.read import add_options, in_words, parsed, read_merged
 from swesbi.config.slices import stage_settings
-from swesbi.config.slices_outside import natural_waves_of
 from swesbi.config.study import load_study
 from swesbi.recording.check import aligned
 from swesbi.verdict.answers import NOT_INTERPRETABLE
@@ -37,20 +37,10 @@ def main(arguments: Sequence[str]) -> int:
     options = parsed(_parser(), arguments)
     config, changes = options.config, options.overlay
     study = load_study(read_merged(config, changes), in_words(config, changes))
-    # the simulator takes seconds to import; what is refused above should not wait for it
-    from swesbi.measurement.likelihood import SpeedModelSettings
-    from swesbi.population.settings import PopulationSettings
-    from swesbi.verdict.closure_speeds import closure_speeds
-    from swesbi.verdict.settings import NaturalWavesSettings
-
     experiment = options.experiment or next(iter(study.config.speed_experiments))
-    plain = stage_settings(study, "exact_posterior", experiment=experiment)
-    model = SpeedModelSettings.from_plain(plain["model"])
-    chosen = natural_waves_of(study.config)
-    waves = NaturalWavesSettings.from_plain(chosen["natural_waves"])
-    healthy = PopulationSettings.from_plain(chosen["healthy"])
-    outcome = closure_speeds(model, healthy, waves, study.config.seed)
-    header = [name.format(mass=100.0 * waves.central_mass) for name in HEADER]
+    model = stage_settings(study, "exact_posterior", experiment=experiment)["model"]
+    outcome = closures_under(study.config, model)
+    header = [name.format(mass=100.0 * study.config.natural_waves.central_mass) for name in HEADER]
     print("\n".join(aligned([header, *_rows(outcome)])))
     for one in outcome:
         print(f"{one.event}: {'interpreted' if one.interpretable else NOT_INTERPRETABLE}")

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from swesbi.artefacts import load
 from swesbi.base import Settings
-from swesbi.config.refusals import why_not_interpreted
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.show.answers_table import Asked, answers_table, write_answers
 from swesbi.study.stages.origin import Origin
@@ -20,13 +19,13 @@ LOGGER = logging.getLogger("swesbi")
 class AskedSubject(Settings):
     """One subject asked of one experiment, and why it is refused; an empty reason: it is answered.
 
-    ``waves`` are the natural waves of a recording that has nothing else, which may not be interpreted.
+    Of a recording that is not ``interpretable`` the model can make nothing: natural waves, and no pushes.
     """
 
     subject: str
     experiment: str
     refused: str
-    waves: tuple[str, ...] = ()
+    interpretable: bool = True
 
 
 class NewAnswersStageSettings(Settings):
@@ -39,7 +38,6 @@ def new_answers(
     *,
     posteriors: Sequence[Path],
     supports: Sequence[Path],
-    outcomes: Sequence[Path],
     table: Path,
     workbook: Path,
     settings: NewAnswersStageSettings,
@@ -50,25 +48,26 @@ def new_answers(
     Args:
         posteriors: Exact posteriors of those that are answered, in the order of the settings.
         supports: Their verdicts, in the same order.
-        outcomes: Which natural waves are interpreted, a file for each row that has nothing else.
         table: Output, ``answers.csv``.
         workbook: Output, ``answers.xlsx``.
 
     Raises:
         ArtefactError: A posterior or a verdict is no such file, or an output cannot be written.
     """
-    files, decided = iter(zip(posteriors, supports, strict=True)), iter(outcomes)
-    rows = []
-    for one in settings.asked:
-        waves = "" if one.refused or not one.waves else why_not_interpreted(next(decided), one.waves)
-        if reason := one.refused or waves:
-            status = NOT_INTERPRETABLE if waves else REFUSED
-            rows.append(Asked(one.subject, one.experiment, None, float("nan"), reason, status))
-        else:
-            rows.append(answered(one.subject, one.experiment, *next(files)))
+    files = iter(zip(posteriors, supports, strict=True))
+    rows = [
+        unanswered(one) if one.refused else answered(one.subject, one.experiment, *next(files))
+        for one in settings.asked
+    ]
     write_answers(answers_table(rows), table, workbook)
-    refused = sum(row.answer is None for row in rows)
+    refused = sum(bool(one.refused) for one in settings.asked)
     LOGGER.info("%d answers, %d refused: %s", len(rows) - refused, refused, table)
+
+
+def unanswered(one: AskedSubject) -> Asked:
+    """Return the row of a subject who has no answer."""
+    status = REFUSED if one.interpretable else NOT_INTERPRETABLE
+    return Asked(one.subject, one.experiment, None, float("nan"), one.refused, status)
 
 
 def answered(subject: str, experiment: str, posterior: Path, support: Path) -> Asked:
