@@ -352,6 +352,7 @@ AFFECTED = {
         "population_null",
         "population_answers",
         "pushes_calibration",
+        "explorer",  # which is given the whole rule, in a second
     },
     "clinical__sbp_sd_mmhg": {"pressures"},
     "clinical__stressed_volume_factor__log_sd": {"pressures"},
