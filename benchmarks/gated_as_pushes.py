@@ -7,8 +7,9 @@ Needs the network of a population, trained under the shipped configuration. Hear
 development (docs/exam.md) are recorded as the exam records them, their repeats as separate ones, since pushes
 share no error of a sweep. Each is answered twice, as a subject outside the study is: once as it is, once from
 a file with a row a measured phase, its time since the R peak, its mean speed and the standard error of that.
+Every answer weights as many draws as the study's second attempt does, so that hardly a draw is kept twice.
 A classifier then tells the draws of the two answers apart by all parameters, nuisances included: 0.5 means
-that it cannot.
+that it cannot. Draws that are kept several times it would know by their copies.
 
 A line a heart: by how much the log-likelihoods of the two differ at most at the draws of the first, less
 their mean difference, efficiency and sampler of both answers, C2ST. A heart that the network does not answer
@@ -113,7 +114,8 @@ class BothDoors:
             measured_speeds(made.observation, self.noise), self.settings.exact_posterior.model
         )
         pushes = self.as_pushes(gated.recording)
-        exact, subject = self.settings.exact_posterior.exact, gated.recording.subject
+        asked, subject = self.settings.exact_posterior.exact, gated.recording.subject
+        exact = asked.model_copy(update={"proposal_draws": asked.most_proposal_draws})
         first, _ = refined_posterior(
             gated, flow_proposal(self.flow, gated.recording), exact, self.seed, STREAM, "gated", subject
         )

@@ -142,6 +142,11 @@ def test_a_template_overwrites_nothing(
     assert snapshot(tmp_path) == before
 
 
+def test_a_template_where_the_system_takes_no_folder(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["template", "/proc/cohort"]) == 2
+    assert "/proc/cohort: cannot be made (" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", ["validate", "template"])
 def test_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:

@@ -24,7 +24,7 @@ TEMPLATES: Final = {
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run `template`; return 0, or 2 if there is something already.
+    """Run `template`; return 0, or 2 where there is something already or nothing can be made.
 
     Raises:
         RecordingError: The file of ``--like`` cannot be read as a table.
@@ -38,13 +38,22 @@ def main(arguments: Sequence[str]) -> int:
         return 0
     folder: Path = options.cohort
     if folder.is_symlink() or (folder.exists() and not (folder.is_dir() and not any(folder.iterdir()))):
-        message = f"{folder}: is there already, and is left as it is; name a folder that is new or empty"
-        print(f"swesbi: {message}", file=sys.stderr)
-        return EXIT_REFUSED
-    for path in write_template(folder):
+        return _refuse(
+            f"{folder}: is there already, and is left as it is; name a folder that is new or empty"
+        )
+    try:
+        written = write_template(folder)
+    except FileNotFoundError as error:  # a folder of the system's own, /proc say, takes no further ones
+        return _refuse(f"{folder}: cannot be made ({error.strerror}); name a folder on a disk")
+    for path in written:
         print(f"wrote {path}")
     print(f"Fill them in, add swe/<subject>.csv, .mat or .xlsx, then: swesbi validate {folder}")
     return 0
+
+
+def _refuse(message: str) -> int:
+    print(f"swesbi: {message}", file=sys.stderr)
+    return EXIT_REFUSED
 
 
 def _proposed(path: Path) -> str:
