@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes pushes verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help mutants cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes pushes verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -95,6 +95,9 @@ test-slow: smoke ## the slow tests: what reads or reruns a smoke study, faults, 
 
 test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on clusters and without network, mutations of the code
 	$(PYTEST) -m exhaustive
+
+mutants: $(INSTALLED) ## what the tests guard: one-line faults, each against its package's tests; fails where one lives that was killed
+	$(BIN)/python tests/mutants.py --compare tests/reference/mutants.csv
 
 lint: $(INSTALLED) ## ruff and snakefmt
 	$(BIN)/ruff check .

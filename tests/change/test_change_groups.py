@@ -10,12 +10,13 @@ import hierarchy_case as case
 import numpy as np
 import pytest
 import ratio_case
-from scipy.stats import binom, kstest, norm
+import separable_case as separable
+from scipy.stats import binom, ks_2samp, kstest, norm
 
 from swesbi.arrays import FloatArray
 from swesbi.artefacts import Provenance, save
 from swesbi.change.group_words import group_lines
-from swesbi.change.groups import lacking_draws, ratio_hyperprior
+from swesbi.change.groups import infer_change_groups, lacking_draws, ratio_hyperprior
 from swesbi.change.stored_groups import (
     COLUMNS,
     DIFFERENCE,
@@ -122,24 +123,31 @@ def test_without_the_division_by_the_prior_of_the_ratio_the_likelihood_differs(
     assert np.ptp(broken - right) > 1.0 or np.abs(broken - right - np.median(broken - right)).max() > 1.0
 
 
+def on_a_grid(measured: tuple[case.Measured, case.Measured], person: int, j: int) -> tuple[FloatArray, ...]:
+    """Return log ratios delta, p(both visits | delta) and its prior, by quadrature over the earlier visit."""
+    prior = case.THETA_PRIOR.parameters[j]
+    grid = np.linspace(np.log(prior.low), np.log(prior.high), 1201)
+    step = grid[1] - grid[0]
+    at_visit = norm.pdf(grid, np.log(prior.centre), prior.log_sd)
+    at_visit /= at_visit.sum() * step
+    earlier, later = (
+        at_visit * norm.pdf(one.log_theta[person, j], grid, one.error_sd[person, j]) for one in measured
+    )
+    of_delta = np.convolve(at_visit, at_visit[::-1]) * step
+    return (
+        step * np.arange(-1200, 1201),
+        np.convolve(later, earlier[::-1]) * step / of_delta,
+        of_delta / of_delta.sum(),
+    )
+
+
 def evidence_on_a_grid(measured: tuple[case.Measured, case.Measured], eta: FloatArray) -> float:
     """Return log p(data | eta) / p(data) of the first person, by quadrature over both visits."""
     found = 0.0
-    for j, prior in enumerate(case.THETA_PRIOR.parameters):
-        grid = np.linspace(np.log(prior.low), np.log(prior.high), 1201)
-        step = grid[1] - grid[0]
-        at_visit = norm.pdf(grid, np.log(prior.centre), prior.log_sd)
-        at_visit /= at_visit.sum() * step
-        delta = step * np.arange(-1200, 1201)
-        of_delta = np.convolve(at_visit, at_visit[::-1]) * step
+    for j in range(3):
+        delta, likelihood, of_delta = on_a_grid(measured, 0, j)
         population = norm.pdf(delta, np.log(eta[j]), eta[3 + j])
-        ratio = population / (population.sum() * step) / of_delta
-        earlier, later = (
-            at_visit * norm.pdf(one.log_theta[0, j], grid, one.error_sd[0, j]) for one in measured
-        )
-        number = np.arange(1201)
-        joint = earlier[:, None] * later[None]
-        found += np.log((joint * ratio[number[None] - number[:, None] + 1200]).sum() / joint.sum())
+        found += np.log(population @ likelihood / population.sum() / (of_delta @ likelihood))
     return float(found)
 
 
@@ -218,6 +226,53 @@ def test_nobody_is_refused() -> None:
         ratio_case.infer([])
 
 
+NO_OUTLIERS = ratio_case.EFFORT.model_copy(
+    update={"outliers": case.OUTLIERS.model_copy(update={"supported": 0.0})}
+)
+"""Without outliers the parameters are apart."""
+AWAY = np.log([[2.0, 2.8, 0.4], [1.8, 2.4, 0.45]])
+"""Mean log ratios of two groups, where the prior of a ratio is far from flat."""
+OF_HYPERPARAMETERS = 0.16
+"""Largest Kolmogorov-Smirnov distance of 200 from 500 effective draws, but for one in a thousand."""
+
+
+def distance_from_quadrature() -> float:
+    """Return the largest distance between the hyperparameters found and those by quadrature."""
+    rng, group = np.random.default_rng(4), np.arange(12) % 2
+    delta = ratio_case.true_ratios(AWAY[group], 2.0 * SPREADS, rng)
+    measured = ratio_case.measured_visits(delta, 4)
+    members = ratio_case.members_of(delta, [("a", "b")[one] for one in group], 4)
+    design = design_of(members, covariates=())
+
+    def evidence(j: int, mean: FloatArray, spread: FloatArray) -> FloatArray:
+        found = np.empty_like(mean)
+        for one in (0, 1):
+            own = np.flatnonzero(group == one)
+            grids = [on_a_grid(measured, person, j) for person in own]
+            every = grids[0][0][::10]
+            away = (every - mean[:, own[:1]]) / spread[:, None]
+            population = np.exp(-0.5 * away**2)
+            population /= population.sum(axis=1, keepdims=True)
+            found[:, own] = np.log(population @ np.stack([each[1][::10] for each in grids], axis=1))
+        return found
+
+    prior = ratio_hyperprior(design, ratio_case.SETTINGS.hyperprior)
+    known = separable.draw_eta(prior, design, evidence, 2000, rng, 120_000)
+    own = infer_change_groups(members, case.THETA_PRIOR, ratio_case.SETTINGS, NO_OUTLIERS, 1).exact.phi
+    return max(float(ks_2samp(*pair).statistic) for pair in zip(own.T, known.T, strict=True))
+
+
+@pytest.mark.slow(minutes=0.1)
+def test_hyperparameters_are_those_by_quadrature() -> None:
+    assert distance_from_quadrature() < OF_HYPERPARAMETERS
+
+
+@pytest.mark.slow(minutes=0.1)
+def test_without_the_division_by_the_prior_of_the_ratio_they_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(population_model, "log_density", lambda ratio, prior: -np.log(ratio).sum(axis=1))
+    assert distance_from_quadrature() > 1.5 * OF_HYPERPARAMETERS
+
+
 COHORTS = 60
 
 
@@ -237,7 +292,7 @@ def levels(cohorts: int) -> FloatArray:
     return np.array(found)
 
 
-@pytest.mark.slow(minutes=3)
+@pytest.mark.exhaustive
 def test_intervals_over_cohorts_hold_the_truth() -> None:
     level = levels(COHORTS)
     inside = ((level > 0.05) & (level < 0.95)).sum(axis=0)

@@ -37,9 +37,15 @@ from swesbi.posterior.importance import flow_proposal, resample, weigh
 from swesbi.prior import draw_prior
 from swesbi.simulations import draw_simulations
 
-pytestmark = pytest.mark.slow
 FloatArray = NDArray[np.float64]
-RECORDINGS = 400
+OF_SIZES = pytest.mark.parametrize(
+    "recordings",
+    [pytest.param(100, marks=pytest.mark.slow(minutes=0.2)), pytest.param(400, marks=pytest.mark.exhaustive)],
+)
+OF_LOCAL_SIZES = pytest.mark.parametrize(
+    "count",
+    [pytest.param(60, marks=pytest.mark.slow(minutes=0.2)), pytest.param(150, marks=pytest.mark.exhaustive)],
+)
 DRAWS = 600
 PARAMETERS = QUANTITY_NAMES[:4]
 RIGHT, NOISE_TOO_SMALL, PRIOR_RETURNED, DATA_TWICE = "right", "noise too small", "prior", "data twice"
@@ -109,15 +115,15 @@ class Case:
 
 
 @cache
-def checks() -> Mapping[str, tuple[Check, ...]]:
+def checks(count: int) -> Mapping[str, tuple[Check, ...]]:
     model = speed_case.model()
-    made = own_recordings(model, RECORDINGS, 3, "test")
-    references = reference_points(RECORDINGS, model.settings.prior, np.random.default_rng(4))
+    made = own_recordings(model, count, 3, "test")
+    references = reference_points(count, model.settings.prior, np.random.default_rng(4))
     scores = [
         Case(replace(model, recording=recording), made.phi[index], references[index], index).scores()
         for index, recording in enumerate(made.recordings)
     ]
-    variance = np.tile(prior_variance(model), (RECORDINGS, 1))
+    variance = np.tile(prior_variance(model), (count, 1))
     return MappingProxyType(
         {
             name: check_scores(
@@ -128,32 +134,44 @@ def checks() -> Mapping[str, tuple[Check, ...]]:
     )
 
 
-def test_the_exact_posterior_passes() -> None:
-    assert flagged(checks()[RIGHT]) == ()
-    covered = {c.quantity: c.coverage_90 for c in checks()[RIGHT] if c.test == SBC}
+@OF_SIZES
+def test_the_exact_posterior_passes(recordings: int) -> None:
+    found = checks(recordings)[RIGHT]
+    assert flagged(found) == ()
+    covered = {c.quantity: c.coverage_90 for c in found if c.test == SBC}
+    three_sd = 3.0 * np.sqrt(0.9 * 0.1 / recordings)
     for name in PARAMETERS:
-        assert covered[name] == pytest.approx(0.9, abs=0.045)  # three binomial standard deviations
+        assert covered[name] == pytest.approx(0.9, abs=three_sd)
 
 
-@pytest.mark.parametrize("broken", [NOISE_TOO_SMALL, DATA_TWICE])
-def test_a_posterior_too_narrow_is_caught(broken: str) -> None:
-    assert flagged(checks()[broken], COVERAGE)
-    assert flagged(checks()[broken], TARP) == ("joint",)
-    covered = [c.coverage_90 for c in checks()[broken] if c.test == SBC and c.quantity in PARAMETERS]
+@pytest.mark.parametrize(
+    ("broken", "recordings"),
+    [
+        pytest.param(DATA_TWICE, 100, marks=pytest.mark.slow(minutes=0.2)),
+        pytest.param(DATA_TWICE, 400, marks=pytest.mark.exhaustive),
+        pytest.param(NOISE_TOO_SMALL, 400, marks=pytest.mark.exhaustive),
+    ],
+)
+def test_a_posterior_too_narrow_is_caught(broken: str, recordings: int) -> None:
+    found = checks(recordings)[broken]
+    assert flagged(found, COVERAGE)
+    assert flagged(found, TARP) == ("joint",)
+    covered = [c.coverage_90 for c in found if c.test == SBC and c.quantity in PARAMETERS]
     assert max(covered) < 0.88
 
 
-def test_the_prior_returned_passes_ranks_of_parameters_but_not_contraction() -> None:
-    found = checks()[PRIOR_RETURNED]
+@OF_SIZES
+def test_the_prior_returned_passes_ranks_of_parameters_but_not_contraction(recordings: int) -> None:
+    found = checks(recordings)[PRIOR_RETURNED]
     assert not set(flagged(found, SBC, COVERAGE)) & set(PARAMETERS)
     assert set(flagged(found, CONTRACTION)) >= set(PARAMETERS)
     assert "log_likelihood" in flagged(found, SBC)
 
 
 @cache
-def local_scores(widened: bool) -> tuple[RankScores, FloatArray]:
+def local_scores(count: int, widened: bool) -> tuple[RankScores, FloatArray]:
     """Posterior SBC of the exact posterior, or of one that is half as wide again in log phi."""
-    model, count = speed_case.model(), 150
+    model = speed_case.model()
     propose = partial(flow_proposal, flow())
     weighted = weigh(model, propose(model.recording), 20_000, 0.1, 5)
     phi = resample(weighted, 4 * count, np.random.default_rng(6))
@@ -166,9 +184,13 @@ def local_scores(widened: bool) -> tuple[RankScores, FloatArray]:
     return scores, np.tile(variance_given_first(model, phi), (count, 1))
 
 
-def test_local_calibration_passes_the_exact_posterior() -> None:
-    assert flagged(check_scores(*local_scores(widened=False), QUANTITY_NAMES, 0.05, 0.1)) == ()
+@OF_LOCAL_SIZES
+def test_local_calibration_passes_the_exact_posterior(count: int) -> None:
+    assert flagged(check_scores(*local_scores(count, widened=False), QUANTITY_NAMES, 0.05, 0.1)) == ()
 
 
-def test_local_calibration_catches_a_posterior_too_wide() -> None:
-    assert flagged(check_scores(*local_scores(widened=True), QUANTITY_NAMES, 0.05, 0.1), COVERAGE, TARP)
+@OF_LOCAL_SIZES
+def test_local_calibration_catches_a_posterior_too_wide(count: int) -> None:
+    assert flagged(
+        check_scores(*local_scores(count, widened=True), QUANTITY_NAMES, 0.05, 0.1), COVERAGE, TARP
+    )

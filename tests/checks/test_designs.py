@@ -33,6 +33,7 @@ from swesbi.checks.identifiability.likelihood import (
     information_by_datum,
 )
 from swesbi.checks.identifiability.noise import MeanNoise, single_repeat_noise
+from swesbi.checks.identifiability.settings import DesignSettings
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.prior import from_logit, to_logit
 from swesbi.recording.speed import NoiseComponents
@@ -194,3 +195,13 @@ def _exact_posterior() -> np.ndarray:
     weight = np.exp(log_weight - log_weight.max())
     assert weight.sum() ** 2 / np.sum(weight**2) > 500.0
     return np.asarray(phi[rng.choice(len(phi), 4000, p=weight / weight.sum())])
+
+
+@pytest.mark.parametrize(
+    ("phases", "words"),
+    [(21, "placement_phases = 21 of placement_candidates = 20"), (7, "placement_phases = 7 is less than")],
+)
+def test_a_number_of_chosen_phases_that_cannot_be_compared_is_refused(phases: int, words: str) -> None:
+    plain = tiny().design.to_plain() | {"placement_phases": phases}
+    with pytest.raises(ValueError, match=words):
+        DesignSettings.from_plain(plain)

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from exact_study import EXACT, write_inputs
 from figure_text import assert_text_apart
-from ladder_case import EFFORT, PAIRS, SEED, exact, result, rung, wide_proposal
+from ladder_case import EFFORT, PAIRS, QUICK, SEED, result, rung, wide_proposal
 from speed_case import PHI, ROOT, model, settings
 
 from swesbi.artefacts import Provenance, save
@@ -186,8 +186,8 @@ def test_a_structure_is_inferred_at_both_discrepancies_and_for_the_changed_perso
 
 def test_where_the_evidence_chooses_the_shipped_pair_its_posterior_is_that_one() -> None:
     plain = model()
-    alone = rung(plain.settings.prior, exact(proposal_draws=1000, draws=500))
-    effort = EFFORT.model_copy(update={"speed_fractions": (0.02,)})
+    alone = rung(plain.settings.prior, EXACT)
+    effort = QUICK.model_copy(update={"speed_fractions": (0.02,)})
     found = infer_structure([plain], [plain], replace(alone, effort=effort), "test")
     assert found.answers(CHOSEN)["T"].values is found.answers(SHIPPED)["T"].values
 
@@ -271,10 +271,11 @@ def test_what_a_structure_gave_is_read_back(tmp_path: Path) -> None:
     assert found.posteriors[0].converged
 
 
-@pytest.fixture
-def outputs(tmp_path: Path) -> dict[str, Path]:
-    paths = {name: tmp_path / f"ladder{ending}" for name, ending in FILES.items()}
-    structures = [written(tmp_path / "other.h5", factor=1.5, log_evidence=1.0), written(tmp_path / "base.h5")]
+@pytest.fixture(scope="module")
+def outputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("outputs")
+    paths = {name: folder / f"ladder{ending}" for name, ending in FILES.items()}
+    structures = [written(folder / "other.h5", factor=1.5, log_evidence=1.0), written(folder / "base.h5")]
     plain = {"cohort_title": "volunteers", "interval": 0.9, "survives_widths": 0.5, "labels": LABELS}
     stage.ladder(
         structures=structures,
@@ -377,7 +378,7 @@ def test_the_stage_infers_a_structure_from_the_network_of_the_study(
         "base": base.to_plain(),
         "model": base.model_copy(update={"forward_model": heart}).to_plain(),
         "exact": EXACT.to_plain(),
-        "effort": EFFORT.to_plain(),
+        "effort": QUICK.to_plain(),
     }
     paths = [tmp_path / name / "second_piola.h5" for name in ("one", "two")]
     for path in paths:

@@ -328,10 +328,14 @@ SAME_NUMBERS = {
 }
 
 
+@pytest.fixture(scope="module")
+def base(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> pd.DataFrame:
+    return run(finished, "base", tmp_path_factory.mktemp("readings") / "base.csv")
+
+
 @pytest.mark.slow(minutes=1)
-def test_the_base_reading_gives_the_study_s_own_numbers(finished: StudyCopy, tmp_path: Path) -> None:
-    numbers = run(finished, "base", tmp_path / "base.csv")
-    chosen = numbers[numbers["chosen"] == 1].set_index(["quantity", "of"])["value"]
+def test_the_base_reading_gives_the_study_s_own_numbers(finished: StudyCopy, base: pd.DataFrame) -> None:
+    chosen = base[base["chosen"] == 1].set_index(["quantity", "of"])["value"]
     study = pd.read_csv(finished.results / "tables" / "ppc.csv")
     study = study[study["experiment"] == "paper"].set_index("subject")
     assert study["supported"].any()
@@ -344,13 +348,14 @@ def test_the_base_reading_gives_the_study_s_own_numbers(finished: StudyCopy, tmp
     recovery = pd.read_csv(finished.results / "paper" / "recovery.csv")
     for row in recovery[recovery["nominal"] == 0.9].itertuples():
         assert chosen["recovery_coverage", row.parameter] == pytest.approx(row.coverage)
-    assert numbers["epoch"].nunique() > 2  # recovery at every checkpoint
+    assert base["epoch"].nunique() > 2  # recovery at every checkpoint
 
 
 @pytest.mark.slow(minutes=1)
-def test_a_trained_reading_repeats_and_differs_from_the_base(finished: StudyCopy, tmp_path: Path) -> None:
+def test_a_trained_reading_repeats_and_differs_from_the_base(
+    finished: StudyCopy, base: pd.DataFrame, tmp_path: Path
+) -> None:
     first, again = (run(finished, "robust", tmp_path / f"{name}.csv") for name in ("first", "again"))
     pd.testing.assert_frame_equal(first, again)
-    base = run(finished, "base", tmp_path / "base.csv")
     z = [frame[frame["quantity"] == "max_abs_z"]["value"].to_numpy() for frame in (first, base)]
     assert not np.allclose(z[0], z[1])

@@ -18,8 +18,8 @@ from swesbi.__main__ import main
 from swesbi.artefacts import save
 from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
-from swesbi.config.study import load_study
-from swesbi.exam.recorded import record_heart
+from swesbi.config.study import Study, load_study
+from swesbi.exam.recorded import RecordedHeart
 from swesbi.exam.score import KIND, HeartAnswer, read_answers, refusal, to_dataset
 from swesbi.posterior.result import read_exact_result
 from swesbi.study import exam as command
@@ -182,57 +182,51 @@ def test_a_table_of_two_levels_of_noise_is_refused(tmp_path: Path) -> None:
     assert not files["table"].exists()
 
 
-def made_settings(study: StudyCopy, letter: str, hearts: int) -> exam.ExamAnswersStageSettings:
-    loaded = load_study(read_merged(study.folder / "config.yaml", study.folder / study.config))
-    plain = stage_settings(loaded, "exam_answers", generator=letter, stream=STREAM) | {"hearts": hearts}
-    return exam.ExamAnswersStageSettings.from_plain(plain)
-
-
-@pytest.mark.slow(minutes=3)
-def test_a_stopped_run_goes_on_and_gives_what_one_run_gives(
+@pytest.mark.slow(minutes=1)
+def test_a_stopped_run_gives_what_one_run_gives_and_what_a_subject_outside_the_study_is_told(
     finished: StudyCopy, tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(finished.folder)
-    inputs, origin = vars(finished_population(finished.results, "amortised")), Origin(5, "", "code")
+    loaded = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
+    origin = Origin(loaded.config.seed, "", "code")
     caplog.set_level(logging.INFO, logger="swesbi")
-    stopped, whole = tmp_path / "stopped" / "z.h5", tmp_path / "whole" / "z.h5"
-    exam.exam_answers(**inputs, answers=stopped, settings=made_settings(finished, "z", 1), origin=origin)
-    exam.exam_answers(
-        **inputs, answers=stopped, settings=made_settings(finished, "z", 3), origin=origin, processes=2
-    )
+    stopped, whole = tmp_path / "stopped" / "a.h5", tmp_path / "whole" / "a.h5"
+
+    def sit(answers: Path, hearts: int, origin: Origin, processes: int = 1) -> None:
+        inputs = vars(finished_population(finished.results, "amortised"))
+        settings = made_settings(loaded, hearts)
+        exam.exam_answers(**inputs, answers=answers, settings=settings, origin=origin, processes=processes)
+
+    sit(whole, 2, origin, processes=2)
     assert "heart 2/2" in caplog.text
-    exam.exam_answers(**inputs, answers=whole, settings=made_settings(finished, "z", 3), origin=origin)
-    assert stopped.read_bytes() == whole.read_bytes()
+    sit(stopped, 1, origin)
     caplog.clear()
-    other = replace(origin, code_hash="other code")
-    exam.exam_answers(**inputs, answers=stopped, settings=made_settings(finished, "z", 1), origin=other)
-    assert "is made anew" in caplog.text
+    sit(stopped, 2, origin)
+    assert "heart 1/1" in caplog.text
+    assert stopped.read_bytes() == whole.read_bytes()
+    settings = made_settings(loaded, 1)
+    check_answer(read_answers(whole)[0], settings.recorded(0, origin.seed), finished.config, tmp_path)
     files = {name: tmp_path / f"{name}.csv" for name in ("table", "samplers")}
     files |= {f"figure_{kind}": tmp_path / f"exam.{kind}" for kind in ("pdf", "png")}
-    loaded = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
     shown = exam_table.ExamTableStageSettings.from_plain(stage_settings(loaded, "exam_table"))
     exam_table.exam_table(answers=[whole], **files, settings=shown, origin=origin)
-    assert pd.read_csv(files["table"])["generator"].unique().tolist() == ["z: structure of development"]
+    assert pd.read_csv(files["table"])["generator"].unique().tolist() == [f"a: {settings.source.title}"]
     assert files["figure_png"].read_bytes().startswith(b"\x89PNG")
+    monkeypatch.setattr(exam, "_answered", lambda *_: [answer(width_fixed=7.0)])
+    sit(stopped, 1, replace(origin, code_hash="other code"))
+    assert "is made anew" in caplog.text
+    (anew,) = read_answers(stopped)
+    assert (anew.width_log_scale_fixed == 7.0).all()
 
 
-@pytest.mark.slow(minutes=2)
-def test_a_heart_is_answered_as_a_subject_outside_the_study_is(
-    finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(finished.folder)
-    settings = made_settings(finished, "a", 1)
-    study = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
-    made = record_heart(
-        settings.source,
-        0,
-        study.config.seed,
-        STREAM,
-        settings.recording,
-        settings.grid_points,
-        settings.clinical.errors,
-    )
-    subject, cohort = made.heart.context.subject, tmp_path / "cohort"
+def made_settings(study: Study, hearts: int) -> exam.ExamAnswersStageSettings:
+    plain = stage_settings(study, "exam_answers", generator="a", stream=STREAM) | {"hearts": hearts}
+    return exam.ExamAnswersStageSettings.from_plain(plain)
+
+
+def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: Path) -> None:
+    """A heart, as a subject of a cohort, has the same answer from `new-subject`."""
+    subject, cohort, out = made.heart.context.subject, folder / "cohort", folder / "out"
     (cohort / "swe").mkdir(parents=True)
     whole = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}
     samples_table(made.samples).astype(whole).to_csv(cohort / "swe" / f"{subject}.csv", index=False)
@@ -240,16 +234,8 @@ def test_a_heart_is_answered_as_a_subject_outside_the_study_is(
     (cohort / "recording.yaml").write_text(
         "origin: a heart of development\nprotocol: { repeats_are: sweeps }\n", encoding="utf-8"
     )
-    out = tmp_path / "out"
-    done = finished.call(
-        *("-m", "swesbi", "new-subject", "--overlay", finished.config, "--experiment", "amortised"),
-        *("--cohort", str(cohort), "--subject", subject, "--out", str(out)),
-    )
-    assert done.returncode == 0, done.stderr
-    inputs = vars(finished_population(finished.results, "amortised"))
-    path = tmp_path / "a.h5"
-    exam.exam_answers(**inputs, answers=path, settings=settings, origin=Origin(study.config.seed, "", "code"))
-    (found,) = read_answers(path)
+    given = ("--overlay", overlay, "--experiment", "amortised", "--cohort", str(cohort))
+    assert main(["new-subject", *given, "--subject", subject, "--out", str(out)]) == 0
     exact = read_exact_result(out / "posterior.h5")
     assert found.status == status(read_support(out / "support.json"))
     assert found.efficiency == exact.efficiency

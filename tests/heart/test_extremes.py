@@ -46,7 +46,7 @@ def statuses(n: int, settings: ForwardModelSettings) -> np.ndarray:
 
 
 @pytest.mark.parametrize("settings", [SETTINGS, RICHER], ids=["resistive", "inertance"])
-@pytest.mark.parametrize("n", [1_000, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [1_000, pytest.param(10_000, marks=pytest.mark.exhaustive)])
 def test_extreme_draws(n: int, settings: ForwardModelSettings) -> None:
     status = statuses(n, settings)
     counts = {Status(value).name: int((status == value).sum()) for value in np.unique(status)}

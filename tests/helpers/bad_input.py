@@ -19,14 +19,10 @@ Break = Callable[[Path], object]
 
 
 class Case(NamedTuple):
-    """How a good cohort is broken, and the message that is due.
-
-    ``ingests`` tells that the fault is none of the subject S-1, whose ingestion may succeed.
-    """
+    """How a good cohort is broken, and the message that is due."""
 
     broken: Break
     message: str
-    ingests: bool = False
 
 
 def subjects(old: str, new: str) -> Break:
@@ -446,30 +442,25 @@ PROTOCOLS = {
     "no protocol": Case(
         lambda cohort: (cohort / "recording.yaml").unlink(), "recording.yaml: no such file; put"
     ),
-    "no origin": Case(
-        content("recording.yaml", b"origin:\n"), "has no text under the key `origin`; say", True
-    ),
-    "no YAML": Case(content("recording.yaml", b"a: [1\n"), "recording.yaml: cannot be read as YAML", True),
-    "impossible date": Case(content("recording.yaml", b"a: 2001-99-99\n"), "cannot be read as YAML", True),
-    "no UTF-8": Case(content("recording.yaml", b"origin: \xff\n"), "cannot be read as YAML", True),
-    "a list": Case(content("recording.yaml", b"- a\n"), "recording.yaml: holds list, expected keys", True),
+    "no origin": Case(content("recording.yaml", b"origin:\n"), "has no text under the key `origin`; say"),
+    "no YAML": Case(content("recording.yaml", b"a: [1\n"), "recording.yaml: cannot be read as YAML"),
+    "impossible date": Case(content("recording.yaml", b"a: 2001-99-99\n"), "cannot be read as YAML"),
+    "no UTF-8": Case(content("recording.yaml", b"origin: \xff\n"), "cannot be read as YAML"),
+    "a list": Case(content("recording.yaml", b"- a\n"), "recording.yaml: holds list, expected keys"),
     "protocol of one word": Case(
-        content("recording.yaml", b"origin: a\nprotocol: x\n"), "has no keys under `protocol`", True
+        content("recording.yaml", b"origin: a\nprotocol: x\n"), "has no keys under `protocol`"
     ),
     "another density": Case(
         content("recording.yaml", b"origin: a\ndensity_kg_m3: 1060\n"),
         "density_kg_m3 is 1060, but recording.density_kg_m3 in config.yaml is 1000; correct the one",
-        True,
     ),
     "another number of phases": Case(
         content("recording.yaml", b"origin: a\nprotocol: {phases: 12}\n"),
         "protocol.phases is 12, but recording.phases in config.yaml is 20; correct the one that is wrong",
-        True,
     ),
     "repeats of another kind": Case(
         content("recording.yaml", b"origin: a\nprotocol: {repeats_are: nested}\n"),
         "'nested' under the key `protocol.repeats_are` is none of separate, sweeps; write `sweeps` if",
-        True,
     ),
 }
 

@@ -28,7 +28,7 @@ Inference = Literal["intact", "reference beat", "wrong nuisances", "hidden scale
 STREAM: Final = "broken on purpose"
 SEED: Final = 7
 LETTERS: Final = ("a", "b")
-HEARTS: Final = 12
+HEARTS: Final = 6
 """Of each letter."""
 DRAWS_A_ROUND, MOST_ROUNDS, LEAST_EFFECTIVE = 2000, 20, 300
 KEPT_DRAWS: Final = 1000

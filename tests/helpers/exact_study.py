@@ -24,6 +24,7 @@ EXACT = SETTINGS.model_copy(
         "most_proposal_draws": 500,
         "min_effective_draws": 50,
         "draws": 800,
+        "refinement": SETTINGS.refinement.model_copy(update={"draws": 500, "most_draws": 500}),
         "mcmc": SETTINGS.mcmc.model_copy(
             update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}
         ),

@@ -19,6 +19,7 @@ from swesbi.recording.settings import NoiseDeclaration
 
 PUSHES_PER_S = 34.0
 NOISE = "noise: { cv_fraction: 0.1, cv_log_sd: 0.3 }\n"
+MITRAL_WAVES = "event,rr_ms,beat,shear_wave_speed_m_s\nmvc,985,0,1.25\nmvc,1017,1,1.18\n"
 HEART = Context("T", "F", 25.0, 1.7, 60.0, 90.0, 34.0, 0.8)
 DECLARED = NoiseDeclaration(cv_fraction=0.1, cv_log_sd=0.3)
 QUALITY = speed_case.shipped().recording

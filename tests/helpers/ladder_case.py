@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import speed_case
@@ -33,23 +33,23 @@ LEVELS: Final = np.linspace(0.0, 1.0, 2001)
 EFFORT: Final = LadderEffort(
     speed_fractions=(0.01, 0.03),
     timing_cycles=(0.015,),
-    simulations_per_round=1000,
+    simulations_per_round=500,
     max_rounds=5,
     min_effective_draws=200,
     change={"k0_kpa": 1.25, "k_sr_per_s": 0.8},
 )
+QUICK: Final = EFFORT.model_copy(update={"simulations_per_round": 100, "max_rounds": 2})
 PAIRS: Final = tuple(
     DiscrepancySettings(speed_fraction=delta, timing_cycle=0.015) for delta in (0.02, 0.01, 0.03)
 )
 
 
-def exact(**changes: object) -> ExactSettings:
+def exact() -> ExactSettings:
     """Return the shipped sizes of exact posteriors, a few times smaller."""
     shipped = speed_case.shipped().speed_experiments["calibrated"].exact
-    refinement = shipped.refinement.model_copy(update={"draws": 1000})
-    weighted = {"proposal_draws": 3000, "most_proposal_draws": 3000, "min_effective_draws": 90}
-    small: dict[str, Any] = {**weighted, "draws": 1000, "refinement": refinement}
-    return shipped.model_copy(update=small | changes)
+    refinement = shipped.refinement.model_copy(update={"draws": 500, "most_draws": 500})
+    weighted = {"proposal_draws": 2000, "most_proposal_draws": 2000, "min_effective_draws": 90}
+    return shipped.model_copy(update={**weighted, "draws": 1000, "refinement": refinement})
 
 
 def wide_proposal(prior: JointPriorSettings) -> FittedProposal:

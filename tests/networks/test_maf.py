@@ -1,8 +1,5 @@
 """A flow rebuilt from its weights is the one that sbi built, and takes nothing of sbi to be used."""
 
-import subprocess
-import sys
-
 import pytest
 import torch
 from inference_case import estimator_settings
@@ -37,9 +34,3 @@ def test_weights_of_another_size_are_refused() -> None:
         state = build_net(torch.randn(ROWS, 3), torch.randn(ROWS, COMPONENTS), settings).state_dict()
     with pytest.raises(RuntimeError, match="size mismatch"):
         MaskedFlow(settings, 3, COMPONENTS + 1, state)
-
-
-def test_drawing_does_not_wait_for_sbi() -> None:
-    script = "import sys, swesbi.study.stages.inference; print('sbi' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"

@@ -15,6 +15,7 @@ from inference_case import (
     known_posterior,
     subject_features,
 )
+from numpy.typing import NDArray
 from sbi.inference import NPE_C
 from sbi.neural_nets import posterior_nn
 
@@ -30,29 +31,28 @@ from swesbi.networks.settings import EstimatorSettings
 OBSERVED = np.array([0.4, -0.3, 0.5, 0.1])
 FAST = estimator_settings()
 PROCEDURES = ("sbi", "fast")
-SAMPLE = """
+ELSEWHERE = """
 import sys
 import numpy as np
 from pathlib import Path
+import swesbi.study.stages.inference
 from swesbi.networks.paper.estimator import load_estimator
 from swesbi.networks.paper.maf import draw_candidates
-estimator, _ = load_estimator(Path(sys.argv[1]))
-z = np.load(sys.argv[2])
-np.save(sys.argv[3], draw_candidates(estimator, z, 300, 5))
-"""
-TRAIN = """
-import sys
-import numpy as np
+folder = Path(sys.argv[1])
+estimator, _ = load_estimator(folder / "estimator.pt")
+np.save(folder / "draws.npy", draw_candidates(estimator, np.load(folder / "z.npy"), 300, 5))
+print("sbi" in sys.modules)
 from swesbi.networks.paper.training import train
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.prior import PriorSettings, sample
-prior = PriorSettings.model_validate_json(sys.argv[1])
-settings = EstimatorSettings.model_validate_json(sys.argv[2])
+prior = PriorSettings.model_validate_json(sys.argv[2])
 rng = np.random.default_rng(1)
 theta, z = sample(200, prior, rng).astype(np.float32), rng.standard_normal((200, 2)).astype(np.float32)
-train(theta, z, ("first", "second"), prior, settings, seed=1)
-print(any(name.startswith("swesbi.networks.accelerated") for name in sys.modules))
+for settings in map(EstimatorSettings.model_validate_json, sys.argv[3:]):
+    train(theta, z, ("first", "second"), prior, settings, seed=1)
+    print(any(name.startswith("swesbi.networks.accelerated") for name in sys.modules))
 """
+"""Draws, then trains by one procedure after the other; says what of sbi and by hand is loaded by then."""
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +66,26 @@ def fit(
 ) -> tuple[TrainedEstimator, tuple[Epoch, ...]]:
     result = train(pool.theta, pool.z, pool.components.names, WIDE_PRIOR, settings, seed)
     return result.estimator, result.epochs
+
+
+@pytest.fixture(scope="module")
+def trained(pool: Pool) -> TrainedEstimator:
+    return fit(pool, FAST)[0]
+
+
+@pytest.fixture(scope="module")
+def elsewhere(
+    pool: Pool, trained: TrainedEstimator, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[NDArray[np.float64], list[str]]:
+    """What another process draws from the estimator's file, and what it says of the modules it loads."""
+    folder = tmp_path_factory.mktemp("elsewhere")
+    save_estimator(folder / "estimator.pt", trained, Provenance("estimator", seed=4))
+    np.save(folder / "z.npy", pool.z_obs)
+    procedures = [estimator_settings(procedure=name, max_num_epochs=1) for name in PROCEDURES]
+    texts = [each.model_dump_json() for each in (WIDE_PRIOR, *procedures)]
+    command = [sys.executable, "-c", ELSEWHERE, str(folder), *texts]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return np.load(folder / "draws.npy"), done.stdout.split()
 
 
 def weights(estimator: TrainedEstimator) -> torch.Tensor:
@@ -121,20 +141,17 @@ def test_training_stops_early_and_says_so(pool: Pool, procedure: str) -> None:
     assert len(epochs) == estimator.best_epoch + 3 < 201
 
 
-def test_same_seed_same_weights_other_seed_other_weights(pool: Pool) -> None:
-    once, again, other = fit(pool, FAST)[0], fit(pool, FAST)[0], fit(pool, FAST, seed=12)[0]
-    assert torch.equal(weights(once), weights(again))
-    assert not torch.equal(weights(once), weights(other))
+def test_same_seed_same_weights_other_seed_other_weights(pool: Pool, trained: TrainedEstimator) -> None:
+    again, other = fit(pool, FAST)[0], fit(pool, FAST, seed=12)[0]
+    assert torch.equal(weights(trained), weights(again))
+    assert not torch.equal(weights(trained), weights(other))
 
 
-def test_the_procedure_of_sbi_does_without_the_derivatives_written_by_hand() -> None:
-    loaded = {}
-    for procedure in PROCEDURES:
-        settings = estimator_settings(procedure=procedure, max_num_epochs=1)
-        command = [sys.executable, "-c", TRAIN, WIDE_PRIOR.model_dump_json(), settings.model_dump_json()]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-        loaded[procedure] = done.stdout.strip()
-    assert loaded == {"sbi": "False", "fast": "True"}
+def test_drawing_does_without_sbi_and_its_procedure_without_the_derivatives_written_by_hand(
+    elsewhere: tuple[NDArray[np.float64], list[str]],
+) -> None:
+    drawn, sbi, fast = elsewhere[1]
+    assert (drawn, sbi, fast) == ("False", "False", "True")
 
 
 @pytest.mark.parametrize("procedure", PROCEDURES)
@@ -167,27 +184,21 @@ def test_every_epoch_is_reported(pool: Pool, caplog: pytest.LogCaptureFixture, p
         assert f"validation {epoch.validation_loss:.4f}" in lines[0]
 
 
-def test_estimator_is_rebuilt_in_another_process_with_equal_draws(pool: Pool, tmp_path: Path) -> None:
-    estimator, _ = fit(pool, FAST)
-    path = tmp_path / "estimator.pt"
-    save_estimator(path, estimator, Provenance("estimator", seed=4))
-    np.save(tmp_path / "z.npy", pool.z_obs)
-    arguments = [str(path), str(tmp_path / "z.npy"), str(tmp_path / "draws.npy")]
-    subprocess.run([sys.executable, "-c", SAMPLE, *arguments], check=True, capture_output=True)
-    expected = draw_candidates(estimator, pool.z_obs, 300, 5)
-    np.testing.assert_array_equal(np.load(tmp_path / "draws.npy"), expected)
+def test_estimator_is_rebuilt_in_another_process_with_equal_draws(
+    pool: Pool, trained: TrainedEstimator, elsewhere: tuple[NDArray[np.float64], list[str]]
+) -> None:
+    np.testing.assert_array_equal(elsewhere[0], draw_candidates(trained, pool.z_obs, 300, 5))
 
 
-def test_estimator_file_is_plain_and_reproducible(pool: Pool, tmp_path: Path) -> None:
-    estimator, _ = fit(pool, FAST)
+def test_estimator_file_is_plain_and_reproducible(trained: TrainedEstimator, tmp_path: Path) -> None:
     paths = [tmp_path / "one.pt", tmp_path / "other_name.pt"]
     for path in paths:
-        save_estimator(path, estimator, Provenance("estimator", seed=4, settings={"a": 1}))
+        save_estimator(path, trained, Provenance("estimator", seed=4, settings={"a": 1}))
     assert paths[0].read_bytes() == paths[1].read_bytes()
     back, provenance = load_estimator(paths[0])
     assert (provenance.kind, provenance.seed, provenance.settings) == ("estimator", 4, {"a": 1})
-    assert (back.best_epoch, back.epochs_run) == (estimator.best_epoch, estimator.epochs_run)
-    assert (back.components, back.settings) == (estimator.components, estimator.settings)
+    assert (back.best_epoch, back.epochs_run) == (trained.best_epoch, trained.epochs_run)
+    assert (back.components, back.settings) == (trained.components, trained.settings)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a zip", None])
@@ -199,12 +210,11 @@ def test_broken_estimator_file_is_refused_with_its_name(tmp_path: Path, content:
         load_estimator(path)
 
 
-def test_draws_are_counted_exactly_and_z_must_fit(pool: Pool) -> None:
-    estimator, _ = fit(pool, FAST)
-    draws = draw_candidates(estimator, pool.z_obs, ROWS_PER_BATCH + 7, 1)
+def test_draws_are_counted_exactly_and_z_must_fit(pool: Pool, trained: TrainedEstimator) -> None:
+    draws = draw_candidates(trained, pool.z_obs, ROWS_PER_BATCH + 7, 1)
     assert draws.shape == (2, ROWS_PER_BATCH + 7, 3)
     with pytest.raises(ValueError, match="11 components"):
-        draw_candidates(estimator, pool.z_obs[:, :5], 10, 1)
+        draw_candidates(trained, pool.z_obs[:, :5], 10, 1)
 
 
 def test_device_is_chosen_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -219,12 +229,14 @@ def test_device_is_chosen_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (choose_device("auto", "fast"), choose_device("cuda", "fast")) == ("cpu", "cuda")
 
 
-@pytest.mark.parametrize("procedure", PROCEDURES)
-def test_learned_posterior_is_the_known_one(procedure: str) -> None:
-    """The whole path from prior draws to posterior draws against Gaussian conditioning."""
+def test_learned_posterior_is_the_known_one() -> None:
+    """The whole path from prior draws to posterior draws against Gaussian conditioning.
+
+    By the fast procedure, whose course is that of sbi (``test_accelerated.py``).
+    """
     subjects = [subject_features(context, 3000, OBSERVED) for context in CONTEXTS]
     pool = build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
-    settings = estimator_settings(procedure=procedure, max_num_epochs=14, learning_rate=2e-3, batch_size=100)
+    settings = estimator_settings(procedure="fast", max_num_epochs=14, learning_rate=2e-3, batch_size=100)
     estimator, _ = fit(pool, settings)
     draws = np.log(draw_candidates(estimator, pool.z_obs[:1], 20_000, 1)[0].clip(1e-3))
     known = known_posterior(OBSERVED)

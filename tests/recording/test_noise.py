@@ -89,21 +89,20 @@ def test_the_likelihood_is_that_of_the_whole_covariance_matrix() -> None:
 
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     held = np.zeros(2)
-    ratios, count = [], 200
+    ratios, count = [], 100
     for seed in range(count):
         repeat, sample, _ = fit_components(unbalanced(0.04, 0.08, seed)[0], 0.9)
         parts = ((repeat, 0.04), (sample, 0.08))
         held += [part.low <= truth <= part.high for part, truth in parts]
         ratios.append([(part.fraction - truth) / part.standard_error for part, truth in parts])
-    assert np.abs(held / count - 0.9).max() < 0.064  # three binomial standard errors
+    assert np.abs(held / count - 0.9).max() < 0.09  # three binomial standard errors
     assert np.abs(np.mean(ratios, axis=0)).max() < 0.2
     assert np.abs(np.std(ratios, axis=0) - 1.0).max() < 0.15
 
 
-@pytest.mark.parametrize("sample_sd", [0.08, 0.05])
-def test_components_are_recovered_from_recordings(sample_sd: float) -> None:
+def test_components_are_recovered_from_recordings() -> None:
     """Failures, outliers, missing phases, beats of different RR on steep slopes: counts are unbalanced."""
-    recordings = {}
+    recordings, sample_sd = {}, 0.05
     for seed in range(4):
         for volunteer in VOLUNTEERS:
             protocol = volunteer.acquisition.model_copy(

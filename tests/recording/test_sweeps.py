@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,19 @@ from cohorts import write_cohort
 from figure_text import assert_text_apart
 from numpy.typing import NDArray
 from recordings import CONTEXT, PHASES, RECORDING, make_samples
+from scipy.optimize import minimize
+from scipy.stats import chi2, norm
 from statsmodels.regression.mixed_linear_model import MixedLM
 
 from swesbi.__main__ import main
 from swesbi.artefacts import load, save, to_groups
-from swesbi.recording.components import LARGEST_SD, RepeatLevels, fit_components, log_restricted_likelihood
+from swesbi.recording.components import (
+    LARGEST_SD,
+    ComponentEstimate,
+    RepeatLevels,
+    fit_components,
+    log_restricted_likelihood,
+)
 from swesbi.recording.ingest import ingest
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import (
@@ -168,7 +177,30 @@ def test_in_balanced_recordings_the_fit_is_the_analysis_of_variance() -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
-@pytest.mark.slow(minutes=1)
+def test_an_interval_ends_where_the_best_of_the_other_components_says_as_little() -> None:
+    levels = levels_of(crossed(TRUE, seed=1, recordings=8))
+    *parts, top = fit_sweeps(levels, 0.9)
+    middle = np.array([part.fraction for part in parts])
+
+    def below(index: int, sd: float) -> float:
+        """How far the likelihood falls where a component is fixed and the others are chosen by simplex."""
+
+        def loss(others: NDArray[np.float64]) -> float:
+            return -log_restricted_likelihood_of_sweeps(levels, *np.insert(np.abs(others), index, sd))
+
+        others, options = np.delete(middle, index), {"xatol": 1e-7, "fatol": 1e-7}
+        return float(minimize(loss, others, method="Nelder-Mead", options=options).fun + top)
+
+    for index, part in enumerate(parts):
+        step = 0.02 * part.fraction
+        assert part.low > 0.0
+        for end in (part.low, part.high):
+            assert below(index, end) == pytest.approx(0.5 * norm.ppf(0.95) ** 2, abs=1e-4)
+        curvature = below(index, part.fraction + step) + below(index, part.fraction - step)
+        assert step / np.sqrt(curvature) == pytest.approx(part.standard_error, rel=0.02)
+
+
+@pytest.mark.exhaustive
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     truth = np.array([TRUE.repeat_fraction, TRUE.sample_fraction, TRUE.sweep_fraction])
     fits = [fit_sweeps(levels_of(crossed(TRUE, seed, recordings=10)), 0.9)[:3] for seed in range(100, 200)]
@@ -182,6 +214,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     np.testing.assert_allclose(found.std(axis=0), error.mean(axis=0), rtol=0.22)
 
 
+@cache
 def acquired(sweep_fraction: float, seeds: range) -> dict[str, Samples]:
     """Recordings of the volunteers: failures, outliers, missing phases, beats of different RR."""
     made = {}
@@ -201,26 +234,29 @@ def by(repeats: str, recordings: dict[str, Samples]) -> dict[str, RepeatLevels]:
     }
 
 
+def pooled(recordings: dict[str, Samples]) -> tuple[ComponentEstimate, ComponentEstimate, ComponentEstimate]:
+    """The components of sweeps of all recordings, none of which is fitted alone."""
+    found = by("sweeps", recordings).values()
+    return fit_sweeps(joined_sweeps([each for each in found if isinstance(each, SweepLevels)]), 0.9)[:3]
+
+
 def test_components_are_recovered_from_recordings_and_only_with_the_crossed_term() -> None:
     recordings = acquired(0.05, range(3))
-    found = fit_noise(by("sweeps", recordings))
-    for part, true in ((found.pooled.repeat, 0.04), (found.pooled.sample, 0.08), (found.pooled.sweep, 0.05)):
-        assert part is not None
+    repeat, sample, sweep = pooled(recordings)
+    for part, true in ((repeat, 0.04), (sample, 0.08), (sweep, 0.05)):
         assert part.low <= true <= part.high
-    assert found.pooled.repeat.high - found.pooled.repeat.low < 0.006
-    assert found.pooled.sweep is not None
-    assert found.pooled.sweep.high - found.pooled.sweep.low < 0.025
+    assert repeat.high - repeat.low < 0.006
+    assert sweep.high - sweep.low < 0.025
     nested = fit_noise(by("separate", recordings)).pooled.repeat
     assert nested.low > 0.045
     assert nested.fraction == pytest.approx(np.hypot(0.04, 0.05), rel=0.2)
 
 
 def test_separate_repeats_have_no_sweep_noise() -> None:
-    found = fit_noise(by("sweeps", acquired(0.0, range(2)))).pooled
-    assert found.sweep is not None
-    assert found.sweep.low == 0.0
-    assert found.sweep.high < 0.012
-    assert found.repeat.low <= 0.04 <= found.repeat.high
+    repeat, _, sweep = pooled(acquired(0.0, range(2)))
+    assert sweep.low == 0.0
+    assert sweep.high < 0.012
+    assert repeat.low <= 0.04 <= repeat.high
 
 
 def test_a_component_of_zero_is_zero_with_an_interval_from_there() -> None:
@@ -261,6 +297,20 @@ def test_recordings_of_sweeps_and_of_separate_repeats_are_not_pooled() -> None:
 
 
 def test_a_recording_is_compared_with_the_cohort_by_the_model_of_its_repeats() -> None:
+    crossed_levels = levels_of(crossed(TRUE, seed=1, recordings=1, phases=20))
+    top = fit_sweeps(crossed_levels, 0.9)[3]
+    given = log_restricted_likelihood_of_sweeps(crossed_levels, 0.04, 0.08, 0.05)
+    found = compare_noise(crossed_levels, TRUE)
+    assert found.statistic == pytest.approx(2.0 * (top - given))
+    assert found.p_value == pytest.approx(chi2.sf(found.statistic, 3))
+    levels = as_separate(crossed_levels)
+    top = fit_components(levels, 0.9)[2]
+    given = log_restricted_likelihood(levels, float(np.hypot(0.04, 0.05)), 0.08)
+    assert compare_noise(levels, TRUE).statistic == pytest.approx(2.0 * (top - given))
+
+
+@pytest.mark.slow(minutes=0.2)
+def test_of_recordings_compared_with_the_cohort_those_with_other_noise_are_told() -> None:
     def p_values(noise: NoiseComponents, count: int) -> NDArray[np.float64]:
         made = [levels_of(crossed(noise, seed, recordings=1, phases=12)) for seed in range(count)]
         return np.array([compare_noise(levels, TRUE).p_value for levels in made])
@@ -270,10 +320,6 @@ def test_a_recording_is_compared_with_the_cohort_by_the_model_of_its_repeats() -
     assert 0.3 < alike.mean() < 0.7
     assert (p_values(replace(TRUE, sweep_fraction=0.3), 10) <= 0.05).mean() >= 0.4  # of three sweeps each
     assert (p_values(replace(TRUE, repeat_fraction=0.1), 10) <= 0.05).mean() >= 0.7
-    levels = as_separate(levels_of(crossed(TRUE, seed=1, recordings=1, phases=20)))
-    top = fit_components(levels, 0.9)[2]
-    given = log_restricted_likelihood(levels, float(np.hypot(0.04, 0.05)), 0.08)
-    assert compare_noise(levels, TRUE).statistic == pytest.approx(2.0 * (top - given))
 
 
 def test_means_over_the_same_sweeps_share_an_error_of_rank_one() -> None:
@@ -369,6 +415,7 @@ def test_the_stage_fits_the_model_that_the_cohort_says(tmp_path: Path) -> None:
     recordings = dict(zip("PQ", [acquired(0.05, range(1))[name] for name in names], strict=True))
     expected = fit_noise(by("sweeps", recordings))
     assert found == expected
+    assert (expected.pooled.repeat, expected.pooled.sample, expected.pooled.sweep) == pooled(recordings)
     assert found.components.sweep_fraction == found.sweep_fraction > 0.0
     assert load(written, KIND)[0]["component"].to_numpy().tolist() == ["repeat", "sample", "sweep"]
 

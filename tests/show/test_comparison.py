@@ -368,6 +368,6 @@ def test_a_finished_study_has_its_comparison(finished: StudyCopy) -> None:
     table = pd.read_csv(finished.results / "tables" / "paper_comparison.csv", keep_default_na=False)
     assert tuple(table.columns) == COLUMNS and len(table) == len(read_paper())
     assert (table != "").all(axis=None)
-    assert row(table.set_index("quantity"), "subjects evaluated")["this_study"] == "3 virtual volunteers"
+    assert row(table.set_index("quantity"), "subjects evaluated")["this_study"] == "2 virtual volunteers"
     rows = row(table.set_index("quantity"), "pooled training samples")
     assert rows["this_study"] == "720" and rows["note"].startswith("lower by")

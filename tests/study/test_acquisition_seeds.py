@@ -29,7 +29,7 @@ from swesbi.study.stages import sensitivity as acquisition_seeds
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.support import read_support
 
-SUBJECTS = ("A", "B", "F")
+SUBJECTS = ("A", "F")
 
 
 def settings_of(study: StudyCopy, **changes: object) -> acquisition_seeds.AcquisitionSeedsStageSettings:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 import exact_case
 import free_case
@@ -13,10 +11,10 @@ import numpy as np
 import pytest
 import speed_case
 from numpy.typing import NDArray
-from study_copy import ROOT, StudyCopy
+from study_copy import ROOT
 
 from swesbi.artefacts import save, to_groups
-from swesbi.checks.free_predictive import draw_pushes, read_free_predictive
+from swesbi.checks.free_predictive import draw_pushes
 from swesbi.config.natural_waves import why_not_interpreted
 from swesbi.config.new_recordings import free_running, noise_declared, waves_alone
 from swesbi.config.read import ConfigError, overlay, read_yaml
@@ -29,12 +27,10 @@ from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.from_prior import posterior_from_prior
 from swesbi.posterior.importance import resample, weigh
-from swesbi.posterior.result import read_exact_result
 from swesbi.prior import draw_prior
-from swesbi.recording.free_observation import KIND, ingest_free, read_free_observation
+from swesbi.recording.free_observation import KIND, ingest_free
 from swesbi.recording.free_samples import read_free_samples
-from swesbi.show.answers_table import read_answers
-from swesbi.study.answering import FREE_OUTPUTS, OtherAnswerError, check_untouched
+from swesbi.study.answering import OtherAnswerError, check_untouched
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.closure_speeds import ClosureSpeeds
 from swesbi.verdict.settings import PublishedSpeed
@@ -105,42 +101,6 @@ def test_intervals_cover_what_made_the_recording() -> None:
     assert 0.80 < np.mean(covered) <= 0.985
 
 
-@pytest.fixture(scope="module")
-def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The answers to a cohort of one good and one empty free-running recording, under the smoke settings."""
-    folder = tmp_path_factory.mktemp("free")
-    rows = {"T1": free_case.train(3).iloc[::4], "T2": free_case.train(2, lost=1.0)}
-    return free_case.answered(folder, rows)
-
-
-def test_an_answer_has_its_files_and_says_that_there_is_no_verdict(out: Path) -> None:
-    assert {path.name for path in (out / "T1").iterdir()} == set(FREE_OUTPUTS.values())
-    support = json.loads((out / "T1" / "support.json").read_text())
-    assert support["status"] == "no verdict"
-    assert support["verdict"].startswith("no verdict: a free-running recording has no null distributions")
-    assert [test["name"] for test in support["tests"]] == [
-        "residuals", "end_diastolic_volume", "end_systolic_volume",
-    ]  # fmt: skip
-    posterior = read_exact_result(out / "T1" / "posterior.h5")
-    assert posterior.converged
-    assert support["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))
-    seen = read_free_observation(out / "T1" / "observation.h5")
-    assert seen.noise_source == "declared"
-    check = read_free_predictive(out / "T1" / "predictive.h5")
-    assert check.coverage >= 0.6
-    assert (check.posterior.high - check.posterior.low).mean() < (check.prior.high - check.prior.low).mean()
-
-
-def test_the_table_has_a_row_for_the_answer_and_one_for_the_refusal(out: Path) -> None:
-    table = read_answers(out / "answers.csv").set_index("subject")
-    assert table.loc["T1", "status"] == "no verdict"
-    assert table.loc["T2", "status"] == "refused"
-    assert "0 pushes are acceptable" in str(table.loc["T2", "reason"])
-
-
-MITRAL_WAVES: Final = "event,rr_ms,beat,shear_wave_speed_m_s\nmvc,985,0,1.25\nmvc,1017,1,1.18\n"
-
-
 @pytest.fixture
 def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     """The study asked of a cohort of a gated recording of 20 phases, one of 24 and a free-running one."""
@@ -180,9 +140,9 @@ def test_the_workflow_asks_a_free_running_recording_once(asked: Study) -> None:
 
 def test_the_workflow_knows_recordings_of_natural_waves_alone(asked: Study) -> None:
     path = asked.new_cohort / "swe" / "S-3.csv"
-    path.write_text(MITRAL_WAVES)
+    path.write_text(free_case.MITRAL_WAVES)
     assert waves_alone(asked) == {"S-3": ("mvc",)}
-    path.write_text(MITRAL_WAVES + "avc,1017,1,4.1\n")
+    path.write_text(free_case.MITRAL_WAVES + "avc,1017,1,4.1\n")
     assert waves_alone(asked) == {"S-3": ("mvc", "avc")}
     (row,) = [row for row in stage_settings(asked, "new_answers")["asked"] if row["subject"] == "S-3"]
     assert row["interpretable"] and not row["refused"], "the aortic ones are interpreted"
@@ -204,51 +164,6 @@ def test_pushes_that_cannot_be_used_are_a_row_of_the_workflow_and_no_job(asked: 
     rows = stage_settings(asked, "new_answers")["asked"]
     assert [row["refused"] for row in rows if row["subject"] == "S-3"] == [recording_refusal(asked, "S-3")]
     assert "0 pushes are acceptable" in recording_refusal(asked, "S-3")
-
-
-@pytest.mark.slow(minutes=1)
-def test_the_workflow_answers_as_the_command_does(own_study: StudyCopy, tmp_path: Path) -> None:
-    """T1 by the network of the population, T2 refused, T3 from the prior on; nothing else is made."""
-    study, pushes = own_study, free_case.train(3).iloc[::4]
-    rows = {"T1": pushes, "T2": free_case.train(2, lost=1.0), "T3": pushes}
-    cohort = free_case.write_free_cohort(study.folder / "data" / "trains", rows)
-    study.edit("data/trains/subjects.csv", "T3,F,25,1.7,60,90,34,0.8", "T3,F,25,1.7,60,90,34,2.2")
-    study.edit("smoke.yaml", "\ncmaes:\n", "\nnew_subjects:\n  cohort: data/trains\ncmaes:\n")
-    of_free = {"new_free_subject", "new_free_subject_of_population"}
-    assert {job.rule for job in study.planned("new_subjects")} == of_free | {"new_answers"}
-    study.run("new_subjects")
-    answers = read_answers(study.results / "new" / "trains" / "answers.csv").set_index("subject")
-    # a septum of 2.2 cm leaves T3 other volumes than were measured
-    assert answers["status"].to_dict() == {"T1": "no verdict", "T2": "refused", "T3": "unsupported"}
-    assert answers["experiment"].drop("T2").to_dict() == {"T1": "amortised", "T3": "calibrated"}
-    for subject in ("T1", "T3"):
-        made = study.results / str(answers.loc[subject, "experiment"]) / "new" / "trains" / subject
-        out = tmp_path / subject
-        asked_for = ("--subject", subject, "--out", str(out), "--overlay", "smoke.yaml")
-        done = study.call("-m", "swesbi", "new-subject", "--cohort", str(cohort), *asked_for)
-        assert done.returncode == 0, done.stderr
-        for name in ("observation.h5", "posterior.h5", "support.json", "predictive.h5", "sheet.pdf"):
-            assert (made / name).read_bytes() == (out / name).read_bytes(), (subject, name)
-    # whatever network an answer begins with, the prior's band is the prior's
-    alone = ("--subject", "T1", "--experiment", "calibrated", "--out", str(tmp_path / "prior"))
-    done = study.call(
-        "-m", "swesbi", "new-subject", "--cohort", str(cohort), *alone, "--overlay", "smoke.yaml"
-    )
-    assert done.returncode == 0, done.stderr
-    by_network, from_prior = (
-        read_free_predictive(tmp_path / name / "predictive.h5") for name in ("T1", "prior")
-    )
-    np.testing.assert_array_equal(by_network.prior.high, from_prior.prior.high)
-    assert not np.array_equal(by_network.posterior.high, from_prior.posterior.high)
-    # waves after mitral closure alone mean nothing; the others' answers stand
-    (cohort / "swe" / "T4.csv").write_text(MITRAL_WAVES)
-    study.edit("data/trains/subjects.csv", "T1,", "T4,F,25,1.7,60,90,34,0.8\nT1,")
-    assert {job.rule for job in study.planned("new_subjects")} == {"new_answers"}
-    study.run("new_subjects")
-    table = read_answers(study.results / "new" / "trains" / "answers.csv").set_index("subject")
-    assert table["status"].to_dict() == {**answers["status"].to_dict(), "T4": "not interpretable"}
-    assert "waves after mvc are not interpretable: in healthy hearts" in str(table.loc["T4", "reason"])
-    assert study.planned("new_subjects") == set()
 
 
 def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> None:

@@ -149,7 +149,7 @@ def test_differences_of_settings_code_arrays_and_verdicts_are_told(
         file["scale_kpa"][()] *= 1.01
 
     change_attribute(other / "cohort" / "A" / "passive.h5", change)
-    support = other / "paper" / "subjects" / "B" / "support.json"
+    support = other / "paper" / "subjects" / "F" / "support.json"
     verdict = json.loads(support.read_text())
     before = verdict["supported"]
     support.write_text(json.dumps({**verdict, "supported": not before}))
@@ -161,7 +161,7 @@ def test_differences_of_settings_code_arrays_and_verdicts_are_told(
     sections = {title: lines.index(title) for title in ("settings:", "code and origin:", "verdicts:")}
     assert lines[sections["settings:"] + 1] == "passive.exponent_b: 3.0 -> 4.0  (cohort/A/passive.h5)"
     assert "-> 0123456789abcdef  (cohort/A/passive.h5)" in lines[sections["code and origin:"] + 1]
-    assert lines[sections["verdicts:"] + 1] == f"paper/subjects/B: supported: {before} -> {not before}"
+    assert lines[sections["verdicts:"] + 1] == f"paper/subjects/F: supported: {before} -> {not before}"
     row = next(line.split() for line in lines if line.startswith("cohort/A/passive.h5"))
     assert row[1:3] == ["scale_kpa", "kPa"]
     assert float(row[4]) == pytest.approx(0.01 / 1.01, rel=0.01)
@@ -179,7 +179,7 @@ def test_a_damaged_file_does_not_end_the_comparison(
     cut.write_bytes(cut.read_bytes()[:-200])
     (other / "tables" / "ppc.csv").write_bytes(b"\xff\xfe")
     (other / "tables" / "posterior.csv").unlink()
-    support = other / "paper" / "subjects" / "B" / "support.json"
+    support = other / "paper" / "subjects" / "F" / "support.json"
     support.write_text(json.dumps({**json.loads(support.read_text()), "supported": "changed"}))
     assert main(["--diff", str(first), str(other)]) == 2
     shown = capsys.readouterr()

@@ -6,9 +6,11 @@ import json
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import exact_case
+import free_case
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,22 +19,26 @@ from cohorts import snapshot
 from misspecification_case import Bank, settings, subject_checks
 from numpy.typing import NDArray
 from recordings import RECORDING, make_samples
-from study_copy import StudyCopy
+from study_copy import StudyCopy, rules_of
 
 from swesbi.__main__ import main
 from swesbi.artefacts import Provenance
 from swesbi.base import Settings
+from swesbi.checks.free_predictive import read_free_predictive
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.importance import weigh
 from swesbi.posterior.refine import FittedProposal, refine
+from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal
 from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
+from swesbi.recording.free_observation import read_free_observation
 from swesbi.recording.noise import compare_noise, mean_errors
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.answering import OUTPUTS, WITH_PRESSURES
+from swesbi.show.answers_table import read_answers
+from swesbi.study.answering import FREE_OUTPUTS, OUTPUTS, WITH_PRESSURES
 from swesbi.study.stages import other_network
 from swesbi.study.stages.new_subject import known_noise
 from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
@@ -216,49 +222,23 @@ def test_the_nulls_of_others_catch_noise_that_is_larger_than_stated(
 
 
 @pytest.fixture
-def typed(finished: StudyCopy) -> Typed:
-    """Runs `new-subject` on the small study, whose network was trained on A, B and F."""
+def typed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Typed:
+    """Runs `new-subject` in this process, in the folder of a small study and under its configuration."""
 
-    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-        return finished.call("-m", "swesbi", "new-subject", "--overlay", finished.config, *arguments)
-
-    return run
-
-
-@pytest.fixture
-def refused(
-    finished: StudyCopy, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Typed:
-    """The same in this process, for what is refused before anything is computed."""
-
-    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    def run(study: StudyCopy, *arguments: str) -> subprocess.CompletedProcess[str]:
         with monkeypatch.context() as patch:
-            patch.chdir(finished.folder)
-            code = main(["new-subject", "--overlay", finished.config, *arguments])
+            patch.chdir(study.folder)
+            code = main(["new-subject", "--overlay", study.config, *arguments])
         shown = capsys.readouterr()
         return subprocess.CompletedProcess(arguments, code, shown.out, shown.err)
 
     return run
 
 
-def test_a_subject_that_the_network_has_not_seen_is_answered(
-    typed: Typed, finished: StudyCopy, tmp_path: Path
-) -> None:
-    out = tmp_path / "C"
-    done = typed("--cohort", "data/virtual_volunteers", "--subject", "C", "--out", str(out))
-    assert done.returncode == 0, done.stderr
-    assert {path.name for path in out.iterdir()} == {*OUTPUTS.values(), WITH_PRESSURES}
-    assert list(tmp_path.iterdir()) == [out]
-    support = json.loads((out / "support.json").read_text(encoding="utf-8"))
-    assert {"noise", "chi2", "context_ranges", "context_leave_one_out"} <= {
-        test["name"] for test in support["tests"]
-    }
-    assert done.stdout.startswith(f"C: {support['verdict']}")
-    assert "k_atp_per_s" in done.stdout
-    assert "certificate: draws by" in done.stdout
-    assert "with cuff pressures 150 / 101 mmHg (by " in done.stdout
-    for name in ("ppc.png", "posterior.png"):
-        assert (out / name).read_bytes().startswith(b"\x89PNG")
+@pytest.fixture
+def refused(typed: Typed, finished: StudyCopy) -> Typed:
+    """The same on the finished study, for what is refused before anything is computed."""
+    return partial(typed, finished)
 
 
 def write_cohort(folder: Path, finished: StudyCopy, **context: float) -> Path:
@@ -289,7 +269,7 @@ def test_a_context_that_the_network_does_not_know_is_refused_and_nothing_written
     done = refused("--cohort", str(cohort), *asked)
     assert done.returncode == 2
     assert words in done.stderr
-    assert "trained on the contexts of A, B, F, G" in done.stderr
+    assert "trained on the contexts of A, F, G" in done.stderr
     assert snapshot(tmp_path) == before
 
 
@@ -359,28 +339,116 @@ def test_a_network_of_other_settings_is_refused(refused: Typed, finished: StudyC
     assert not (tmp_path / "out").exists()
 
 
+SAME = ("observation.h5", "posterior.h5", "support.json", "predictive.h5")
+
+
 @pytest.mark.slow(minutes=2)
-def test_the_workflow_gives_the_same_answer_and_reruns_nothing_else(
-    typed: Typed, finished: StudyCopy, own_study: StudyCopy, tmp_path: Path
+def test_strangers_are_answered_by_the_command_as_by_the_workflow(
+    typed: Typed, own_study: StudyCopy, tmp_path: Path
 ) -> None:
-    by_hand = {name: tmp_path / name for name in ("calibrated", "amortised")}
-    for name, folder in by_hand.items():
-        chosen = ("--subject", "C", "--experiment", name, "--out", str(folder))
-        assert typed("--cohort", "data/virtual_volunteers", *chosen).returncode == 0
-    study = own_study
-    cohort = write_cohort(study.folder / "data" / "other", finished)
-    study.edit("smoke.yaml", "\ncmaes:\n", "\nnew_subjects:\n  cohort: data/other\ncmaes:\n")
-    jobs = study.planned("new_subjects")
-    assert {job.rule for job in jobs} == {
-        "new_subject_with_pressures",
-        "new_subject_of_population_with_pressures",
-        "new_answers",
-    }
-    assert study.planned() == set()
+    """A gated subject, two free-running ones, one with waves alone and one who is refused; nothing reruns."""
+    study, out = own_study, tmp_path / "all"
+    cohort = strangers(study.folder / "data" / "strangers", study.folder / "data" / "virtual_volunteers")
+    study.edit("smoke.yaml", "\ncmaes:\n", "\nnew_subjects:\n  cohort: data/strangers\ncmaes:\n")
+    assert rules_of(study.planned("new_subjects")) == {
+        "new_subject_with_pressures", "new_subject_of_population_with_pressures",
+        "new_free_subject", "new_free_subject_of_population", "new_answers",
+    }  # fmt: skip
     study.run("new_subjects")
-    assert cohort.is_dir()
-    for experiment, folder in by_hand.items():
-        made = study.results / experiment / "new" / "other" / "C"
-        names = ("observation.h5", "posterior.h5", "support.json", "predictive.h5")
-        for name in (*names, WITH_PRESSURES):
-            assert (made / name).read_bytes() == (folder / name).read_bytes(), (experiment, name)
+    assert study.planned("all", "new_subjects") == set()
+    given = ("--cohort", str(cohort))
+    assert typed(study, *given, "--all", "--out", str(out)).returncode == 2
+    assert {path.name for path in out.iterdir()} == {"C", "T1", "T3", "answers.csv", "answers.xlsx"}
+    by_command = read_answers(out / "answers.csv").set_index("subject")
+    table = read_answers(study.results / "new" / "strangers" / "answers.csv")
+    assert table.loc[table["subject"] == "C", "experiment"].tolist() == ["calibrated", "amortised"]
+    for answers in (by_command, table.drop_duplicates("subject").set_index("subject")):
+        check_table(answers)
+    apart = tmp_path / "C"
+    alone = typed(study, *given, "--subject", "C", "--experiment", "amortised", "--out", str(apart))
+    assert alone.returncode == 0, alone.stderr
+    check_gated(apart, alone.stdout)
+    check_free(out / "T1")
+    for folder, experiment, further in (
+        (out / "C", "calibrated", WITH_PRESSURES),
+        (apart, "amortised", WITH_PRESSURES),
+        (out / "T1", "amortised", "sheet.pdf"),
+        (out / "T3", "calibrated", "sheet.pdf"),
+    ):
+        made = study.results / experiment / "new" / "strangers" / folder.name
+        for name in (*SAME, further):
+            assert (made / name).read_bytes() == (folder / name).read_bytes(), (experiment, folder, name)
+    # whatever network an answer begins with, the prior's band is the prior's
+    prior = tmp_path / "prior"
+    asked = ("--subject", "T1", "--experiment", "calibrated", "--out", str(prior))
+    assert typed(study, *given, *asked).returncode == 0
+    by_network, from_prior = (read_free_predictive(each / "predictive.h5") for each in (out / "T1", prior))
+    np.testing.assert_array_equal(by_network.prior.high, from_prior.prior.high)
+    assert not np.array_equal(by_network.posterior.high, from_prior.posterior.high)
+    # of one more who has no answer the table alone is made anew
+    for kind in ("csv", "yaml"):
+        (cohort / "swe" / f"T5.{kind}").write_bytes((cohort / "swe" / f"T4.{kind}").read_bytes())
+    study.edit("data/strangers/subjects.csv", "T4,", "T5,F,25,1.7,60,90,34,0.8,,,\nT4,")
+    assert rules_of(study.planned("new_subjects")) == {"new_answers"}
+
+
+def strangers(folder: Path, shipped: Path) -> Path:
+    """A cohort of C of the volunteers, pushes for a network, lost ones, a thick heart's, and mitral waves."""
+    (folder / "swe").mkdir(parents=True)
+    header, *rows = (shipped / "subjects.csv").read_text(encoding="utf-8").splitlines()
+    lines = [header, *(row for row in rows if row.startswith("C,"))]
+    thickness_cm = {"T1": 0.8, "T2": 0.8, "T3": 2.2, "T4": 0.8}
+    lines += [f"{name},F,25,1.7,60,90,34,{value},,," for name, value in thickness_cm.items()]
+    (folder / "subjects.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    for name in ("recording.yaml", "swe/C.csv"):
+        (folder / name).write_bytes((shipped / name).read_bytes())
+    pushes = free_case.train(3).iloc[::4]
+    for name, table in {"T1": pushes, "T2": free_case.train(2, lost=1.0), "T3": pushes}.items():
+        table.to_csv(folder / "swe" / f"{name}.csv", index=False)
+    (folder / "swe" / "T4.csv").write_text(free_case.MITRAL_WAVES, encoding="utf-8")
+    for name in thickness_cm:
+        (folder / "swe" / f"{name}.yaml").write_text(free_case.NOISE, encoding="utf-8")
+    return folder
+
+
+def check_table(answers: pd.DataFrame) -> None:
+    """Each has a row, with the reason of those who have no answer."""
+    status = answers["status"].to_dict()
+    assert status.pop("C") in ("supported", "strained", "unsupported")
+    # a septum of 2.2 cm leaves T3 other volumes than were measured
+    assert status == {"T1": "no verdict", "T2": "refused", "T3": "unsupported", "T4": "not interpretable"}
+    assert answers["experiment"].loc[["T1", "T3", "C"]].tolist() == ["amortised", "calibrated", "calibrated"]
+    assert "0 pushes are acceptable" in str(answers.loc["T2", "reason"])
+    assert "waves after mvc are not interpretable: in healthy hearts" in str(answers.loc["T4", "reason"])
+
+
+def check_gated(out: Path, said: str) -> None:
+    """A gated subject has all files, a verdict by all tests, and a certificate."""
+    assert {path.name for path in out.iterdir()} == {*OUTPUTS.values(), WITH_PRESSURES}
+    support = json.loads((out / "support.json").read_text(encoding="utf-8"))
+    assert {"noise", "chi2", "context_ranges", "context_leave_one_out"} <= {
+        test["name"] for test in support["tests"]
+    }
+    assert said.startswith(f"C: {support['verdict']}")
+    assert "k_atp_per_s" in said
+    assert "certificate: draws by" in said
+    assert "with cuff pressures 150 / 101 mmHg (by " in said
+    for name in ("ppc.png", "posterior.png"):
+        assert (out / name).read_bytes().startswith(b"\x89PNG")
+
+
+def check_free(out: Path) -> None:
+    """A free-running subject has all files, and is told that there is no verdict."""
+    assert {path.name for path in out.iterdir()} == set(FREE_OUTPUTS.values())
+    support = json.loads((out / "support.json").read_text(encoding="utf-8"))
+    assert support["verdict"].startswith("no verdict: a free-running recording has no null distributions")
+    assert [test["name"] for test in support["tests"]] == [
+        "residuals", "end_diastolic_volume", "end_systolic_volume",
+    ]  # fmt: skip
+    posterior = read_exact_result(out / "posterior.h5")
+    assert posterior.converged
+    assert support["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))
+    assert read_free_observation(out / "observation.h5").noise_source == "declared"
+    check = read_free_predictive(out / "predictive.h5")
+    assert check.coverage >= 0.6
+    assert (check.posterior.high - check.posterior.low).mean() < (check.prior.high - check.prior.low).mean()

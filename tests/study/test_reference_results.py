@@ -12,6 +12,7 @@ from reference_tables import (
     COHORT,
     EVERY,
     FEATURES,
+    MONTE_CARLO_ERRORS,
     OF_PAPER,
     SMALL_STUDY,
     SUBJECTS,
@@ -39,7 +40,8 @@ def test_every_experiment_is_stored() -> None:
     for experiment in EVERY:
         rows = tables[tables["experiment"] == experiment]
         artefacts = set(rows["quantity"].str.partition("/")[0])
-        assert {"recovery", "recovery_acquisition", "posterior", "support", "predictive"} <= artefacts
+        of_draws = {"recovery", "recovery_acquisition"} if experiment in FEATURES else set()
+        assert {"posterior", "support", "predictive"} | of_draws <= artefacts
         subjects = OF_PAPER if experiment in FEATURES else SUBJECTS
         assert set(subjects) <= set(rows["subject"])
 
@@ -71,6 +73,22 @@ def test_a_number_within_its_tolerance_is_not_named(numbers: pd.DataFrame, tmp_p
     table.loc[row, "value"] = f"{float(table.loc[row, 'value']) * (1.0 + 1e-7):.12g}"
     table.to_csv(tmp_path / f"{COHORT}.csv", index=False)
     assert differences(numbers, tmp_path).empty
+
+
+@pytest.mark.parametrize(("errors", "named"), [(0.9, []), (1.1, ["posterior/median[k0_kpa]"])])
+def test_a_number_of_a_sampler_moves_by_its_monte_carlo_errors(
+    numbers: pd.DataFrame, tmp_path: Path, errors: float, named: list[str]
+) -> None:
+    store(numbers, tmp_path)
+    path = tmp_path / "calibrated.csv"
+    table = pd.read_csv(path, dtype=str, keep_default_na=False)
+    row = table.index[table["quantity"] == "posterior/median[k0_kpa]"][0]
+    value, error = float(table.loc[row, "value"]), float(table.loc[row, "error"])
+    assert 0.0 < error < 0.1 * value
+    moved = errors * (MONTE_CARLO_ERRORS * error + 1e-3 * value + 1e-4)
+    table.loc[row, "value"] = f"{value + moved:.12g}"
+    table.to_csv(path, index=False)
+    assert differences(numbers, tmp_path)["quantity"].tolist() == named
 
 
 @pytest.mark.parametrize("value", ["", "nan", "inf", "many"])

@@ -65,7 +65,7 @@ def changed(group: str, visit: str, seed: int = 0, **changes: float) -> dict[str
     return {name: value / own()[name] for name, value in phi.items()}
 
 
-@pytest.mark.slow(minutes=1)
+@pytest.mark.slow(minutes=0.2)
 def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None:
     write_trial(tmp_path, source())
     made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file())

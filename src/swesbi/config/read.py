@@ -18,6 +18,8 @@ from pydantic_core import ErrorDetails
 from swesbi.config.models import Config
 
 CONFIGURATION: Final = "config.yaml"
+# as safe, and eight times faster where PyYAML has libyaml
+LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 FOLDERS: Final = (("cohort",), ("results",), ("new_subjects", "cohort"))
 """The keys of the configuration that name folders."""
 
@@ -89,7 +91,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
         ConfigError: The file cannot be read, is not YAML, or is not a mapping.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = LOADER(path.read_text(encoding="utf-8")).get_single_data()
     except OSError as error:
         raise ConfigError(f"{path}: {_unreadable(path, error)}") from error
     except (UnicodeDecodeError, yaml.YAMLError) as error:

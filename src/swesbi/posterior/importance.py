@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Protocol
 
-import arviz
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
@@ -150,6 +149,8 @@ def smooth(log_ratio: FloatArray) -> tuple[FloatArray, float]:
     Returns:
         Logarithms of the weights, which sum to one, and the Pareto shape k-hat.
     """
+    import arviz  # two seconds with pyplot, and most who import this module only read posteriors
+
     log_weight, k_hat = arviz.psislw(log_ratio)  # type: ignore[no-untyped-call]
     return np.asarray(log_weight), float(k_hat)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-import arviz
 import emcee
 import numpy as np
 from numpy.typing import NDArray
@@ -172,6 +171,8 @@ def reference_draws(
 
 def split_r_hat(phi: FloatArray) -> FloatArray:
     """Return the rank-normalised split R-hat of draws (chain, n, d); shape (d,)."""
+    import arviz  # two seconds, which importing this module need not take
+
     columns = np.moveaxis(phi, -1, 0)
     return np.array([float(arviz.rhat(column, method="rank")) for column in columns])  # type: ignore[no-untyped-call]
 
@@ -201,6 +202,8 @@ def effective_draws(chain: FloatArray) -> FloatArray:
     step by step, and their effective number (Vehtari et al. 2021): the walkers of an ensemble are not
     independent, so counting each by itself promises too much (Goodman and Weare 2010, Sec. 3).
     """
+    import arviz
+
     means = np.moveaxis(chain.mean(axis=2), -1, 0)
     number = np.array([float(arviz.ess(mean, method="mean")) for mean in means])  # type: ignore[no-untyped-call]
     variance = chain.reshape(-1, chain.shape[-1]).var(axis=0)

@@ -12,7 +12,6 @@ import warnings
 from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
-import arviz as az
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
@@ -285,9 +284,11 @@ def leave_phases_out(log_quantities: FloatArray, log_likelihood_by_phase: FloatA
         log_quantities: Posterior draws of log quantities; (n, q).
         log_likelihood_by_phase: log p(y_i | the other data, phi) at the draws; (n, p).
     """
+    import arviz  # two seconds, which importing this module need not take
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # k-hat is reported beside the results
-        log_weight, k_hat = az.psislw(-log_likelihood_by_phase.T)  # type: ignore[no-untyped-call]
+        log_weight, k_hat = arviz.psislw(-log_likelihood_by_phase.T)  # type: ignore[no-untyped-call]
     weight = np.exp(np.asarray(log_weight))
     weight /= weight.sum(axis=1, keepdims=True)
     mean, sd = log_quantities.mean(axis=0), log_quantities.std(axis=0)

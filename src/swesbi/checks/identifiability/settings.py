@@ -49,6 +49,11 @@ class DesignSettings(Settings):
         for name, values in (("repeats", self.repeats), ("phases", self.phases)):
             if list(values) != sorted(set(values)):
                 raise ValueError(f"{name} = {list(values)}: need ascending numbers, each once")
+        if self.placement_phases < self.phases[0]:
+            raise ValueError(
+                f"placement_phases = {self.placement_phases} is less than the least of phases = "
+                f"{list(self.phases)}: chosen phases are compared with as many even ones"
+            )
         return self
 
 
