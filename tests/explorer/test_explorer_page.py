@@ -45,6 +45,18 @@ def test_the_same_study_makes_the_same_page() -> None:
     )
 
 
+def test_error_bars_are_those_of_stiffness() -> None:
+    """A speed off by its standard error makes a stiffness, 3 rho c2, that is off by the error bar."""
+    settings = speed_case.settings("calibrated")
+    subjects = [explorer_case.explored("A")]
+    data = page_data(subjects, explorer_case.NOISE, settings, speed_case.shipped().recording, 1)
+    shown = data["subjects"][0]["recording"]
+    stiffness, bar = np.array(shown["stiffness_kpa"]), np.array(shown["stiffness_se_kpa"])
+    errors = measured_speeds(explorer_case.observation("A"), explorer_case.NOISE).errors.total
+    faster = 3.0 * (np.array(shown["speed_m_s"]) * (1.0 + errors)) ** 2
+    np.testing.assert_allclose(faster - stiffness, bar, rtol=0.05)
+
+
 def test_a_page_that_is_too_large_is_refused() -> None:
     with pytest.raises(ValueError, match="more than 2000000; show fewer subjects"):
         render_page(explorer_case.WORDS, {"filler": "x" * LARGEST_BYTES}, "")

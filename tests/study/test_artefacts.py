@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from swesbi.artefacts import ArtefactError, Provenance, Variable, atomic_path, load, save, schema
+from swesbi.parameters import THETA_NAMES
 
 TOY = {"toy": {"/": {"speed_m_s": Variable("phase", "m s-1", "speed")}}}
 
@@ -43,6 +44,17 @@ def test_plain_h5py_sees_units_and_dimension_scales(tmp_path: Path) -> None:
         assert file["speed_m_s"].dims[0][0].name == "/phase"
         assert file["phase"].attrs["units"] == "1"
         assert file.attrs["kind"] == "toy"
+
+
+def test_columns_of_theta_in_another_order_are_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    columns = {"toy": {"/": {"theta": Variable("parameter", "1", "columns by position")}}}
+    monkeypatch.setattr(schema, "SCHEMAS", columns)
+    theta = xr.Dataset({"theta": ("parameter", np.ones(3), {"units": "1"})})
+    save(tmp_path / "right.h5", theta.assign_coords(parameter=list(THETA_NAMES)), Provenance("toy"))
+    with pytest.raises(ArtefactError, match=r"has parameters \['k_sr_per_s', .* expected \['k0_kpa', "):
+        save(tmp_path / "toy.h5", theta.assign_coords(parameter=list(THETA_NAMES[::-1])), Provenance("toy"))
 
 
 @pytest.mark.parametrize(

@@ -161,7 +161,7 @@ def test_noise_like_the_cohort_s_is_accepted_and_other_noise_found() -> None:
     cohort = NoiseComponents(0.04, 0.08)
 
     def p_values(repeat_sd: float, sample_sd: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        made = [make_samples(repeat_sd=repeat_sd, sample_sd=sample_sd, seed=seed) for seed in range(60)]
+        made = [make_samples(repeat_sd=repeat_sd, sample_sd=sample_sd, seed=seed) for seed in range(40)]
         levels = [repeat_levels(samples, np.ones(len(samples.speed_m_s), dtype=bool)) for samples in made]
         return np.array([compare_noise(one, cohort).p_value for one in levels])
 
@@ -189,10 +189,9 @@ def bank() -> Bank:
 @pytest.fixture(scope="module")
 def pool(bank: Bank) -> list[SubjectChecks]:
     """Three subjects of one bank, so that their null distributions are the same but for chance."""
-    reference = [bank.recordings(400, seed) for seed in (11, 12, 13)]
-    features = [bank.check(speeds, 100).features for speeds in reference]
-    checks = [bank.check(bank.recordings(200, 20 + n), 1000 * n) for n in range(6)]
-    return [subject_checks(checks[n], checks[3 + n], features[n]) for n in range(3)]
+    features = [bank.check(bank.recordings(200, seed), 100).features for seed in (11, 12, 13)]
+    fresh, *nulls = [bank.check(bank.recordings(200, 20 + n), 1000 * n) for n in range(4)]
+    return [subject_checks(null, fresh, known) for null, known in zip(nulls, features, strict=True)]
 
 
 def test_the_nulls_of_others_judge_well_specified_recordings_as_they_should(

@@ -1,0 +1,392 @@
+"""What the fast tests guard: which of them fail when one line of the package is wrong.
+
+Each mutant is a fault of one line that a person could make. It is put into a private copy of the project,
+where the tests of its package run; those that fail are its killers. ``tests/reference/mutants.csv`` keeps
+them. Tests may change or go as long as every mutant that was killed is killed still, by whatever test:
+
+    python tests/mutants.py                      # all of them, held against the stored table
+    python tests/mutants.py --out FILE NAME...   # some of them, or of some packages, into a table
+
+The mutations of ``tests/study/test_mutations.py`` are another thing: edits of a whole finished study, which
+the stored tables of its results must notice. Here no study is run, and only tests are asked.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from queue import SimpleQueue
+from tempfile import TemporaryDirectory
+from typing import Final
+from xml.etree import ElementTree
+
+import pandas as pd
+
+ROOT: Final = Path(__file__).resolve().parents[1]
+STORED: Final = Path("tests/reference/mutants.csv")
+SOURCE: Final = Path("src/swesbi")
+COLUMNS: Final = ("mutant", "package", "killed_by", "number")
+SEPARATOR: Final = "; "
+FAST: Final = "not slow and not exhaustive"
+LONGEST_S: Final = 3600.0
+"""Of a run without a mutant; one with a mutant may take ``SLOWER`` times as long and ``SPARE_S`` more."""
+SLOWER: Final = 4.0
+SPARE_S: Final = 120.0
+TIMEOUT: Final = "timeout"
+NOTHING_RUN: Final = "no test can be run"
+TESTS: Final[Mapping[str, str]] = {
+    "base": "posterior/test_prior posterior/test_prior_draws posterior/test_importance checks/test_recovery "
+    "exam/test_exam_score population/test_contexts study/test_seeds study/test_code_hash",
+    "artefacts": "study/test_artefacts study/test_faults_artefacts",
+    "change": "change/test_change change/test_change_groups change/test_joint_change "
+    "change/test_visits_joint",
+    "checks": "checks/test_calibration checks/test_scores checks/test_information",
+    "config": "config/test_config study/test_new_cohort",
+    "exam": "exam/test_exam_score exam/test_exam_passive",
+    "explorer": "explorer/test_explorer_page",
+    "heart": "heart/test_simulate heart/test_invariants heart/test_references heart/test_closures "
+    "heart/test_stressed_volume",
+    "networks": "networks/test_flow networks/test_cells networks/test_pool",
+    "recording": "recording/test_noise recording/test_sweeps recording/test_ingest recording/test_free",
+    "show": "show/test_report_page show/test_report_exact",
+    "study": "study/test_inspection planning/test_plan_asked",
+    "verdict": "verdict/test_statistics verdict/test_nulls verdict/test_verdict",
+}
+"""Files of tests by package, where a package has no folder of tests, or one that takes minutes."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A fault of one line.
+
+    Attributes:
+        name: What is wrong.
+        file: Below ``src/swesbi``.
+        old: Text that the file has once.
+        new: What takes its place.
+    """
+
+    name: str
+    file: str
+    old: str
+    new: str
+
+    @property
+    def package(self) -> str:
+        """The package of the file; "base" for the modules that lie in none."""
+        return self.file.split("/")[0] if "/" in self.file else "base"
+
+    @property
+    def suite(self) -> tuple[str, ...]:
+        """Files or folders of the tests."""
+        files = TESTS.get(self.package, "").split()
+        return tuple(f"tests/{name}.py" for name in files) or (f"tests/{self.package}",)
+
+    def edited(self, folder: Path) -> str:
+        """Return the text of the file with the fault.
+
+        Raises:
+            ValueError: The project in ``folder`` does not have the old text once.
+        """
+        path = folder / SOURCE / self.file
+        text = path.read_text(encoding="utf-8")
+        if (places := text.count(self.old)) != 1:
+            raise ValueError(f"{self.name}: {path} has {self.old!r} {places} times; write it anew")
+        changed = text.replace(self.old, self.new)
+        compile(changed, str(path), "exec")
+        return changed
+
+    @contextmanager
+    def applied(self, folder: Path) -> Iterator[None]:
+        """Have the project in ``folder`` wrong within the block."""
+        path = folder / SOURCE / self.file
+        right = path.read_text(encoding="utf-8")
+        path.write_text(self.edited(folder), encoding="utf-8")
+        try:
+            yield
+        finally:
+            path.write_text(right, encoding="utf-8")
+
+
+MUTANTS: Final = (
+    Mutant("levels of an interval are one-sided", "draws.py",
+           "[0.5 - 0.5 * mass, 0.5 + 0.5 * mass]", "[1.0 - mass, mass]"),
+    Mutant("systematic resampling prefers the first draws", "draws.py",
+           "(np.arange(draws) + rng.random()) / draws", "((np.arange(draws) + rng.random()) / draws) ** 1.2"),
+    Mutant("Jacobian 1/theta lost in the prior's density", "prior.py",
+           "*_log_shape(parameter)) - log_theta[:, j]", "*_log_shape(parameter))"),
+    Mutant("texts in the name of a random stream do not count", "seeds.py", "digest()[:4]", "digest()[:0]"),
+    Mutant("hash of the code leaves out what imports do", "code_hash.py",
+           "((*targets, *effects), text)", "((*targets,), text)"),
+    Mutant("artefact with other units is accepted", "artefacts/schema.py",
+           'values.attrs.get("units") != expected.units', '"units" not in values.attrs'),
+    Mutant("artefact with parameters in another order is accepted", "artefacts/schema.py",
+           "names[: len(THETA_NAMES)] != THETA_NAMES", "set(names[: len(THETA_NAMES)]) != set(THETA_NAMES)"),
+    Mutant("change in groups divides by the prior of theta, not of the ratio", "change/groups.py",
+           "RatioPrior(theta))", "theta)"),
+    Mutant("falls are counted from a rise on", "change/ratios.py", "(joint < -beyond)", "(joint < beyond)"),
+    Mutant("pairs of one person with a large statistic count as extreme", "change/one_person.py",
+           "(simulated <= observed)", "(simulated >= observed)"),
+    Mutant("ties count whole in the rank of the truth", "checks/calibration/ranks.py",
+           "0.5 * (weight @ (draws == truth))", "(weight @ (draws == truth))"),
+    Mutant("post-peak error is that before the peak", "checks/scores.py",
+           "after = phase >= phase", "after = phase <= phase"),
+    Mutant("slope of the isometric stiffness in k_ATP", "checks/identifiability/information.py",
+           "exponent / np.expm1(exponent)", "exponent / np.exp(exponent)"),
+    Mutant("configuration merged over another replaces whole sections", "config/read.py",
+           "overlay(below, value) if nested and isinstance(below, Mapping) else value", "value"),
+    Mutant("predictive checks may take more draws than there are", "config/models.py",
+           "if wanted > number:", "if wanted > wanted:"),
+    Mutant("truth above the interval counts as covered in the exam", "exam/score.py",
+           "(self.truth >= self.low) & (self.truth <= self.high)", "(self.truth >= self.low)"),
+    Mutant("factor 2 in the modulus of the wall's own energy", "exam/passive.py",
+           "1e-3 * 0.25 *", "1e-3 * 0.5 *"),
+    Mutant("error of a stiffness is that of the speed", "explorer/data.py",
+           "2.0 * observed.stiffness_kpa[measured] *", "observed.stiffness_kpa[measured] *"),
+    Mutant("relaxation by k_SR drives contraction", "heart/equations.py",
+           "activation - theta.k_sr * (1.0 - activation)", "activation + theta.k_sr * (1.0 - activation)"),
+    Mutant("cavity of the mid-wall sphere is too large", "heart/equations.py",
+           "stretch - 0.5 * delta * inverse * inverse", "stretch + 0.5 * delta * inverse * inverse"),
+    Mutant("mitral closure one sample late", "heart/closures.py",
+           "(opening - 1 - before)", "(opening - before)"),
+    Mutant("division by the prior lost in the likelihood of a population", "hierarchy/model.py",
+           "draws.log_weight - log_prior]", "draws.log_weight]"),
+    Mutant("truncation of the population's law lost", "hierarchy/model.py",
+           "LOG_ROOT_TWO_PI + log_mass)", "LOG_ROOT_TWO_PI)"),
+    Mutant("outliers lose the weights of their draws", "hierarchy/shrinkage.py",
+           "p * own * np.exp(-largest)", "p * np.exp(-largest)"),
+    Mutant("factor 1/2 lost in the slope of the log speed", "measurement/speeds.py",
+           "slope=0.5 * (passive_slope", "slope=(passive_slope"),
+    Mutant("failed simulation has likelihood one", "measurement/likelihood.py",
+           "np.where(np.isnan(total), -np.inf, total)", "np.where(np.isnan(total), 0.0, total)"),
+    Mutant("passive stiffness runs along the beat that was not asked for", "measurement/likelihood.py",
+           'if self.passive_beat == "own"', 'if self.passive_beat != "own"'),
+    Mutant("what earlier phases tell of shared errors is lost", "measurement/shared_error.py",
+           "(distance[:, i] - mean @ row)", "distance[:, i]"),
+    Mutant("covariance of both errors of a cell with the wrong sign", "measurement/instants.py",
+           "cross - gain_n * gain_m", "cross + gain_n * gain_m"),
+    Mutant("standardisation enters the flow's density with the wrong sign", "networks/spline/net.py",
+           "return log_density - _log_standardised", "return log_density + _log_standardised"),
+    Mutant("points of a cell weighed by 1/se", "networks/spline/cells.py",
+           "relative_se**-2.0", "relative_se**-1.0"),
+    Mutant("all subjects of a pool have the same noise", "networks/paper/pool.py",
+           'generator(seed, "feature noise", subject.context.subject)', 'generator(seed, "feature noise")'),
+    Mutant("luck of the untreated is put on twice", "planning/luck.py",
+           "return moved - _slope", "return moved + _slope"),
+    Mutant("weights of the recycled hyperdraws lost", "planning/hyperdraws.py",
+           "log_density(moved, self.prior) - self.log_drawn", "log_density(moved, self.prior)"),
+    Mutant("ejection fraction taken for what stays", "population/contexts.py",
+           "(1.0 - _ejection_fraction(body, age_years, deviation[4]))",
+           "_ejection_fraction(body, age_years, deviation[4])"),
+    Mutant("populations that are tested spread as in training", "population/contexts.py",
+           "population.broad_share) and broad", "population.broad_share)"),
+    Mutant("gap of missing phases one step too short", "population/conditions.py",
+           "(_longest_run(~measured) + 1)", "_longest_run(~measured)"),
+    Mutant("prior lost in the importance weights", "posterior/importance.py",
+           "log_prior + log_likelihood - log_mixture", "log_likelihood - log_mixture"),
+    Mutant("limit of the Pareto shape by the natural logarithm", "posterior/importance.py",
+           "1.0 / np.log10(draws)", "1.0 / np.log(draws)"),
+    Mutant("normal score lost in the slope of a further parameter's map", "posterior/extended.py",
+           "log_density(further, self.prior) - log_normal", "log_density(further, self.prior)"),
+    Mutant("slope of the logit's map with the wrong sign", "posterior/space.py",
+           "eta, -log_jacobian(eta, self.prior)", "eta, log_jacobian(eta, self.prior)"),
+    Mutant("all proposals count alike, whatever their draws", "posterior/adaptive.py",
+           "np.array(counts)[:, None] / len(phi)", "np.full((len(counts), 1), 1.0 / len(counts))"),
+    Mutant("noise is fitted by plain, not restricted likelihood", "recording/components.py",
+           " + np.log(of_cell).sum()", ""),
+    Mutant("noise between sweeps lost in the standard errors", "recording/noise.py",
+           "noise.repeat_fraction**2 + noise.sweep_fraction**2", "noise.repeat_fraction**2"),
+    Mutant("effects of sweeps enter the likelihood with the wrong sign", "recording/sweeps.py",
+           "crossed -= self.variance[SWEEP]", "crossed += self.variance[SWEEP]"),
+    Mutant("intervals of the noise of sweeps by the whole quantile of chi-squared", "recording/sweeps.py",
+           "drop = 0.5 * float(chi2", "drop = float(chi2"),
+    Mutant("error of a mean over repeats falls with their root alone", "recording/speed.py",
+           "np.sqrt(by_phase.sums(variance)) / by_phase.sizes",
+           "np.sqrt(by_phase.sums(variance)) / np.sqrt(by_phase.sizes)"),
+    Mutant("two accepted pushes are refused", "recording/free_observation.py",
+           "accepted.sum() < LEAST_PUSHES", "accepted.sum() <= LEAST_PUSHES"),
+    Mutant("page warns of coverage where its lower limit is below nominal", "show/page/sections.py",
+           '(table["ci_high"] < nominal)', '(table["ci_low"] < nominal)'),
+    Mutant("predicted volume above the measured is called below", "show/tables/subjects.py",
+           'row["ci_low"] > row["measured"]', 'row["ci_low"] < row["measured"]'),
+    Mutant("relative difference of two runs by the smaller value", "study/inspect/diff.py",
+           "np.maximum(np.abs(a), np.abs(b))", "np.minimum(np.abs(a), np.abs(b))"),
+    Mutant("error of a planned mean does not fall with the root of repeats", "study/plan.py",
+           "/ repeats) ** 0.5", "/ repeats)"),
+    Mutant("parts of arrays are found without their strides", "translation/atoms.py",
+           "({index}) * {self.strides[0]}", "({index})"),
+    Mutant("`or` is translated as `and`", "translation/calls.py",
+           "isinstance(node.op, ast.Or) else", "isinstance(node.op, ast.And) else"),
+    Mutant("factor 2 lost in the discrepancy of kernels", "verdict/statistics.py",
+           "1.0 - 2.0 * kernel.mean(axis=1)", "1.0 - kernel.mean(axis=1)"),
+    Mutant("tail of a null distribution begins at the wrong end", "verdict/nulls.py",
+           "np.quantile(ordered, 1.0 - tail_fraction)", "np.quantile(ordered, tail_fraction)"),
+    Mutant("unsupported recordings are the likely ones", "verdict/nulls.py",
+           "(overall <= self.unsupported_level)", "(overall > self.unsupported_level)"),
+    Mutant("volume that does not fit makes an unsupported recording strained", "verdict/verdict.py",
+           "return max(overall, Verdict.STRAINED)", "return Verdict.STRAINED"),
+    Mutant("scale of speeds differs from repeat to repeat", "virtual_cohort/acquisition.py",
+           "settings.scale_fraction * generator.standard_normal()",
+           "settings.scale_fraction * generator.standard_normal(settings.repeats)"),
+    Mutant("drug acts before the first visit", "virtual_trial/persons.py",
+           "(group, visit) == (TREATED, AFTER)", "group == TREATED"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Run:
+    """Tests that failed, by file and name without parameters, and how long all of them took."""
+
+    failed: frozenset[str]
+    seconds: float
+
+
+def copied(root: Path, folder: Path) -> Path:
+    """Copy the files of a project that are in its repository, or could be."""
+    listing = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(listing, cwd=root, check=True, capture_output=True, text=True).stdout
+    for name in filter(None, listed.split("\0")):
+        if (root / name).is_file():  # one that was deleted is listed still
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(root / name, folder / name)
+    found = started(["-c", "import swesbi; print(swesbi.__file__)"], folder).communicate()[0].strip()
+    if Path(found) != folder / SOURCE / "__init__.py":
+        raise RuntimeError(f"tests of {folder} would import {found}")
+    return folder
+
+
+def tested(folder: Path, suite: tuple[str, ...], timeout_s: float) -> Run:
+    """Run tests of a copy of the project."""
+    report, began = folder.with_suffix(".xml"), time.monotonic()
+    report.unlink(missing_ok=True)
+    options = ["-q", "-p", "no:cacheprovider", "--continue-on-collection-errors", f"--junitxml={report}"]
+    process = started(["-m", "pytest", *options, "-m", FAST, *suite], folder)
+    try:
+        process.communicate(timeout=timeout_s)
+        failed = frozenset(failures(report)) if report.exists() else frozenset({NOTHING_RUN})
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+        failed = frozenset({TIMEOUT})
+    return Run(failed, time.monotonic() - began)
+
+
+def started(arguments: Sequence[str], folder: Path) -> subprocess.Popen[str]:
+    """Start Python in a copy, whose sources come before the installed ones.
+
+    Byte code is not kept, since it is told by size and second of the source. Compiled kernels are, beside
+    the copy: they are told by what all sources of the heart say.
+    """
+    own = {"PYTHONPATH": str(folder / "src"), "NUMBA_CACHE_DIR": str(folder.with_suffix(".numba"))}
+    return subprocess.Popen(
+        [sys.executable, *arguments],
+        cwd=folder,
+        env={**os.environ, **own, "PYTHONDONTWRITEBYTECODE": "1", "OMP_NUM_THREADS": "1"},
+        text=True,
+        start_new_session=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+
+
+def failures(report: Path) -> Iterator[str]:
+    """Yield the tests of a report of pytest that failed, or the file that cannot be read."""
+    for case in ElementTree.parse(report).iter("testcase"):
+        if case.find("failure") is not None or case.find("error") is not None:
+            module, name = case.get("classname", ""), case.get("name", "").split("[")[0]
+            yield f"{module.replace('.', '/')}.py::{name}" if module else f"{name.replace('.', '/')}.py"
+
+
+def killers(mutants: Sequence[Mutant], root: Path, workers: int) -> Iterator[tuple[Mutant, Run]]:
+    """Yield each mutant with the tests that it fails, those left out that fail without it."""
+    with TemporaryDirectory(prefix="mutants-") as parent, ThreadPoolExecutor(workers) as pool:
+        copies: SimpleQueue[Path] = SimpleQueue()
+        for number in range(workers):
+            copies.put(copied(root, Path(parent).resolve() / str(number)))
+
+        def run(suite: tuple[str, ...], timeout_s: float, mutant: Mutant | None = None) -> Run:
+            folder = copies.get()
+            try:
+                with nullcontext() if mutant is None else mutant.applied(folder):
+                    return tested(folder, suite, timeout_s)
+            finally:
+                copies.put(folder)
+
+        suites = list(dict.fromkeys(mutant.suite for mutant in mutants))
+        intact = dict(zip(suites, pool.map(lambda suite: run(suite, LONGEST_S), suites), strict=True))
+        for suite, without in intact.items():
+            print(f"{' '.join(suite)}: {without.seconds:.0f} s without a mutant", flush=True)
+            if without.failed & {TIMEOUT, NOTHING_RUN}:
+                raise RuntimeError(f"{' '.join(suite)}: {', '.join(without.failed)} without a mutant")
+            for name in sorted(without.failed):
+                print(f"  fails without a mutant, and kills none: {name}", flush=True)
+
+        def mutated(mutant: Mutant) -> Run:
+            without = intact[mutant.suite]
+            made = run(mutant.suite, SLOWER * without.seconds + SPARE_S, mutant)
+            return Run(made.failed - without.failed, made.seconds)
+
+        yield from zip(mutants, pool.map(mutated, mutants), strict=True)
+
+
+def table_of(found: Mapping[str, frozenset[str]], former: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each mutant that was run, or that a former table has, in the order of ``MUTANTS``."""
+    kept = dict(zip(former["mutant"], former["killed_by"], strict=True))
+    said = kept | {name: SEPARATOR.join(sorted(tests)) for name, tests in found.items()}
+    rows = [
+        (mutant.name, mutant.package, by := said[mutant.name], len(by.split(SEPARATOR)) if by else 0)
+        for mutant in MUTANTS
+        if mutant.name in said
+    ]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Return a table of killers, empty where there is none yet."""
+    return pd.read_csv(path, keep_default_na=False) if path.is_file() else pd.DataFrame(columns=list(COLUMNS))
+
+
+def main() -> int:
+    """Run the mutants; return 1 where one lives that the stored table says is killed."""
+    parser = argparse.ArgumentParser(description="Run mutants against the tests of their packages.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="of mutants or packages; default: all")
+    parser.add_argument("--out", type=Path, help="table to write; rows of mutants that are not run stay")
+    parser.add_argument("--workers", type=int, default=2, help="runs side by side")
+    parser.add_argument("--compare", type=Path, default=ROOT / STORED, help=f"default: {STORED}")
+    parser.add_argument("--root", type=Path, default=ROOT, help="project that is tested; default: this one")
+    options = parser.parse_args()
+    for mutant in MUTANTS:
+        mutant.edited(options.root)
+        if absent := [path for path in mutant.suite if not (options.root / path).exists()]:
+            parser.error(f"{absent[0]} is not there any more: correct TESTS")
+    known = {text for mutant in MUTANTS for text in (mutant.name, mutant.package)}
+    if unknown := [name for name in options.names if name not in known]:
+        parser.error(f"{unknown[0]!r} is neither a mutant nor a package of one")
+    chosen = [m for m in MUTANTS if not options.names or {m.name, m.package} & {*options.names}]
+    stored, found = read_table(options.compare), {}
+    for number, (mutant, run) in enumerate(killers(chosen, options.root.resolve(), options.workers), start=1):
+        found[mutant.name] = run.failed
+        by = f"killed by {len(run.failed)}" if run.failed else "ALIVE"
+        print(f"{number}/{len(chosen)} {mutant.name}: {by} ({run.seconds:.0f} s)", flush=True)
+        if options.out is not None:  # whoever stops it keeps what there is
+            table_of(found, read_table(options.out)).to_csv(options.out, index=False, lineterminator="\n")
+    killed = set(stored.loc[stored["number"] > 0, "mutant"])
+    lost = [name for name, tests in found.items() if not tests and name in killed]
+    for name in lost:
+        print(f"no test notices any more: {name}")
+    return 1 if lost else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
