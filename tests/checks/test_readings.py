@@ -305,7 +305,7 @@ def test_a_reading_may_not_change_the_simulations() -> None:
 
 
 def run(study: StudyCopy, reading: str, numbers: Path) -> pd.DataFrame:
-    subjects, results = ("A", "B", "F"), study.results
+    subjects, results = ("A", "F"), study.results
     settings = stage_settings(load_study(SHIPPED), "readings_run", reading=reading)
     stage.readings_run(
         pool=results / "paper" / "pool.h5",

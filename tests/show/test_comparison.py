@@ -370,4 +370,4 @@ def test_a_finished_study_has_its_comparison(finished: StudyCopy) -> None:
     assert (table != "").all(axis=None)
     assert row(table.set_index("quantity"), "subjects evaluated")["this_study"] == "2 virtual volunteers"
     rows = row(table.set_index("quantity"), "pooled training samples")
-    assert rows["this_study"] == "720" and rows["note"].startswith("lower by")
+    assert rows["this_study"] == "480" and rows["note"].startswith("lower by")
