@@ -205,8 +205,17 @@ def exact_draws(path: Path) -> Numbers:
         for end, level in ENDS.items():
             error = np.sqrt(level * (1.0 - level) / number) / norm.pdf(norm.ppf(level)) * draws.std()
             yield Found(f"{end}[{name}]", np.quantile(draws, level), error)
-    if posterior.sampler == "importance":  # weights that failed say nothing of the evidence
-        yield Found("log_evidence", posterior.log_evidence, posterior.weighted.log_evidence_se)
+    yield Found("log_evidence", posterior.log_evidence, posterior.weighted.log_evidence_se)
+
+
+def network_means(path: Path) -> Numbers:
+    """Yield the means of the draws of a network on speeds, recording by recording."""
+    with xr.open_dataset(path, engine="h5netcdf") as root:
+        draws = json.loads(root.attrs["settings"])["recordings"]["network_draws"]
+    with xr.open_dataset(path, group="own", engine="h5netcdf") as own:
+        errors = _elements("npe_mean", own["npe_sd"] / np.sqrt(draws))
+        for (name, mean, _), error in zip(_elements("npe_mean", own["npe_mean"]), errors, strict=True):
+            yield Found(name, mean, float(str(error.value)))
 
 
 def verdict(path: Path) -> Numbers:
@@ -215,13 +224,17 @@ def verdict(path: Path) -> Numbers:
     yield from (Found(name, content.get(name)) for name in ("supported", "status"))
 
 
+def network_medians(path: Path) -> Numbers:
+    """Yield the medians of the network's draws."""
+    medians = json.loads(path.read_text(encoding="utf-8"))["unfiltered_median"].items()
+    yield from (Found(f"unfiltered_median[{name}]", value) for name, value in medians)
+
+
 def tests_without_draws(path: Path) -> Numbers:
     """Yield what a verdict says that takes no draws of the exact posterior."""
     content = json.loads(path.read_text(encoding="utf-8"))
     for name in ("max_abs_z", "worst_component", "in_prior_draws"):
         yield Found(name, content.get(name))
-    medians = content["unfiltered_median"].items()
-    yield from (Found(f"unfiltered_median[{name}]", value) for name, value in medians)
     for test in content.get("tests", ()):
         if test["name"] in WITHOUT_DRAWS:
             asked = ("statistic", "p_value", "flagged")
@@ -264,6 +277,7 @@ SOURCES: Final = (
     Source(SPEEDS, f"{SUBJECT}/posterior.h5", exact_draws, {"": TRAINED}, KNOWN),
     Source(FEATURES, f"{SUBJECT}/support.json", verdict, {"": TRAINED}),
     Source(SPEEDS, f"{SUBJECT}/support.json", verdict, {"": TRAINED}, KNOWN),
+    Source(FEATURES, f"{SUBJECT}/support.json", network_medians, {"": TRAINED}),
     Source(
         EVERY,
         f"{SUBJECT}/support.json",
@@ -287,7 +301,7 @@ SOURCES: Final = (
     Source(
         ("calibrated",),
         f"{SUBJECT}/calibration_recordings.h5",
-        datasets("npe_mean", group="own"),
+        network_means,
         {"": TRAINED},
     ),
 )

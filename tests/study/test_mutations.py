@@ -15,9 +15,7 @@ from reference_tables import SMALL_STUDY, differences, small_study
 from study_copy import ROOT, StudyCopy, duplicate
 
 EXACT_OF_A = "calibrated/subjects/A/posterior.h5"
-WEIGHTED_OF_F = (
-    "amortised/subjects/F/posterior.h5"  # by importance; the network of `calibrated` is too small for it
-)
+WEIGHTED_OF_A = "amortised/subjects/A/posterior.h5"
 PAPER_OF_A = "paper/subjects/A/support.json"
 
 
@@ -94,7 +92,7 @@ MUTATIONS = (
         "systematic resampling that prefers the first draws",
         "(np.arange(draws) + rng.random()) / draws",
         "((np.arange(draws) + rng.random()) / draws) ** 1.2",
-        (WEIGHTED_OF_F,),
+        (WEIGHTED_OF_A,),
         "posterior/median",
     ),
     Mutation(
@@ -198,7 +196,7 @@ CONTROLS = (
         "learning rate of the population changed by a rounding error",
         "learning_rate: 1.5e-3",
         "learning_rate: 1.500001e-3",
-        (WEIGHTED_OF_F,),
+        (WEIGHTED_OF_A,),
         "",
         "config.yaml",
     ),
