@@ -213,9 +213,9 @@ def network_means(path: Path) -> Numbers:
     with xr.open_dataset(path, engine="h5netcdf") as root:
         draws = json.loads(root.attrs["settings"])["recordings"]["network_draws"]
     with xr.open_dataset(path, group="own", engine="h5netcdf") as own:
-        errors = _elements("npe_mean", own["npe_sd"] / np.sqrt(draws))
+        errors = own["npe_sd"].to_numpy().ravel() / np.sqrt(draws)
         for (name, mean, _), error in zip(_elements("npe_mean", own["npe_mean"]), errors, strict=True):
-            yield Found(name, mean, float(str(error.value)))
+            yield Found(name, mean, float(error))
 
 
 def verdict(path: Path) -> Numbers:
