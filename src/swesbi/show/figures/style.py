@@ -9,13 +9,17 @@ from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import LogLocator, NullFormatter, PercentFormatter, ScalarFormatter
+from matplotlib.transforms import Bbox
 
+from swesbi.arrays import FloatArray
 from swesbi.artefacts import atomic_path
 
 TEXT_WIDTH_IN: Final = 12.2 / 2.54
@@ -65,6 +69,8 @@ RC: Final[Any] = {
 PNG_DPI: Final = 300
 MAX_PIXELS: Final = 30_000
 """Longest side of an image: a cohort of hundreds keeps within what image libraries open."""
+PLACES: Final = 2**20
+"""Panels stand at multiples of this fraction of a figure: a hundredth of a pixel of the largest."""
 NO_TIMESTAMP: Final = {".pdf": {"CreationDate": None, "ModDate": None}, ".png": {"Software": None}}
 
 
@@ -77,9 +83,33 @@ def style() -> Iterator[None]:
         yield
 
 
+class SameTwiceLayout(ConstrainedLayoutEngine):
+    """Constrained layout whose panels stand at the same place in every process.
+
+    The solver that matplotlib uses adds its terms in the order of their addresses in memory, so places differ
+    in the last bits from one process to the next, and now and then a digit of a PDF does.
+    """
+
+    def execute(self, fig: Figure) -> None:
+        """Lay the figure out, and round where its panels stand."""
+        super().execute(fig)
+        for axes in fig.axes:
+            inside = axes.get_in_layout()
+            axes.set_position(Bbox(_rounded(axes.get_position(original=True))))
+            axes.set_in_layout(inside)  # a place that is set would else be left out of the next layout
+        parts = list(fig.subfigs)
+        for part in parts:
+            part.bbox_relative.set_points(_rounded(part.bbox_relative))
+            parts.extend(part.subfigs)
+
+
+def _rounded(box: Bbox) -> FloatArray:
+    return np.asarray(np.round(box.get_points() * PLACES) / PLACES)
+
+
 def new_figure(width_in: float, height_in: float) -> Figure:
     """Return an empty figure on the Agg canvas; its constrained layout keeps text apart."""
-    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    figure = Figure(figsize=(width_in, height_in), layout=SameTwiceLayout())
     FigureCanvasAgg(figure)
     return figure
 
