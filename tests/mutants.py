@@ -124,7 +124,7 @@ MUTANTS: Final = (
     Mutant("systematic resampling prefers the first draws", "draws.py",
            "(np.arange(draws) + rng.random()) / draws", "((np.arange(draws) + rng.random()) / draws) ** 1.2"),
     Mutant("Jacobian 1/theta lost in the prior's density", "prior.py",
-           "*_log_shape(parameter)) - log_theta[:, j]", "*_log_shape(parameter))"),
+           "** 2 - log_theta - of.log_norm", "** 2 - of.log_norm"),
     Mutant("texts in the name of a random stream do not count", "seeds.py", "digest()[:4]", "digest()[:0]"),
     Mutant("hash of the code leaves out what imports do", "code_hash.py",
            "((*targets, *effects), text)", "((*targets,), text)"),

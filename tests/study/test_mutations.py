@@ -83,8 +83,8 @@ MUTATIONS = (
     ),
     Mutation(
         "Jacobian 1/theta lost in the prior's density",
-        "*_log_shape(parameter)) - log_theta[:, j]",
-        "*_log_shape(parameter))",
+        "** 2 - log_theta - of.log_norm",
+        "** 2 - of.log_norm",
         (EXACT_OF_A,),
         "posterior/log_evidence",
     ),

@@ -111,12 +111,11 @@ const arrays = Object.entries(given).map(([name, list]) => [name, array(list)]);
 const { levels, x, nodes, rows, ratios } = Object.fromEntries(arrays);
 const closed = [...given.rows[0], given.rows[0][0]].map((y) => [y]), periodic = kw({ bc_type: "periodic" });
 const spline = interpolate.CubicSpline(array([...given.nodes, given.nodes[0] + 1]), array(closed), periodic);
-const shape = array([[1.2, 0.3], [0.3, 0.8]]), { truncnorm } = stats;
+const shape = array([[1.2, 0.3], [0.3, 0.8]]);
 const student = new MultivariateT(array([0.1, -0.2]), shape, 8);
 const [weights, k] = paretoSmoothed(ratios);
 return {
   ndtr: special.ndtr(x).tolist(), ndtri: special.ndtri(levels).tolist(),
-  ppf: truncnorm.ppf(levels, -4, 4, 0.3, 0.5).tolist(), logpdf: truncnorm.logpdf(x, -4, 4, 0.3, 0.5).tolist(),
   t: student.logpdf(array(given.pairs)).tolist(),
   chi2: [stats.chi2.sf(7.3, 3), stats.chi2.sf(0.2, 5)],
   logsumexp: special.logsumexp(rows, kw({ axis: 0 })).tolist(),
@@ -153,8 +152,6 @@ def test_what_stands_for_libraries_gives_what_they_give(tmp_path: Path) -> None:
     expected = {
         "ndtr": ndtr(x),
         "ndtri": ndtri(levels),
-        "ppf": stats.truncnorm.ppf(levels, -4, 4, 0.3, 0.5),
-        "logpdf": stats.truncnorm.logpdf(x, -4, 4, 0.3, 0.5),
         "t": stats.multivariate_t([0.1, -0.2], [[1.2, 0.3], [0.3, 0.8]], df=8).logpdf(pairs),
         "chi2": [stats.chi2.sf(7.3, 3), stats.chi2.sf(0.2, 5)],
         "logsumexp": logsumexp(rows, axis=0),
@@ -166,6 +163,5 @@ def test_what_stands_for_libraries_gives_what_they_give(tmp_path: Path) -> None:
         "weights": weights,
         "k": k_hat,
     }
-    found["logpdf"] = [-np.inf if value is None else value for value in found["logpdf"]]
     for name, values in expected.items():
         np.testing.assert_allclose(found[name], values, rtol=1e-11, atol=1e-13, err_msg=name)

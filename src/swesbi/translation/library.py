@@ -59,7 +59,6 @@ LIBRARY: Final = {
     **{
         f"scipy.special.{name}": f"special.{name}" for name in _listed("expit log_expit logsumexp ndtr ndtri")
     },
-    **{f"scipy.stats.truncnorm.{name}": f"stats.truncnorm.{name}" for name in _listed("cdf logpdf ppf")},
     **{f"numpy.{name}": f"np.{name}" for name in NUMPY},
 }
 METHODS: Final = {

@@ -75,14 +75,6 @@ const special = {
 };
 
 const stats = {
-  truncnorm: { // between a and b standard deviations about the mean
-    logpdf: (x, a, b, mean, sd) => {
-      const constant = Math.log(sd * ROOT_TWO_PI * (ndtr(b) - ndtr(a)));
-      return unary((value) => { const z = (value - mean) / sd; return z < a || z > b ? -Infinity : -0.5 * z * z - constant; }, x);
-    },
-    cdf: (x, a, b, mean, sd) => unary((value) => Math.min(1, Math.max(0, (ndtr((value - mean) / sd) - ndtr(a)) / (ndtr(b) - ndtr(a)))), x),
-    ppf: (u, a, b, mean, sd) => unary((level) => mean + sd * ndtri(ndtr(a) + level * (ndtr(b) - ndtr(a))), u),
-  },
   NormalDist: () => ({ inv_cdf: special.ndtri }),
   chi2: { sf: (x, freedom) => unary((value) => upperGamma(freedom / 2, value / 2), x) },
   multivariate_t: (mean, shape, named) => new MultivariateT(mean, shape, named.values.df),
