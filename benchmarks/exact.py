@@ -26,9 +26,9 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.measurement.likelihood import SpeedModel, read_speed_model
 from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.posterior.exact import weight_failures
-from swesbi.posterior.importance import flow_proposal, k_hat_limit, weigh
+from swesbi.posterior.importance import k_hat_limit, weigh
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.settings import ExactSettings
 from swesbi.study.stages.exact import ExactPosteriorStageSettings
@@ -115,7 +115,7 @@ def seconds_of_a_subject(arguments: argparse.Namespace, subject: str) -> float:
             *("--config", str(arguments.config), "--subject", subject, "--experiment", experiment),
             *("--observation", str(results / "cohort" / subject / "observation.h5")),
             *("--noise", str(results / "cohort" / "noise.h5")),
-            *("--estimator", str(results / experiment / "estimator.pt")),
+            *("--estimator", str(results / experiment / "flow.h5")),
             *("--posterior", str(Path(folder) / "posterior.h5")),
         ]
         begin = time.perf_counter()
@@ -136,7 +136,7 @@ def main() -> None:
     study = load_study(read_yaml(arguments.config), str(arguments.config))
     plain = stage_settings(study, "exact_posterior", experiment=arguments.experiment)
     settings = ExactPosteriorStageSettings.from_plain(plain)
-    flow, _ = load_spline(arguments.results / arguments.experiment / "estimator.pt")
+    flow, _ = load_spline(arguments.results / arguments.experiment / "flow.h5")
     noise = arguments.results / "cohort" / "noise.h5"
     rows = []
     for subject in study.subjects_of(arguments.experiment):

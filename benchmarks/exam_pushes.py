@@ -33,9 +33,9 @@ from swesbi.config.study import load_study
 from swesbi.exam.recorded import RecordedHeart
 from swesbi.exam.score import QUANTITIES, Intervals, intervals, truths
 from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, free_proposal
 from swesbi.population.settings import in_declared_range
-from swesbi.posterior.importance import NoLikelihoodError, free_proposal
+from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.refine import refined_posterior
 from swesbi.recording.columns import SPEED
 from swesbi.recording.problems import RecordingError

@@ -39,9 +39,8 @@ from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, flow_proposal, free_proposal
 from swesbi.population.settings import in_declared_range
-from swesbi.posterior.importance import flow_proposal, free_proposal
 from swesbi.posterior.refine import refined_posterior
 from swesbi.recording.free_observation import ingest_free
 from swesbi.recording.free_samples import read_free_samples

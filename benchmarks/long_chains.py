@@ -38,10 +38,10 @@ from swesbi.exam.settings import EXAM
 from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import ExactPosterior
-from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
+from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.refine import refined_posterior
 from swesbi.recording.noise import read_noise

@@ -39,10 +39,10 @@ from swesbi.config.study import Study, load_study
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, read_speed_model, speed_model
 from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.exact import read_exact_posterior
-from swesbi.posterior.importance import flow_proposal, weigh
+from swesbi.posterior.importance import weigh
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.settings import RefinementSettings
 from swesbi.study.finished import finished_study

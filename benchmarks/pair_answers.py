@@ -32,8 +32,9 @@ from swesbi.exam.pairs import (
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.flow import flow_proposal
 from swesbi.posterior.exact import read_exact_posterior
-from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
+from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.recording.noise import read_noise
 from swesbi.recording.protocol import Repeats
 from swesbi.recording.speed import NoiseComponents

@@ -200,7 +200,7 @@ class _LogNormals:
 
 @lru_cache(maxsize=64)
 def _log_normals(prior: BoxPrior) -> _LogNormals:
-    """Return what the densities of the logarithms need; the bounds enclose each centre, so no mass is tiny."""
+    """Return what the densities of the logarithms need; bounds enclose the centres, so no mass is tiny."""
     from scipy.special import ndtr
 
     mean, sd = np.log(log_centre(prior)), np.array([parameter.log_sd for parameter in prior.parameters])

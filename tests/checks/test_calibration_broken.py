@@ -29,11 +29,11 @@ from swesbi.checks.calibration.table import CONTRACTION, COVERAGE, SBC, TARP, Ch
 from swesbi.draws import equal_weights
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.spline.conditioning import ConditioningSettings
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.networks.spline.pool import at_phases
 from swesbi.networks.spline.training import train_spline
 from swesbi.population.synthetic import own_recordings
-from swesbi.posterior.importance import flow_proposal, resample, weigh
+from swesbi.posterior.importance import resample, weigh
 from swesbi.prior import draw_prior
 from swesbi.simulations import draw_simulations
 

@@ -27,7 +27,7 @@ from swesbi.config.read import ConfigError, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
-from swesbi.posterior.importance import FlowProposal
+from swesbi.networks.spline.flow import FlowProposal
 from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, ParameterPrior, in_bounds, log_centre
 from swesbi.show.docs.ladder import PARTS, LadderResults

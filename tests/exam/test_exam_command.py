@@ -49,7 +49,7 @@ def test_what_cannot_be_sat_is_named_before_anything_runs(
     assert "'z' does not sit the exam; those are a, b" in refused(capsys, "--generators", "z", *given)
     assert "number = 0: at least one" in refused(capsys, "--number", "0", *given)
     assert "configured is exam.experiment = 'amortised'" in refused(capsys, "--experiment", "paper", *given)
-    assert "estimator.pt does not exist" in refused(capsys, *given)
+    assert "flow.h5 does not exist" in refused(capsys, *given)
     with pytest.raises(SystemExit):
         main(["exam", "--noise", "louder", *given])
     assert "invalid choice: 'louder'" in capsys.readouterr().err

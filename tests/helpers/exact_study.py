@@ -42,5 +42,5 @@ def write_inputs(folder: Path) -> dict[str, Path]:
     save(paths["observation"], to_groups(observed), Provenance(OBSERVATION, "T", 1, {}, "c"))
     save(paths["noise"], to_dataset(noise), Provenance(NOISE, "", 1, {}, "c"))
     flow = spline_case.trained(epochs=30).spline
-    save_spline(folder / "estimator.pt", flow, Provenance(KIND, "", 1, {}, "0" * 16))
-    return {**paths, "estimator": folder / "estimator.pt"}
+    save_spline(folder / "flow.h5", flow, Provenance(KIND, "", 1, {}, "0" * 16))
+    return {**paths, "estimator": folder / "flow.h5"}

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import speed_case
 import torch
-from numpy.typing import NDArray
 from spline_case import CONDITIONING, TINY, simulations, trained
 
 from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.networks.spline import net
 from swesbi.networks.spline.conditioning import raw_features
 from swesbi.networks.spline.files import KIND, load_spline, save_spline
-from swesbi.networks.spline.net import draw_phi, log_q
+from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.networks.spline.training import (
     Rows,
     TrainingDivergedError,
@@ -70,66 +67,65 @@ def test_training_learns_and_keeps_the_best_epoch() -> None:
     assert all(epoch.skipped_batches == 0 for epoch in epochs)
 
 
-def test_a_draw_whose_map_overflows_goes_to_a_corner_of_the_box(monkeypatch: pytest.MonkeyPatch) -> None:
-    flow, prior = trained().spline, speed_case.settings().prior
-    z = flow.conditioner.condition(speed_case.model().recording)
-    plain, draw = draw_phi(flow, z[None], 5, seed=3)[0], net._draw
+def known() -> FlowProposal:
+    """Return what the trained flow makes of the recording."""
+    return flow_proposal(trained().spline, speed_case.model().recording)
 
-    def overflowing(*arguments: Any) -> NDArray[np.float64]:  # noqa: ANN401
-        drawn = draw(*arguments)
-        drawn[0, 2, 1] = np.nan
-        return drawn
 
-    monkeypatch.setattr(net, "_draw", overflowing)
-    phi = draw_phi(flow, z[None], 5, seed=3)[0]
+def test_a_point_whose_map_overflows_goes_to_a_corner_of_the_box() -> None:
+    prior, u = speed_case.settings().prior, np.random.default_rng(3).standard_normal((5, 4))
+    far = u.copy()
+    far[2, 1] = 1e38
+    plain, phi = known().at(u), known().at(far)
     assert in_bounds(phi, prior).all()
     np.testing.assert_allclose(phi[2], bounds(prior)[0], rtol=1e-9)
     np.testing.assert_array_equal(np.delete(phi, 2, axis=0), np.delete(plain, 2, axis=0))
 
 
 def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed() -> None:
-    flow, prior = trained().spline, speed_case.settings().prior
-    z = flow.conditioner.condition(speed_case.model().recording)
-    phi = draw_phi(flow, z[None], 40_000, seed=1)[0]
+    flow, prior = known(), speed_case.settings().prior
+    phi = flow.draw(40_000, seed=1)
     assert in_bounds(phi, prior).all()
-    other = draw_phi(flow, z[None], 40_000, seed=2)[0]
+    other = flow.draw(40_000, seed=2)
     width = 0.3 * other.std(axis=0)
     near = np.all(np.abs(phi - np.median(phi, axis=0)) < width, axis=1)
     rng = np.random.default_rng(0)
     uniform = np.median(phi, axis=0) + width * rng.uniform(-1, 1, (20_000, 4))
-    mass = np.exp(log_q(flow, z, uniform)).mean() * np.prod(2 * width)
+    mass = np.exp(flow.log_density(uniform)).mean() * np.prod(2 * width)
     assert mass == pytest.approx(near.mean(), rel=0.15)
 
 
-def test_the_draws_of_several_recordings_are_those_of_their_own() -> None:
-    flow, recording = trained().spline, speed_case.model().recording
-    stiffer = replace(recording, speed_m_s=recording.speed_m_s * 1.3)
-    z = np.stack([flow.conditioner.condition(part) for part in (recording, stiffer)])
-    draws = draw_phi(flow, z, 500, seed=1)
-    assert draws.shape == (2, 500, 4)
-    assert np.median(draws[1, :, 0]) > 1.3 * np.median(draws[0, :, 0])
+def test_the_draws_of_a_stiffer_recording_are_stiffer() -> None:
+    recording = speed_case.model().recording
+    stiffer = flow_proposal(trained().spline, replace(recording, speed_m_s=recording.speed_m_s * 1.3))
+    assert np.median(stiffer.draw(500, seed=1)[:, 0]) > 1.3 * np.median(known().draw(500, seed=1)[:, 0])
 
 
 def test_files_repeat_to_the_byte_and_give_back_the_same_flow(tmp_path: Path) -> None:
     flow = trained().spline
     again = train_spline([simulations()], CONDITIONING, TINY, seed=3).spline
-    for name, part in (("one.pt", flow), ("two.pt", again)):
+    for name, part in (("one.h5", flow), ("two.h5", again)):
         save_spline(tmp_path / name, part, PROVENANCE)
-    assert (tmp_path / "one.pt").read_bytes() == (tmp_path / "two.pt").read_bytes()
-    loaded, _ = load_spline(tmp_path / "one.pt")
-    z = flow.conditioner.condition(speed_case.model().recording)
-    np.testing.assert_array_equal(draw_phi(loaded, z[None], 50, 1), draw_phi(flow, z[None], 50, 1))
-    (tmp_path / "broken.pt").write_bytes((tmp_path / "one.pt").read_bytes()[:-500])
-    with pytest.raises(ArtefactError, match=r"broken\.pt"):
-        load_spline(tmp_path / "broken.pt")
+    assert (tmp_path / "one.h5").read_bytes() == (tmp_path / "two.h5").read_bytes()
+    loaded, _ = load_spline(tmp_path / "one.h5")
+    other = replace(flow, settings=TINY.model_copy(update={"hidden_features": 25}))
+    save_spline(tmp_path / "other.h5", other, PROVENANCE)
+    with pytest.raises(ArtefactError, match=r"other\.h5.*weights"):
+        load_spline(tmp_path / "other.h5")
+    here, there = (flow_proposal(one, speed_case.model().recording) for one in (flow, loaded))
+    np.testing.assert_array_equal(here.condition, there.condition)
+    np.testing.assert_array_equal(here.draw(50, 1), there.draw(50, 1))
+    (tmp_path / "broken.h5").write_bytes((tmp_path / "one.h5").read_bytes()[:-500])
+    with pytest.raises(ArtefactError, match=r"broken\.h5"):
+        load_spline(tmp_path / "broken.h5")
 
 
 def test_a_wrong_conditioning_vector_is_refused() -> None:
     flow = trained().spline
     with pytest.raises(ValueError, match="the flow takes 53 components"):
-        draw_phi(flow, np.zeros((1, 5)), 10, 1)
+        FlowProposal(flow, np.zeros(5))
     with pytest.raises(ValueError, match="not finite"):
-        draw_phi(flow, np.full((1, 53), np.nan), 10, 1)
+        FlowProposal(flow, np.full(53, np.nan))
 
 
 def test_a_loss_that_is_not_finite_changes_no_weight_and_too_many_stop_the_training() -> None:

@@ -14,8 +14,9 @@ from exact_study import EXACT, write_inputs
 from swesbi.artefacts import load
 from swesbi.measurement.likelihood import read_speed_model
 from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.exact import read_exact_posterior
-from swesbi.posterior.importance import FlowProposal, flow_proposal, weigh
+from swesbi.posterior.importance import weigh
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import in_bounds
 from swesbi.study.stages import exact as stage

@@ -13,8 +13,9 @@ from scipy.stats import multivariate_normal, norm
 from swesbi.arrays import FloatArray
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import with_stressed_volume
+from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.extended import ExtendedProposal, OnePrior, extended_proposal
-from swesbi.posterior.importance import FlowProposal, HasPrior, flow_proposal, weigh
+from swesbi.posterior.importance import HasPrior, weigh
 from swesbi.posterior.refine import refine
 from swesbi.posterior.settings import RefinementSettings
 from swesbi.posterior.space import LogitSpace, Space

@@ -193,7 +193,6 @@ def documented(exact: Exact) -> CalibrationResults:
         nuisances=(),
         discrepancy=pd.read_csv(ROOT / "tests" / "reference" / "study" / "discrepancy.csv"),
         sensitivity=None,
-        flow_choice=None,
     )
 
 

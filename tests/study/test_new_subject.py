@@ -301,7 +301,7 @@ def test_a_study_that_has_not_been_run_is_named_with_the_command(
     assert done.returncode == 2
     assert "has not been run this far" in done.stderr
     command = done.stderr.splitlines()[-1].strip()
-    assert f"snakemake --cores 2 {elsewhere}/calibrated/estimator.pt " in command
+    assert f"snakemake --cores 2 {elsewhere}/calibrated/flow.h5 " in command
     assert command.endswith(f" --configfile {overlay}")
 
 

@@ -234,7 +234,7 @@ MADE_AGAIN = (  # simulations, a pool, networks of both kinds, posteriors of all
     "paper/estimator.pt",
     "paper/subjects/A/posterior.h5",
     "paper/subjects/A/predictive.h5",
-    "calibrated/estimator.pt",
+    "calibrated/flow.h5",
     "calibrated/subjects/A/calibration_recordings.h5",
     "amortised/subjects/A/posterior.h5",
 )

@@ -448,7 +448,7 @@ def linked_artefacts():
     """Return the results that the landing page leads to, in the order in which it lists them."""
     pages = results_pages()
     shown = [path for path in study_outputs() if path not in pages]
-    of_each = ["pool.h5", "estimator.pt", "training.csv"]
+    of_each = ["pool.h5", "training.csv"]
     of_subject = ["support.json", "posterior.h5", "predictive.h5"]
     return [
         *explorer_page(),
@@ -463,18 +463,20 @@ def linked_artefacts():
             file=of_each,
         ),
         *expand(
-            f"{RESULTS}/{{experiment}}/checkpoints.pt", experiment=FEATURE_EXPERIMENTS
+            f"{RESULTS}/{{experiment}}/{{file}}.pt",
+            experiment=FEATURE_EXPERIMENTS,
+            file=["estimator", "checkpoints"],
         ),
         *expand(
             f"{RESULTS}/{{experiment}}/{{file}}.h5",
             experiment=SPEED_EXPERIMENTS,
-            file=["calibration", "identifiability"],
+            file=["flow", "calibration", "identifiability"],
         ),
         f"{RESULTS}/{MAIN}/epochs.csv",
         *expand(
             f"{RESULTS}/{{experiment}}/{{file}}",
             experiment=POPULATIONS,
-            file=["estimator.pt", "training.csv", "calibration.h5", "null.h5"],
+            file=["flow.h5", "training.csv", "calibration.h5", "null.h5"],
         ),
         *expand(
             f"{RESULTS}/{{experiment}}/{{file}}-{{part}}.h5",

@@ -3,7 +3,7 @@
 
 rule small_exam_answers:
     input:
-        estimator=f"{RESULTS}/{EXAMINED}/estimator.pt",
+        estimator=f"{RESULTS}/{EXAMINED}/flow.h5",
         noise=rules.noise.output.noise,
         null=f"{RESULTS}/{EXAMINED}/null.h5",
     output:

@@ -7,7 +7,7 @@ rule ladder_run:
     input:
         observations=paths_of("cohort/{subject}/observation.h5", LADDER),
         noise=f"{RESULTS}/cohort/noise.h5",
-        estimator=f"{RESULTS}/{LADDER}/estimator.pt",
+        estimator=f"{RESULTS}/{LADDER}/flow.h5",
     output:
         posteriors=f"{RESULTS}/ladder/{{structure}}.h5",
     log:

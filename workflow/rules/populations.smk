@@ -26,7 +26,7 @@ rule train_population:
             rules.population_simulate.output.shard, shard=PARTS, allow_missing=True
         ),
     output:
-        estimator=f"{RESULTS}/{{experiment}}/estimator.pt",
+        estimator=f"{RESULTS}/{{experiment}}/flow.h5",
         training=f"{RESULTS}/{{experiment}}/training.csv",
     log:
         f"{RESULTS}/logs/train_population/{{experiment}}.log",
@@ -175,7 +175,7 @@ for experiment, number, batch in batches_of_populations():
                 f"{RESULTS}/cohort/{{subject}}/observation.h5", subject=batch
             ),
             noise=f"{RESULTS}/cohort/noise.h5",
-            estimator=f"{RESULTS}/{experiment}/estimator.pt",
+            estimator=f"{RESULTS}/{experiment}/flow.h5",
             null=f"{RESULTS}/{experiment}/null.h5",
         output:
             posteriors=expand(

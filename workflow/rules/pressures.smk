@@ -11,7 +11,7 @@ for experiment, number, batch in batches_with_pressures():
                 f"{RESULTS}/cohort/{{subject}}/observation.h5", subject=batch
             ),
             noise=f"{RESULTS}/cohort/noise.h5",
-            estimator=f"{RESULTS}/{experiment}/estimator.pt",
+            estimator=f"{RESULTS}/{experiment}/flow.h5",
         output:
             posteriors=expand(
                 f"{RESULTS}/{experiment}/subjects/{{subject}}/with_pressures.h5",

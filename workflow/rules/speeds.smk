@@ -28,7 +28,7 @@ rule train_flow:
         observations=of_experiment("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
     output:
-        estimator=f"{RESULTS}/{{experiment}}/estimator.pt",
+        estimator=f"{RESULTS}/{{experiment}}/flow.h5",
         training=f"{RESULTS}/{{experiment}}/training.csv",
     log:
         f"{RESULTS}/logs/train_flow/{{experiment}}.log",

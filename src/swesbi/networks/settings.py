@@ -23,11 +23,9 @@ class EmbeddingSettings(Settings):
 class SplineSettings(Settings):
     """Architecture in the terms of zuko, and how the flow is trained."""
 
-    model: Literal["maf", "nsf"] = Field(description="masked autoregressive, or neural spline flow")
-    transforms: int = Field(ge=1, description="autoregressive transforms")
+    transforms: int = Field(ge=1, description="autoregressive transforms, of affine maps")
     hidden_features: int = Field(ge=1, description="hidden units a layer")
     hidden_layers: int = Field(ge=1, description="hidden layers a transform")
-    bins: int = Field(ge=2, description="bins of each spline; the masked autoregressive flow has none")
     embedding: EmbeddingSettings | None = Field(default=None, description="null: none")
     batch_size: int = Field(ge=2)
     learning_rate: float = Field(gt=0.0, description="largest of the schedule (Adam)")

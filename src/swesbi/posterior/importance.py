@@ -11,10 +11,6 @@ from scipy.special import logsumexp
 
 from swesbi.artefacts import Variable
 from swesbi.draws import resampled_rows
-from swesbi.measurement.instants import FreeModel
-from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.cells import CellConditioner
-from swesbi.networks.spline.net import TrainedSpline, draw_phi, from_base, log_q, to_base
 from swesbi.prior import BoxPrior, draw_prior, log_density
 from swesbi.seeds import generator, integer_seed
 
@@ -180,44 +176,3 @@ def evidence(log_ratio: FloatArray) -> tuple[float, float]:
     ratio = np.exp(log_ratio - largest)
     mean = float(ratio.mean())
     return float(largest + np.log(mean)), float(ratio.std(ddof=1) / np.sqrt(len(ratio)) / mean)
-
-
-@dataclass(frozen=True)
-class FlowProposal:
-    """q(phi | z) of a trained flow for one conditioning vector z of shape (C,)."""
-
-    flow: TrainedSpline
-    condition: FloatArray
-
-    def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw phi ~ q; shape (draws, d)."""
-        phi: FloatArray = draw_phi(self.flow, self.condition[None], draws, seed)[0]
-        return phi
-
-    def log_density(self, phi: FloatArray) -> FloatArray:
-        """Return log q(phi | z) of phi (n, d); shape (n,)."""
-        return log_q(self.flow, self.condition, phi)
-
-    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return phi (n, d) in the flow's base space, u (n, d), with log |du / dphi| of shape (n,)."""
-        return to_base(self.flow, self.condition, phi)
-
-    def at(self, u: FloatArray) -> FloatArray:
-        """Return the phi (n, d) of points u (n, d) of that space."""
-        return from_base(self.flow, self.condition, u)
-
-
-def flow_proposal(flow: TrainedSpline, recording: SpeedRecording) -> FlowProposal:
-    """Return the flow's posterior of a recording as a proposal."""
-    return FlowProposal(flow, flow.conditioner.condition(recording))
-
-
-def free_proposal(flow: TrainedSpline, model: FreeModel) -> FlowProposal:
-    """Return the flow's posterior of a free-running recording as a proposal.
-
-    Raises:
-        ValueError: The flow was trained on recordings of known phases alone.
-    """
-    if not isinstance(flow.conditioner, CellConditioner):
-        raise ValueError("this network knows the phases of its own subjects alone; use one over a population")
-    return FlowProposal(flow, flow.conditioner.condition(model.model.recording, model.noise_log_sd))

@@ -55,16 +55,14 @@ class FinishedPopulation:
 def finished_population(results: Path, experiment: str) -> FinishedPopulation:
     """Return where the study keeps what a population's network needs, by the workflow's rules."""
     inferred = results / experiment
-    return FinishedPopulation(
-        inferred / "estimator.pt", results / "cohort" / "noise.h5", inferred / "null.h5"
-    )
+    return FinishedPopulation(inferred / "flow.h5", results / "cohort" / "noise.h5", inferred / "null.h5")
 
 
 def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> FinishedStudy:
     """Return where the study keeps what a new subject needs, by the names of the workflow's rules."""
     cohort, inferred = results / "cohort", results / experiment
     return FinishedStudy(
-        estimator=inferred / "estimator.pt",
+        estimator=inferred / "flow.h5",
         noise=cohort / "noise.h5",
         pooled_observations=tuple(cohort / name / "observation.h5" for name in subjects),
         misspecifications=tuple(inferred / "subjects" / name / "misspecification.h5" for name in subjects),

@@ -22,7 +22,7 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import summary_names
 from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.recordings import (
     OWN,

@@ -17,9 +17,9 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import CachedModel, SpeedModel
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
 from swesbi.networks.spline.conditioning import ConditioningSettings
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.parameters import PHI_NAMES
-from swesbi.posterior.importance import WeightedDraws, flow_proposal, weigh
+from swesbi.posterior.importance import WeightedDraws, weigh
 from swesbi.progress import Progress
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError

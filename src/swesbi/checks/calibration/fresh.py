@@ -17,7 +17,7 @@ from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSett
 from swesbi.checks.calibration.table import check_scores
 from swesbi.checks.recovery import Recovered, RecoveryRow, score_recovery
 from swesbi.context import Context
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline
 from swesbi.parameters import THETA_NAMES
 from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
 from swesbi.population.settings import StrataSettings

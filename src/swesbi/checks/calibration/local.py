@@ -25,9 +25,9 @@ from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.posterior.exact import ExactPosterior
-from swesbi.posterior.importance import Proposal, flow_proposal
+from swesbi.posterior.importance import Proposal
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import BoxPrior, to_logit
 from swesbi.progress import Progress

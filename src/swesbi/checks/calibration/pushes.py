@@ -31,13 +31,12 @@ from swesbi.draws import equal_weights, resampled_rows
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import speed_model
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, free_proposal
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.conditions import draw_pushes
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.synthetic import fresh_beats
-from swesbi.posterior.importance import free_proposal
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress

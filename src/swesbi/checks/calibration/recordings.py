@@ -25,17 +25,10 @@ from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.draws import equal_weights, resampled_rows
 from swesbi.measurement.likelihood import CachedModel, SpeedModel, residuals
 from swesbi.measurement.speeds import PredictedSpeeds
-from swesbi.networks.spline.net import TrainedSpline, draw_phi
+from swesbi.networks.spline.flow import FlowProposal, TrainedSpline, flow_proposal
 from swesbi.population.synthetic import Synthetic
 from swesbi.posterior.exact import exact_posterior, weight_failures
-from swesbi.posterior.importance import (
-    FlowProposal,
-    LikelihoodModel,
-    Proposal,
-    WeightedDraws,
-    k_hat_limit,
-    weigh,
-)
+from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, k_hat_limit, weigh
 from swesbi.posterior.refine import refine
 from swesbi.posterior.settings import ExactSettings, RefinementSettings
 from swesbi.progress import Progress
@@ -188,9 +181,6 @@ def infer_recordings(
         name: Name of this set of recordings, for its random streams.
     """
     subject, count = model.recording.subject, len(synthetic.phi)
-    condition = np.stack([flow.conditioner.condition(recording) for recording in synthetic.recordings])
-    network_seed = integer_seed(seed, "calibration", "network", name, subject)
-    network_phi = draw_phi(flow, condition, settings.network_draws, network_seed)
     rng = generator(seed, "calibration", "tarp", name, subject)
     references = reference_points(count, model.settings.prior, rng)
     progress = Progress(f"calibration {subject} ({name})", count, unit="recording") if count > 1 else None
@@ -202,8 +192,7 @@ def infer_recordings(
             reference=references[index],
             seed=integer_seed(seed, "calibration", "exact", name, subject, index),
         )
-        proposal = FlowProposal(flow, condition[index])
-        results.append(_infer(case, network_phi[index], proposal, settings, exact))
+        results.append(_infer(case, flow_proposal(flow, recording), settings, exact))
         if progress:
             progress.step()
     return _gather(model, results)
@@ -230,16 +219,16 @@ class _Result:
 
 def _infer(
     case: _Case,
-    network_phi: FloatArray,
-    proposal: FlowProposal,
+    network: FlowProposal,
     settings: RecordingsSettings,
     exact: ExactSettings,
 ) -> _Result:
     model = case.model
-    phi = np.concatenate([case.phi[None], network_phi])
+    by_network = network.draw(settings.network_draws, integer_seed(case.seed, "network"))
+    phi = np.concatenate([case.phi[None], by_network])
     truth, *draws = quantities(phi, model.log_likelihood(phi), model.activation_duration_s(phi))
     cached = CachedModel(model)
-    drawn = exact_draws(cached, proposal, settings.weighted_draws, exact, case.seed)
+    drawn = exact_draws(cached, network, settings.weighted_draws, exact, case.seed)
     values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
     return _Result(
         truth=truth,

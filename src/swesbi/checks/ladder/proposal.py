@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from swesbi.arrays import FloatArray
-from swesbi.posterior.importance import FlowProposal, Proposal
+from swesbi.networks.spline.flow import FlowProposal
+from swesbi.posterior.importance import Proposal
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 
 

@@ -11,7 +11,6 @@ from typing import Final, TypeVar
 
 import numpy as np
 import torch
-import zuko
 from torch import Tensor
 
 from swesbi.arrays import FloatArray
@@ -24,7 +23,8 @@ from swesbi.networks.spline.conditioning import (
     fit_conditioner,
     raw_features,
 )
-from swesbi.networks.spline.net import TrainedSpline, build_net
+from swesbi.networks.spline.flow import TrainedSpline
+from swesbi.networks.spline.net import ConditionalFlow, arrays_of, build_net
 from swesbi.networks.spline.pool import SubjectSimulations, noisy_speeds
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.prior import JointPriorSettings, to_logit
@@ -215,7 +215,7 @@ def fit_spline(
     best = min(trainer.epochs, key=lambda epoch: epoch.validation_loss)
     LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, trainer.best_loss)
     spline = TrainedSpline(
-        net=trainer.best_net(),
+        net=arrays_of(trainer.best_net()),
         settings=settings,
         prior=parts.prior,
         conditioner=parts.conditioner,
@@ -259,10 +259,9 @@ class _Trainer:
         note = f"loss {training_loss:.4f}, validation {loss:.4f}{' (best)' if improved else ''}"
         self._progress.step(note=f"{note}, {time.monotonic() - start:.1f} s")
 
-    def best_net(self) -> zuko.flows.Flow:
-        """Return the network with the weights of the best epoch, ready to draw."""
+    def best_net(self) -> ConditionalFlow:
+        """Return the network with the weights of the best epoch."""
         self._net.load_state_dict(self._best)
-        self._net.eval()
         return self._net
 
     def _pass(self, eta: Tensor, z: Tensor) -> tuple[float, int]:

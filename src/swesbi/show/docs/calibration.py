@@ -46,7 +46,6 @@ class CalibrationResults:
         nuisances: What is not known of a heart, with what the posteriors say of it.
         discrepancy: The study of the discrepancy; None before ``make discrepancy``.
         sensitivity: The study of other choices; None before ``make sensitivity``.
-        flow_choice: The study of architectures; None before ``benchmarks/flow_choice.py``.
     """
 
     shown: Exact
@@ -54,7 +53,6 @@ class CalibrationResults:
     nuisances: tuple[Nuisance, ...]
     discrepancy: pd.DataFrame | None
     sensitivity: pd.DataFrame | None
-    flow_choice: pd.DataFrame | None
 
 
 def experiment_shown(study: Study) -> str | None:
@@ -99,7 +97,6 @@ def read_calibration_results(
         _nuisances(study, name, shown, config),
         _if_there(REFERENCE / "discrepancy.csv"),
         _if_there(REFERENCE / "sensitivity.csv"),
-        _if_there(docs / "tables" / "flow_choice.csv"),
     )
 
 
@@ -177,23 +174,6 @@ def _pair(pairs: pd.DataFrame, speed_fraction: float, timing_cycle: float) -> pd
     return pairs[(pairs["speed_fraction"] == speed_fraction) & (pairs["timing_cycle"] == timing_cycle)]
 
 
-def flow_part(results: CalibrationResults) -> str:
-    """Show what other architectures and numbers of simulations give."""
-    if results.flow_choice is None:
-        return "Not measured yet: `python benchmarks/flow_choice.py`."
-    rows = [
-        {
-            "flow": f"{row['model']} {row['transforms']} x {row['hidden_features']}",
-            "simulations a subject": str(row["simulations_per_subject"]),
-            "training (s)": fixed(row["training_s"], 0),
-            "held-out log-probability": fixed(row["log_probability"], 3),
-            "median efficiency": share(row["efficiency_median"], 0),
-        }
-        for row in records(results.flow_choice)
-    ]
-    return markdown(of_records(rows))
-
-
 def sensitivity_part(results: CalibrationResults) -> str:
     """Show how far other choices move medians, in widths of the intervals."""
     if results.sensitivity is None:
@@ -232,7 +212,6 @@ PARTS: Final[Mapping[str, Callable[[CalibrationResults], str]]] = {
     "noise": _with_title(noise_table),
     "discrepancy": discrepancy_part,
     "nuisances": lambda results: nuisances_part(results.nuisances),
-    "flow": flow_part,
     "verdicts": _with_title(verdicts_table),
     "posteriors": _with_title(exact_table),
     "truth": truth_part,

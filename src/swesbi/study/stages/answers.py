@@ -15,7 +15,7 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, build_speed_model
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline
-from swesbi.posterior.importance import FlowProposal, flow_proposal
+from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.refine import refined_posterior
 from swesbi.progress import Progress
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures

@@ -22,8 +22,8 @@ from swesbi.checks.calibration.table import LOCAL, POOLED, calibration_table
 from swesbi.checks.recovery import score_recovery
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model
 from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.flow import flow_proposal
 from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
-from swesbi.posterior.importance import flow_proposal
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.settings import ExactSettings

@@ -22,13 +22,12 @@ from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import FlowProposal, TrainedSpline, flow_proposal
 from swesbi.networks.spline.pool import SubjectSimulations, at_phases
 from swesbi.networks.spline.training import train_spline
 from swesbi.parameters import REPORTED, SCALE
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior.exact import ExactPosterior, exact_to_groups
-from swesbi.posterior.importance import FlowProposal, flow_proposal
 from swesbi.posterior.mcmc import sample_mcmc
 from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.settings import ExactSettings

@@ -27,8 +27,9 @@ from swesbi.measurement.likelihood import speed_model
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.flow import flow_proposal
 from swesbi.population.settings import PopulationSettings, in_declared_range
-from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
+from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.progress import Progress

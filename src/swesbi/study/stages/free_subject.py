@@ -17,10 +17,10 @@ from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.flow import FlowProposal, free_proposal
 from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.exact import ExactPosterior
 from swesbi.posterior.from_prior import posterior_from_prior
-from swesbi.posterior.importance import FlowProposal, free_proposal
 from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.prior import draw_prior

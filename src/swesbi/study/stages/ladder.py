@@ -20,7 +20,8 @@ from swesbi.checks.ladder.table import ABOUT_PEOPLE, ladder_table
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline
-from swesbi.posterior.importance import Proposal, flow_proposal
+from swesbi.networks.spline.flow import flow_proposal
+from swesbi.posterior.importance import Proposal
 from swesbi.posterior.settings import ExactSettings
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.ladder import draw_ladder

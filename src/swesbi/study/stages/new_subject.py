@@ -21,8 +21,8 @@ from swesbi.measurement.likelihood import build_speed_model
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.population.settings import PopulationSettings
-from swesbi.posterior.importance import FlowProposal, flow_proposal
 from swesbi.recording.noise import compare_noise, read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.recording.protocol import Repeats, read_repeats

@@ -23,14 +23,14 @@ from swesbi.exam.noise import noisier
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.net import TrainedSpline
+from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.parameters import OF_THETA, THETA_NAMES
 from swesbi.planning.asked import Effect
 from swesbi.planning.bank import ARMS, KIND, BankPerson, bank_of, read_bank
 from swesbi.planning.settings import Design, PlannedPersonsSettings
 from swesbi.population.settings import PopulationSettings, of_group
 from swesbi.posterior.exact import ExactPosterior
-from swesbi.posterior.importance import NoLikelihoodError, flow_proposal
+from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.progress import Progress

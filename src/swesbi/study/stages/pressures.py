@@ -14,9 +14,9 @@ from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.likelihood import build_speed_model
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.spline.files import load_spline
+from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.exact import exact_to_groups
 from swesbi.posterior.extended import extended_proposal
-from swesbi.posterior.importance import FlowProposal, flow_proposal
 from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.progress import Progress
