@@ -10,72 +10,73 @@ import pytest
 import speed_case
 
 from swesbi.checks.calibration.local import TwoRecordings, classifier_accuracy, variance_given_first
-from swesbi.checks.calibration.ranks import prior_variance, quantities, quantity_names
-from swesbi.checks.calibration.recordings import exact_draws, misfit
-from swesbi.draws import effective_draws, resampled_rows
+from swesbi.checks.calibration.ranks import (
+    central_level,
+    level_of_truth,
+    prior_variance,
+    quantities,
+    quantity_names,
+)
+from swesbi.checks.calibration.recordings import ExactDraws, exact_draws, misfit
+from swesbi.draws import effective_draws
 from swesbi.measurement.likelihood import CachedModel, log_speed_sd
 from swesbi.parameters import THETA_RANGES
+from swesbi.posterior.adaptive import FIRST_DRAWS
 from swesbi.posterior.importance import weigh
 from swesbi.prior import draw_prior
 
 PHI = speed_case.PHI[None]
-NOT_REFINED = exact_case.SETTINGS.model_copy(
-    update={"refinement": exact_case.SETTINGS.refinement.model_copy(update={"max_rounds": 0})}
-)
+ENOUGH = 100
 
 
-def test_good_weights_are_used_as_they_are() -> None:
-    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.2), 2000, exact_case.SETTINGS, 1)
+def draws_of(network: exact_case.LogNormal, effective: int = ENOUGH, seed: int = 1) -> ExactDraws:
+    return exact_draws(exact_case.ToyModel(), network, effective, exact_case.SETTINGS, seed)
+
+
+def test_the_draws_of_a_good_network_are_enough() -> None:
+    drawn = draws_of(exact_case.proposal(1.2))
     assert not drawn.by_mcmc
-    assert len(drawn.phi) == 2000
-    assert drawn.log_evidence == pytest.approx(exact_case.known_log_evidence(), abs=0.1)
+    assert len(drawn.phi) == FIRST_DRAWS
+    assert drawn.log_evidence == pytest.approx(exact_case.known_log_evidence(), abs=0.2)
     exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
 
 
-def test_where_few_draws_fail_the_proposal_is_refined() -> None:
-    model, poor = exact_case.ToyModel(), exact_case.proposal(0.3, 4.0)
-    drawn = exact_draws(model, poor, 400, exact_case.SETTINGS, 3)
-    before = weigh(model, poor, 400, exact_case.SETTINGS.prior_fraction, 3)
+@pytest.mark.parametrize(("width", "shift"), [(0.3, 4.0), (1.0, 3.0), (0.3, 12.0)])
+def test_where_a_network_is_wrong_rounds_follow_and_all_their_draws_count(width: float, shift: float) -> None:
+    network = exact_case.proposal(width, shift)
+    before = weigh(exact_case.ToyModel(), network, FIRST_DRAWS, 0.1, 3)
+    assert FIRST_DRAWS * before.efficiency < ENOUGH
+    drawn = draws_of(network)
     assert not drawn.by_mcmc
-    assert len(drawn.phi) == 400
-    usable = exact_case.SETTINGS.refinement.usable_efficiency
-    assert before.efficiency < usable / 15.0  # too few for more draws of the same
-    assert drawn.efficiency >= usable
+    assert len(drawn.phi) > FIRST_DRAWS
+    assert effective_draws(drawn.weight) >= ENOUGH
+    assert effective_draws(drawn.weight[:FIRST_DRAWS] / drawn.weight[:FIRST_DRAWS].sum()) > 5.0
     exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
-
-
-def test_where_few_draws_nearly_suffice_more_of_them_are_weighted() -> None:
-    model, fair = exact_case.ToyModel(), exact_case.proposal(1.0, 2.0)
-    before = weigh(model, fair, 400, exact_case.SETTINGS.prior_fraction, 2)
-    least = 400 * exact_case.SETTINGS.refinement.usable_efficiency
-    assert 400 * before.efficiency < least
-    drawn = exact_draws(model, fair, 400, NOT_REFINED, 2)
-    assert 400 < len(drawn.phi) <= 4000
-    assert effective_draws(drawn.weight) >= least
-    exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
-
-
-def test_where_few_draws_of_the_refined_fail_too_the_number_of_the_study_follows() -> None:
-    settings = NOT_REFINED.model_copy(update={"min_effective_draws": 200})
-    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.0, 2.0), 100, settings, 4)
-    assert not drawn.by_mcmc
-    assert len(drawn.phi) == NOT_REFINED.proposal_draws
 
 
 def test_where_weights_fail_altogether_mcmc_takes_over() -> None:
-    model = exact_case.ToyModel()
-    drawn = exact_draws(model, exact_case.proposal(0.3, 4.0), 400, NOT_REFINED, 3)
+    drawn = draws_of(exact_case.proposal(0.3, 4.0), effective=10**6, seed=3)
     assert drawn.by_mcmc
-    assert len(drawn.phi) == NOT_REFINED.draws
+    assert len(drawn.phi) == exact_case.SETTINGS.draws
+    model = exact_case.ToyModel()
     np.testing.assert_allclose(drawn.log_likelihood, model.log_likelihood(drawn.phi))
     exact_case.check_posterior(drawn.phi, 800, drawn.weight)
 
 
-def test_resampling_keeps_the_weighted_mean() -> None:
-    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.5), 4000, exact_case.SETTINGS, 4)
-    phi = drawn.phi[resampled_rows(drawn.weight, 2000, np.random.default_rng(5))]
-    spread = np.sqrt(drawn.weight @ (drawn.phi - drawn.weight @ drawn.phi) ** 2)
-    np.testing.assert_allclose((phi.mean(axis=0) - drawn.weight @ drawn.phi) / spread, 0.0, atol=0.07)
+@pytest.mark.parametrize("width", [1.0, 1.2])
+def test_levels_of_few_effective_draws_are_uniform(width: float) -> None:
+    """Truth and draws of a normal posterior, in closed form, the draws weighted from a normal proposal."""
+    rng, hearts, draws = np.random.default_rng(6), 6000, 30
+    truth, drawn = rng.standard_normal((hearts, 1)), width * rng.standard_normal((hearts, draws))
+    weight = np.exp(0.5 * (drawn / width) ** 2 - 0.5 * drawn**2)
+    weight /= weight.sum(axis=1, keepdims=True)
+    rows = zip(truth, drawn, weight, strict=True)
+    level = np.array([level_of_truth(one, values[:, None], share)[0] for one, values, share in rows])
+    plain = (weight * (drawn < truth)).sum(axis=1)
+    # of a uniform level the mean square of 2 u - 1 is a third, of variance 4 / 45
+    error = np.sqrt(4.0 / 45.0 / hearts)
+    assert np.mean(central_level(level) ** 2) == pytest.approx(1.0 / 3.0, abs=4.0 * error)
+    assert np.mean(central_level(plain) ** 2) > 1.0 / 3.0 + 4.0 * error
 
 
 def test_two_recordings_have_the_likelihood_of_both() -> None:

@@ -24,7 +24,7 @@ from swesbi.checks.calibration.pushes import (
 from swesbi.study.stages.origin import Origin
 
 BASE = shipped().speed_experiments["calibrated"]
-SIZES = BASE.calibration.recordings.model_copy(update={"network_draws": 99, "weighted_draws": 400})
+SIZES = BASE.calibration.recordings.model_copy(update={"network_draws": 99, "effective_draws": 40})
 SMALL = exact_case.SETTINGS.model_copy(
     update={
         "proposal_draws": 800,

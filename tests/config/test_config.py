@@ -141,8 +141,8 @@ def test_the_paper_experiment_is_the_paper_s() -> None:
             r"names the feature 'peak'",
         ),
         (
-            {"experiments__calibrated__estimator__bons": 8},
-            r"experiments\.calibrated\.estimator\.bons = 8: .*did you mean 'bins'",
+            {"experiments__calibrated__estimator__transfroms": 8},
+            r"experiments\.calibrated\.estimator\.transfroms = 8: .*did you mean 'transforms'",
         ),
         (
             {"main_experiment": "calibrated", "run": "all"},

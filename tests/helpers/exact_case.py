@@ -132,12 +132,26 @@ class LogNormal:
 
     def draw(self, draws: int, seed: int) -> FloatArray:
         log_phi = np.random.default_rng(seed).multivariate_normal(self.mean, self.covariance, draws)
-        return np.clip(np.exp(log_phi), *bounds(PRIOR))
+        return _inside(np.exp(log_phi))
 
     def log_density(self, phi: FloatArray) -> FloatArray:
         log_phi = np.log(phi)
         density = multivariate_normal(self.mean, self.covariance).logpdf(log_phi)
         return np.asarray(density - log_phi.sum(axis=1))
+
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        log_phi, root = np.log(phi), np.linalg.cholesky(self.covariance)
+        u = np.linalg.solve(root, (log_phi - self.mean).T).T
+        return u, -log_phi.sum(axis=1) - np.log(np.diag(root)).sum()
+
+    def at(self, u: FloatArray) -> FloatArray:
+        log_phi = self.mean + u @ np.linalg.cholesky(self.covariance).T
+        return _inside(np.exp(log_phi))
+
+
+def _inside(phi: FloatArray) -> FloatArray:
+    low, high = bounds(PRIOR)
+    return np.clip(phi, np.nextafter(low, high), np.nextafter(high, low))
 
 
 def proposal(width: float = 1.0, shift: float = 0.0) -> LogNormal:

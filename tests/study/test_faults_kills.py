@@ -23,7 +23,9 @@ SEED = 20
 ONE_SUBJECT = "results-smoke/paper/subjects/A/ppc.png"
 MOST_JOBS = 4
 LONGEST_S = 3.0
-SCRIPT = re.compile(r"scripts/tmp\w+\.(\w+)\.py$")
+SCRIPT = re.compile(r"scripts/tmp\w+\.stage\.py$")
+STARTED = re.compile(r"^(?:local)?rule (\w+):$.*?^    jobid: (\d+)$", re.MULTILINE | re.DOTALL)
+FINISHED = re.compile(r"^Finished jobid: (\d+)", re.MULTILINE)
 WAYS = ("everything", "the run alone", "one job alone")
 
 
@@ -35,21 +37,27 @@ class Moment:
     delay_s: float
 
 
-def jobs_of(run: int) -> dict[int, str]:
-    """Return the jobs at work: process -> rule."""
-    found: dict[int, str] = {}
+def jobs_of(run: int) -> list[int]:
+    """Return the processes of the jobs at work."""
+    found: list[int] = []
     for child in psutil.Process(run).children(recursive=True):
         try:
-            match = SCRIPT.search(" ".join(child.cmdline()))
+            at_work = SCRIPT.search(" ".join(child.cmdline()))
         except psutil.Error:
             continue
-        if match:
-            found[child.pid] = match[1]
+        if at_work:
+            found.append(child.pid)
     return found
 
 
-def strike(process: subprocess.Popen[bytes], way: str, rng: np.random.Generator) -> dict[int, str]:
-    """Kill with SIGKILL in one of the ways; return the jobs that were at work."""
+def rules_at_work(said: str) -> set[str]:
+    """Return the rules of the jobs that a run says it has started and not finished."""
+    finished = set(FINISHED.findall(said))
+    return {rule for rule, job in STARTED.findall(said) if job not in finished}
+
+
+def strike(process: subprocess.Popen[bytes], way: str, rng: np.random.Generator) -> list[int]:
+    """Kill with SIGKILL in one of the ways; return the processes of the jobs that were at work."""
     jobs = jobs_of(process.pid)
     if way == "everything":
         os.killpg(process.pid, signal.SIGKILL)
@@ -88,11 +96,11 @@ def run_until_killed(
     if not wait_for_moment(process, output, moment):
         assert process.returncode == 0, output.read_text()
         return None
-    jobs = strike(process, way, rng)
+    rules, jobs = rules_at_work(output.read_text()), strike(process, way, rng)
     process.wait()
     left = [psutil.Process(pid) for pid in jobs if psutil.pid_exists(pid)]
     assert not psutil.wait_procs(left, timeout=60)[1], "a job outlived the run that started it"
-    return set(jobs.values())
+    return rules if jobs else set()
 
 
 def assert_no_half_written_artefact(results: Path) -> None:

@@ -68,9 +68,9 @@ MUTATIONS = (
         "posterior/log_evidence",
     ),
     Mutation(
-        "timing error tau lost in the discrepancy",
-        "discrepancy.timing_cycle * predicted.slope",
-        "0.0 * predicted.slope",
+        "what the model misses of a speed lost in the discrepancy",
+        "relative_se**2 + discrepancy.speed_fraction**2 + timing**2",
+        "relative_se**2 + timing**2",
         (EXACT_OF_A,),
         "posterior/log_evidence",
     ),
@@ -87,13 +87,6 @@ MUTATIONS = (
         "** 2 - of.log_norm",
         (EXACT_OF_A,),
         "posterior/log_evidence",
-    ),
-    Mutation(
-        "systematic resampling that prefers the first draws",
-        "(np.arange(draws) + rng.random()) / draws",
-        "((np.arange(draws) + rng.random()) / draws) ** 1.2",
-        (WEIGHTED_OF_A,),
-        "posterior/median",
     ),
     Mutation(
         "factor 3 lost in E = 3 rho c^2 of the predicted speeds",

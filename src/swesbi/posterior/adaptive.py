@@ -1,9 +1,11 @@
-"""The exact posterior of a recording without a network: importance sampling that adapts from the prior on.
+"""Exact posteriors by importance sampling that adapts to the recording and throws no simulation away.
 
 Adaptive multiple importance sampling (Cornuet, Marin, Mira and Robert 2012, Scand J Stat 39:798): draws of
 all rounds are weighted by the mixture of all proposals so far, the prior among them, so that no simulation is
-lost and no weight exceeds the largest likelihood over the prior's share. The next proposal is fitted to them;
-while few draws carry the weight, to a power of it below one, which leads from the prior to the posterior.
+lost and no weight exceeds the largest likelihood over the prior's share. It begins with a network's posterior
+of the recording, or with the prior alone. Each further proposal is fitted to all draws so far, in the base
+space of the network's flow or in the logit of the prior's box, whichever is nearer; while few draws carry the
+weight, to a power of it below one, which leads from the prior to the posterior.
 """
 
 from __future__ import annotations
@@ -25,14 +27,14 @@ from swesbi.posterior.importance import (
     k_hat_limit,
     smooth,
 )
-from swesbi.posterior.refine import FittedProposal
+from swesbi.posterior.refine import fit_in_nearest
 from swesbi.posterior.settings import ExactSettings
-from swesbi.posterior.space import LogitSpace
-from swesbi.posterior.student import fitted_mixture
+from swesbi.posterior.space import LogitSpace, PlacedProposal, Space
 from swesbi.prior import BoxPrior, draw_prior, log_density
 from swesbi.seeds import generator, integer_seed
 
-FIRST_DRAWS: Final = 1000  # of the prior
+FIRST_DRAWS: Final = 1000  # of the first round
+PRIOR_DRAWS: Final = 100  # of these where there is a network
 SEARCH_DRAWS: Final = 300  # of a proposal on the way, while fewer than ``FOUND_DRAWS`` are effective
 FOUND_DRAWS: Final = 60
 ROUND_DRAWS: Final = 1500  # of a proposal that is near the posterior
@@ -67,21 +69,35 @@ class AdaptedDraws:
     reliable: bool
 
 
-def adaptive_rounds(model: LikelihoodModel, settings: ExactSettings, seed: int) -> Iterator[AdaptedDraws]:
+def adaptive_rounds(
+    model: LikelihoodModel, settings: ExactSettings, seed: int, network: PlacedProposal | None = None
+) -> Iterator[AdaptedDraws]:
     """Yield the draws after each round, until their weights are reliable or rounds are used up.
 
     Args:
         model: Prior and exact likelihood of the recording.
         settings: Give the criteria of reliable weights.
         seed: Seed of everything.
+        network: A network's posterior of the recording, with which it begins; None: with the prior alone.
 
     Raises:
-        NoLikelihoodError: The likelihood is zero at every draw of the prior.
+        NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
     prior = model.settings.prior
     parts: list[Proposal] = [PriorProposal(prior)]
-    phi = parts[0].draw(FIRST_DRAWS, integer_seed(seed, "adaptive", "prior"))
-    counts, log_parts = [FIRST_DRAWS], [parts[0].log_density(phi)]
+    counts = [FIRST_DRAWS]
+    spaces: list[Space] = [LogitSpace(prior)]
+    if network is not None:
+        counts = [PRIOR_DRAWS, FIRST_DRAWS - PRIOR_DRAWS]
+        parts, spaces = [*parts, network], [network, *spaces]
+    names = ("prior", "network")
+    phi = np.concatenate(
+        [
+            part.draw(count, integer_seed(seed, "adaptive", name))
+            for part, count, name in zip(parts, counts, names, strict=False)
+        ]
+    )
+    log_parts = [part.log_density(phi) for part in parts]
     log_likelihood = model.log_likelihood(phi)
     for number in range(MOST_ROUNDS + 1):
         weighted = weighted_by_all(phi, log_likelihood, log_parts, counts)
@@ -91,7 +107,7 @@ def adaptive_rounds(model: LikelihoodModel, settings: ExactSettings, seed: int) 
             return
         stream = integer_seed(seed, "adaptive", number)
         found = weighted.efficiency * len(phi) >= FOUND_DRAWS
-        proposal = fitted_in_logit(weighted, prior, stream)
+        proposal = fit_in_nearest(spaces, phi, weighted.log_weight, stream)
         drawn = proposal.draw(ROUND_DRAWS if found else SEARCH_DRAWS, integer_seed(stream, "draws"))
         # what is known of earlier draws is kept: each part meets the new ones, the new part meets all
         log_parts = [
@@ -147,10 +163,3 @@ def is_reliable(weighted: WeightedDraws, settings: ExactSettings) -> bool:
     draws = len(weighted.phi)
     enough = weighted.efficiency * draws >= settings.min_effective_draws
     return bool(enough and weighted.k_hat <= k_hat_limit(draws, settings.max_k_hat))
-
-
-def fitted_in_logit(weighted: WeightedDraws, prior: BoxPrior, seed: int) -> FittedProposal:
-    """Return a mixture of Student distributions in the logit of the prior's box, fitted to weighted draws."""
-    space = LogitSpace(prior)
-    eta, _ = space.place(weighted.phi)
-    return FittedProposal(fitted_mixture(eta, weighted.log_weight, seed), space)

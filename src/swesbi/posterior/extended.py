@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 
 from swesbi.arrays import FloatArray
-from swesbi.posterior.importance import Proposal
-from swesbi.posterior.space import Space
+from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import JointPriorSettings, ParameterPrior, bounds, level, log_density, quantile
 from swesbi.seeds import generator, integer_seed
 
 LOG_ROOT_TWO_PI = 0.5 * np.log(2.0 * np.pi)
-
-
-class PlacedProposal(Proposal, Space, Protocol):
-    """A proposal with the space in which the posterior is near normal."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from swesbi.arrays import FloatArray
-from swesbi.posterior.importance import LikelihoodModel
+from swesbi.posterior.importance import LikelihoodModel, Proposal
 from swesbi.prior import BoxPrior, from_logit, log_density, log_jacobian, to_logit
 
 
@@ -21,6 +21,10 @@ class Space(Protocol):
 
     def at(self, u: FloatArray) -> FloatArray:
         """Return the phi (n, d) of its points u (n, d)."""
+
+
+class PlacedProposal(Proposal, Space, Protocol):
+    """A proposal with the space in which the posterior is near normal."""
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,8 @@ from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.posterior.exact import ExactPosterior
-from swesbi.posterior.importance import Proposal
 from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import BoxPrior, to_logit
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
@@ -88,13 +88,13 @@ class LocalRun:
         model: The subject's model.
         propose: Returns the proposal for a recording.
         exact: The study's own settings of the exact posterior.
-        weighted_draws: Weighted draws given both recordings.
+        effective_draws: Effective draws given both recordings, at least.
     """
 
     model: SpeedModel
-    propose: Callable[[SpeedRecording], Proposal]
+    propose: Callable[[SpeedRecording], PlacedProposal]
     exact: ExactSettings
-    weighted_draws: int
+    effective_draws: int
 
     def scores(
         self, phi: FloatArray, references: FloatArray, seed: int, sampler: str
@@ -130,7 +130,7 @@ class LocalRun:
     def _one(
         self, both: TwoRecordings, phi: FloatArray, reference: FloatArray, seed: int
     ) -> tuple[FloatArray, ranks.RankScore]:
-        drawn = exact_draws(both, self.propose(both.averaged()), self.weighted_draws, self.exact, seed)
+        drawn = exact_draws(both, self.propose(both.averaged()), self.effective_draws, self.exact, seed)
         truth = self._quantities(phi[None], both.log_likelihood(phi[None]))[0]
         values = self._quantities(drawn.phi, drawn.log_likelihood)
         return truth, ranks.score(truth, values, drawn.weight, reference, self.model.settings.prior)
@@ -160,7 +160,7 @@ def calibrate_locally(
     Returns:
         Their scores; the truths are those of the reported posterior, the prior variance is its variance.
     """
-    run = LocalRun(model, partial(flow_proposal, flow), exact, sizes.weighted_draws)
+    run = LocalRun(model, partial(flow_proposal, flow), exact, sizes.effective_draws)
     count = sizes.replicates
     by_sampler = {
         name: run.scores(phi[:count], phi[count : 2 * count], seed, name)

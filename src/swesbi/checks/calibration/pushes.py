@@ -108,7 +108,7 @@ class PushesStudy:
     def _infer(self, number: int, pushes: int, flow: TrainedSpline) -> InferredPushes:
         model, phi = self.recorded(number, pushes)
         seed = integer_seed(self.seed, "calibration", STREAM, pushes, number)
-        drawn = exact_draws(model, free_proposal(flow, model), self.sizes.weighted_draws, self.exact, seed)
+        drawn = exact_draws(model, free_proposal(flow, model), self.sizes.effective_draws, self.exact, seed)
         rng = generator(seed, "residuals")
         chosen = drawn.phi[resampled_rows(drawn.weight, RESIDUAL_DRAWS, rng)]
         test = residual_test(model, model.model.predict(chosen), self.rule, rng)

@@ -147,12 +147,14 @@ class RankScore:
         tarp: Posterior mass nearer to the reference point than the truth.
         mean: Posterior means; shape (q,).
         sd: Posterior standard deviations; shape (q,).
+        effective_draws: Effective number of the draws behind all of these.
     """
 
     level: FloatArray
     tarp: float
     mean: FloatArray
     sd: FloatArray
+    effective_draws: float
 
 
 @dataclass(frozen=True)
@@ -167,10 +169,12 @@ class RankScores:
     ]
     mean: Annotated[FloatArray, Variable("recording quantity", EACH, "mean of {sampler}")]
     sd: Annotated[FloatArray, Variable("recording quantity", EACH, "standard deviation of {sampler}")]
+    effective_draws: Annotated[FloatArray, Variable("recording", "1", "effective draws of {sampler}")]
 
     def rows(self, chosen: NDArray[np.bool_]) -> RankScores:
         """Return the recordings that are chosen; shape (n,)."""
-        return RankScores(self.level[chosen], self.tarp[chosen], self.mean[chosen], self.sd[chosen])
+        values = {name: of_all[chosen] for name, of_all in vars(self).items()}
+        return RankScores(**values)
 
 
 def score(
@@ -188,7 +192,8 @@ def score(
     of_phi = [*range(REPORTED.stop), *range(len(QUANTITY_NAMES), len(truth))]
     moment = moments(draws, weight)
     tarp = tarp_level(truth[of_phi], draws[:, of_phi], weight, reference, prior)
-    return RankScore(level_of_truth(truth, draws, weight), tarp, moment.mean, moment.sd)
+    level, number = level_of_truth(truth, draws, weight), effective_draws(weight)
+    return RankScore(level, tarp, moment.mean, moment.sd, number)
 
 
 def stack_scores(scores: Sequence[RankScore]) -> RankScores:
@@ -198,6 +203,7 @@ def stack_scores(scores: Sequence[RankScore]) -> RankScores:
         tarp=np.array([rank_score.tarp for rank_score in scores]),
         mean=np.stack([rank_score.mean for rank_score in scores]),
         sd=np.stack([rank_score.sd for rank_score in scores]),
+        effective_draws=np.array([rank_score.effective_draws for rank_score in scores]),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,23 +27,16 @@ from swesbi.measurement.likelihood import CachedModel, SpeedModel, residuals
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.networks.spline.flow import FlowProposal, TrainedSpline, flow_proposal
 from swesbi.population.synthetic import Synthetic
-from swesbi.posterior.exact import exact_posterior, weight_failures
-from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, k_hat_limit, weigh
-from swesbi.posterior.refine import refine
-from swesbi.posterior.settings import ExactSettings, RefinementSettings
+from swesbi.posterior.adaptive import adaptive_rounds
+from swesbi.posterior.exact import certified
+from swesbi.posterior.importance import LikelihoodModel
+from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import PlacedProposal
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.statistics import strip_mass
 
 FloatArray = NDArray[np.float64]
-MOST_TIMES: Final = 10
-"""More draws of a proposal than so many times the usual number take longer than refining it."""
-FEWER_EFFECTIVE: Final = 0.5
-FEWER_DRAWS: Final = 0.3
-"""Effective draws that a refined proposal is fitted to, and draws of a round at most, over those of a
-posterior that is reported: hard recordings then take a third of the time, and end as efficient."""
-MARGIN: Final = 1.5
-"""Draws of a second attempt over those that the efficiency of the first, itself a guess, asks for."""
 
 
 @dataclass(frozen=True)
@@ -86,46 +79,26 @@ class ExactDraws:
 
 def exact_draws(
     model: LikelihoodModel,
-    network: Proposal,
-    draws: int,
+    network: PlacedProposal,
+    effective_draws: int,
     settings: ExactSettings,
     seed: int,
 ) -> ExactDraws:
-    """Return the exact posterior as the study reports it, with fewer weighted draws where these suffice.
+    """Return the exact posterior of a recording, by as few draws as its levels need.
 
-    Where so few draws fail the criteria of the weights, as many are weighted as their efficiency asks for, up
-    to ``MOST_TIMES`` the number; where that is too few, the proposal is refined until it is usable, by fewer
-    draws than for a posterior that is reported; where its weights fail too, it is refined as such a posterior
-    is, twice if need be, the study's own number follows, and MCMC at last. No recording is left out.
+    Rounds of weighted draws go on until their weights are reliable, as in a posterior that is reported, with
+    so many effective draws; where they never are, MCMC started from them takes over. None is left out.
 
     Args:
         model: Prior and exact likelihood.
         network: The network's posterior.
-        draws: Weighted draws of the first attempt.
-        settings: The study's own sizes and criteria.
+        effective_draws: Effective draws that are enough.
+        settings: The study's own criteria.
         seed: Seed of everything.
     """
-    usable = settings.refinement.usable_efficiency
-    least_effective, by_mcmc = usable * draws, False
-
-    def fails(weighted: WeightedDraws) -> bool:
-        limit = k_hat_limit(len(weighted.phi), settings.max_k_hat)
-        return bool(weight_failures(weighted, limit, least_effective))
-
-    proposal = network
-    weighted = weigh(model, proposal, draws, settings.prior_fraction, seed)
-    more = max(draws, round(MARGIN * least_effective / weighted.efficiency))
-    if fails(weighted) and more <= MOST_TIMES * draws:
-        weighted = weigh(model, proposal, more, settings.prior_fraction, integer_seed(seed, "more"))
-    for name, refinement in _refinements(settings.refinement).items():
-        if fails(weighted):
-            proposal = refine(model, network, refinement, integer_seed(seed, name)).proposal
-            weighted = weigh(
-                model, proposal, draws, settings.prior_fraction, integer_seed(seed, name, "draws")
-            )
-    if fails(weighted):
-        posterior = exact_posterior(model, proposal, settings, seed)
-        weighted, by_mcmc = posterior.weighted, posterior.sampler == "mcmc"
+    wanted = settings.model_copy(update={"min_effective_draws": effective_draws})
+    *_, last = adaptive_rounds(model, wanted, integer_seed(seed, "rounds"), network)
+    weighted = last.weighted
     drawn = ExactDraws(
         phi=weighted.phi,
         weight=weighted.weight,
@@ -133,31 +106,13 @@ def exact_draws(
         k_hat=weighted.k_hat,
         efficiency=weighted.efficiency,
         log_evidence=weighted.log_evidence,
-        by_mcmc=by_mcmc,
+        by_mcmc=not last.reliable,
     )
-    if not by_mcmc:
+    if last.reliable:
         return drawn
-    log_likelihood = model.log_likelihood(posterior.phi)
-    weight = equal_weights(len(posterior.phi))
-    return replace(drawn, phi=posterior.phi, weight=weight, log_likelihood=log_likelihood)
-
-
-def _refinements(settings: RefinementSettings) -> dict[str, RefinementSettings]:
-    """Return the ways in which a proposal is refined until it is usable, by names of their random streams.
-
-    The last is the second with another seed: of a posterior with two modes a proposal may miss one by chance,
-    and MCMC, which then takes minutes, crosses between them no better.
-    """
-    usable = settings.model_copy(update={"min_efficiency": settings.usable_efficiency})
-    fewer = {
-        "effective_draws": round(settings.effective_draws * FEWER_EFFECTIVE),
-        "most_draws": max(settings.draws, round(settings.most_draws * FEWER_DRAWS)),
-    }
-    return {
-        "refined": usable.model_copy(update=fewer),
-        "refined again": usable,
-        "refined once more": usable,
-    }
+    phi = certified(model, weighted, wanted, seed).phi
+    log_likelihood, weight = model.log_likelihood(phi), equal_weights(len(phi))
+    return replace(drawn, phi=phi, weight=weight, log_likelihood=log_likelihood)
 
 
 def infer_recordings(
@@ -228,7 +183,7 @@ def _infer(
     phi = np.concatenate([case.phi[None], by_network])
     truth, *draws = quantities(phi, model.log_likelihood(phi), model.activation_duration_s(phi))
     cached = CachedModel(model)
-    drawn = exact_draws(cached, network, settings.weighted_draws, exact, case.seed)
+    drawn = exact_draws(cached, network, settings.effective_draws, exact, case.seed)
     values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
     return _Result(
         truth=truth,

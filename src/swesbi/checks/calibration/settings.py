@@ -16,7 +16,7 @@ class RecordingsSettings(Settings):
     own: int = Field(ge=1, description="recordings a subject under the model's own noise")
     acquired: int = Field(ge=1, description="recordings a subject, acquired sample by sample and ingested")
     network_draws: int = Field(ge=9, description="draws of the network; best one less than a multiple of 100")
-    weighted_draws: int = Field(ge=100, description="weighted draws; where unreliable, as for a subject")
+    effective_draws: int = Field(ge=10, description="effective draws of each posterior, at least")
     misfit_draws: int = Field(ge=10, description="posterior draws whose chi-square is taken")
     strip_fraction: float = Field(gt=0, lt=0.5, description="width of the strip at a bound, over the box's")
 
@@ -34,7 +34,7 @@ class LocalSettings(Settings):
     """Calibration at the subjects' own data, and the comparison of samplers there."""
 
     replicates: int = Field(ge=1, description="phi drawn from each subject's posterior, for each sampler")
-    weighted_draws: int = Field(ge=100, description="weighted draws given both recordings")
+    effective_draws: int = Field(ge=10, description="effective draws given both recordings, at least")
     two_sample_draws: int = Field(ge=50, description="draws of each sampler that a classifier sees")
     mcmc: McmcSettings = Field(description="the long chains that both are compared with")
 

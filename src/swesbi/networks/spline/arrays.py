@@ -94,7 +94,7 @@ class ConditionedFlow:
     transforms: tuple[tuple[_Passes, SingleArray], ...]
 
     def to_base(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where points (n, d) lie in the base space, (n, d), and log |du / dx|, (n,); not finite far out."""
+        """Return where points (n, d) lie in the base space, (n, d), and log |du / dx|, (n,)."""
         found, log_slope = np.empty(points.shape), np.zeros(len(points))
         with np.errstate(over="ignore", invalid="ignore"):  # far from all that it was trained on
             for rows in _blocks(len(points)):
