@@ -15,16 +15,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
-from sbi.utils.metrics import c2st
 
 from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.recordings import exact_draws
 from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.determinism import reproducible
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.posterior.exact import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
@@ -49,6 +46,11 @@ def classifier_accuracy(first: FloatArray, second: FloatArray, prior: BoxPrior, 
         raise ValueError(f"C2ST needs samples of one size, got {len(first)} and {len(second)} draws")
     if np.isnan(first).any() or np.isnan(second).any():
         return float("nan")
+    import torch  # with sbi three seconds, and recordings are inferred without either
+    from sbi.utils.metrics import c2st
+
+    from swesbi.networks.determinism import reproducible
+
     pair = [torch.from_numpy(to_logit(phi, prior).astype(np.float32)) for phi in (first, second)]
     with reproducible(seed), warnings.catch_warnings():
         # a perceptron stopped by its number of iterations is still a classifier

@@ -24,7 +24,6 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import FlowProposal, TrainedSpline, flow_proposal
 from swesbi.networks.spline.pool import SubjectSimulations, at_phases
-from swesbi.networks.spline.training import train_spline
 from swesbi.parameters import REPORTED, SCALE
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior.exact import ExactPosterior, exact_to_groups
@@ -132,6 +131,8 @@ def sensitivity_run(
     Raises:
         ArtefactError: An input cannot be read.
     """
+    from swesbi.networks.spline.training import train_spline  # torch, of which the other stages need nothing
+
     models = likelihood.read_speed_models(observations, noise, settings.train.model)
     simulated = [_simulations(model, settings) for model in models]
     seed = integer_seed(settings.seed, "flow training")

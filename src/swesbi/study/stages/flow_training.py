@@ -14,11 +14,8 @@ from swesbi.networks.spline.cells import CellSettings
 from swesbi.networks.spline.conditioning import ConditioningSettings, conditioning_of
 from swesbi.networks.spline.files import KIND, save_spline
 from swesbi.networks.spline.pool import of_subject, read_pool
-from swesbi.networks.spline.training import train_spline as train_on_pool
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import read_population
-from swesbi.population.training import RowMaker
-from swesbi.population.training import train_population as train_on_population
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
 from swesbi.show.training_tables import write_epochs
@@ -59,11 +56,14 @@ def train_flow(
         ArtefactError: The pool lacks a subject.
         TrainingDivergedError: The loss was not finite too often.
     """
+    # torch takes two seconds to import, and most who import this module only name the settings
+    from swesbi.networks.spline.training import train_spline
+
     label, pooled = f"training {estimator.parent.name}", read_pool(pool)
     models = read_speed_models(observations, noise, settings.model)
     subjects = [of_subject(pooled, model, pool) for model in models]
     seed = integer_seed(origin.seed, "flow training")
-    result = train_on_pool(subjects, settings.conditioning, settings.estimator, seed, label)
+    result = train_spline(subjects, settings.conditioning, settings.estimator, seed, label)
     save_spline(estimator, result.spline, origin.provenance(KIND, settings))
     write_epochs(training, result.epochs)
 
@@ -94,6 +94,10 @@ def train_population(
         ArtefactError: A shard is no such artefact.
         TrainingDivergedError: The loss was not finite too often.
     """
+    # torch takes two seconds to import, and most who import this module only name the settings
+    from swesbi.population.training import RowMaker
+    from swesbi.population.training import train_population as train_on_population
+
     cells = CellSettings(cells=settings.acquisition.phases, relative_se=settings.conditions.seen_relative_se)
     maker = RowMaker(
         model=settings.model,

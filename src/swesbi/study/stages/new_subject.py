@@ -11,7 +11,6 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
-import torch
 from pydantic import Field
 from threadpoolctl import threadpool_limits
 
@@ -167,11 +166,10 @@ def worker_process() -> ProcessPoolExecutor:
 def one_thread() -> None:
     """Let libraries use one thread: those that their parent had started do not exist in a forked process.
 
-    torch keeps a number of its own, and would wait for ever for them. Of Ctrl-C only the parent speaks.
+    Of Ctrl-C only the parent speaks.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(limits=1)
-    torch.set_num_threads(1)
 
 
 def _fit(files: AnswerFiles, settings: OneAnswerSettings, origin: Origin) -> None:
