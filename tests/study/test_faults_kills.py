@@ -24,8 +24,7 @@ ONE_SUBJECT = "results-smoke/paper/subjects/A/ppc.png"
 MOST_JOBS = 4
 LONGEST_S = 3.0
 SCRIPT = re.compile(r"scripts/tmp\w+\.stage\.py$")
-STARTED = re.compile(r"^(?:local)?rule (\w+):$.*?^    jobid: (\d+)$", re.MULTILINE | re.DOTALL)
-FINISHED = re.compile(r"^Finished jobid: (\d+)", re.MULTILINE)
+STARTING = "starting"
 WAYS = ("everything", "the run alone", "one job alone")
 
 
@@ -37,27 +36,23 @@ class Moment:
     delay_s: float
 
 
-def jobs_of(run: int) -> list[int]:
-    """Return the processes of the jobs at work."""
-    found: list[int] = []
+def jobs_of(run: int) -> dict[int, str]:
+    """Return the jobs at work: process -> rule, which is told by the log that the job has opened."""
+    found: dict[int, str] = {}
     for child in psutil.Process(run).children(recursive=True):
         try:
-            at_work = SCRIPT.search(" ".join(child.cmdline()))
+            if SCRIPT.search(" ".join(child.cmdline())):
+                opened = [Path(file.path).parts for file in child.open_files()]
+                found[child.pid] = next(
+                    (parts[parts.index("logs") + 1] for parts in opened if "logs" in parts), STARTING
+                )
         except psutil.Error:
             continue
-        if at_work:
-            found.append(child.pid)
     return found
 
 
-def rules_at_work(said: str) -> set[str]:
-    """Return the rules of the jobs that a run says it has started and not finished."""
-    finished = set(FINISHED.findall(said))
-    return {rule for rule, job in STARTED.findall(said) if job not in finished}
-
-
-def strike(process: subprocess.Popen[bytes], way: str, rng: np.random.Generator) -> list[int]:
-    """Kill with SIGKILL in one of the ways; return the processes of the jobs that were at work."""
+def strike(process: subprocess.Popen[bytes], way: str, rng: np.random.Generator) -> dict[int, str]:
+    """Kill with SIGKILL in one of the ways; return the jobs that were at work."""
     jobs = jobs_of(process.pid)
     if way == "everything":
         os.killpg(process.pid, signal.SIGKILL)
@@ -96,11 +91,11 @@ def run_until_killed(
     if not wait_for_moment(process, output, moment):
         assert process.returncode == 0, output.read_text()
         return None
-    rules, jobs = rules_at_work(output.read_text()), strike(process, way, rng)
+    jobs = strike(process, way, rng)
     process.wait()
     left = [psutil.Process(pid) for pid in jobs if psutil.pid_exists(pid)]
     assert not psutil.wait_procs(left, timeout=60)[1], "a job outlived the run that started it"
-    return rules if jobs else set()
+    return set(jobs.values())
 
 
 def assert_no_half_written_artefact(results: Path) -> None:
