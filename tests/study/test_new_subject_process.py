@@ -6,13 +6,13 @@ import sys
 from typing import Final
 
 SCRIPT: Final = """
-import torch
+import numpy as np
 from swesbi.study.stages.new_subject import worker_process
 
 def work():
-    return float(torch.zeros(2000, 2000).exp().sum())
+    ones = np.ones((1000, 1000), np.float32)
+    return float((ones @ ones).max())
 
-torch.set_num_threads(2)
 work()
 with worker_process() as worker:
     print(worker.submit(work).result())
@@ -25,4 +25,4 @@ def test_a_worker_process_ends_after_its_parent_used_threads() -> None:
     command = [sys.executable, "-c", SCRIPT]
     done = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=TIMEOUT_S)
     assert done.returncode == 0, done.stderr
-    assert float(done.stdout) == 4_000_000.0
+    assert float(done.stdout) == 1000.0
