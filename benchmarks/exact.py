@@ -27,6 +27,7 @@ from swesbi.config.study import load_study
 from swesbi.measurement.likelihood import SpeedModel, read_speed_model
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
+from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import weight_failures
 from swesbi.posterior.importance import k_hat_limit, weigh
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
@@ -67,9 +68,9 @@ def timed(work: Callable[[], Result]) -> tuple[Result, float]:
 def compare(model: SpeedModel, flow: TrainedSpline, settings: ExactSettings) -> Row:
     """Sample one posterior both ways."""
     proposal = flow_proposal(flow, model.recording)
-    draws, fraction = settings.proposal_draws, settings.prior_fraction
-    weigh(model, proposal, 200, fraction, SEED)  # compiles and warms up
-    weighted, weighting_s = timed(lambda: weigh(model, proposal, draws, fraction, SEED))
+    weigh(model, proposal, 200, settings.prior_fraction, SEED)  # compiles and warms up
+    weighted, weighting_s = timed(lambda: adapted(model, settings, SEED, proposal).weighted)
+    draws = len(weighted.phi)
     start = starting_points(model, weighted, settings.mcmc.start_points, np.random.default_rng(SEED))
     sampled, mcmc_s = timed(lambda: sample_mcmc(model, start, settings.mcmc, SEED))
     return Row(

@@ -35,8 +35,8 @@ from swesbi.exam.score import QUANTITIES, Intervals, intervals, truths
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, free_proposal
 from swesbi.population.settings import in_declared_range
+from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
-from swesbi.posterior.refine import refined_posterior
 from swesbi.recording.columns import SPEED
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import NoiseDeclaration
@@ -98,7 +98,7 @@ def answer(
     table = record_train(heart.curve, context, rng)
     table[SPEED] *= np.exp(settings.acquisition.scale_fraction * rng.standard_normal())
     model = model_of_table(table, context, DECLARED, settings)
-    exact, _ = refined_posterior(
+    exact, _ = exact_posterior(
         model, free_proposal(flow, model), settings.exact_posterior.exact, seed, STREAM, context.subject
     )
     attained_kpa = model.model.simulate(exact.phi).active_stiffness_kpa.max(axis=1)

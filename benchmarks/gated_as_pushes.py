@@ -7,7 +7,7 @@ Needs the network of a population, trained under the shipped configuration. Hear
 development (docs/exam.md) are recorded as the exam records them, their repeats as separate ones, since pushes
 share no error of a sweep. Each is answered twice, as a subject outside the study is: once as it is, once from
 a file with a row a measured phase, its time since the R peak, its mean speed and the standard error of that.
-Every answer weights as many draws as the study's second attempt does, so that hardly a draw is kept twice.
+Rounds of either go on to four times as many effective draws as are kept, so that hardly one is kept twice.
 A classifier then tells the draws of the two answers apart by all parameters, nuisances included: 0.5 means
 that it cannot. Draws that are kept several times it would know by their copies.
 
@@ -41,7 +41,8 @@ from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal, free_proposal
 from swesbi.population.settings import in_declared_range
-from swesbi.posterior.refine import refined_posterior
+from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.settings import asking
 from swesbi.recording.free_observation import ingest_free
 from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.noise import read_noise
@@ -114,11 +115,11 @@ class BothDoors:
         )
         pushes = self.as_pushes(gated.recording)
         asked, subject = self.settings.exact_posterior.exact, gated.recording.subject
-        exact = asked.model_copy(update={"proposal_draws": asked.most_proposal_draws})
-        first, _ = refined_posterior(
+        exact = asking(asked, 4 * asked.draws).model_copy(update={"max_rounds": 60})
+        first, _ = exact_posterior(
             gated, flow_proposal(self.flow, gated.recording), exact, self.seed, STREAM, "gated", subject
         )
-        second, _ = refined_posterior(
+        second, _ = exact_posterior(
             pushes, free_proposal(self.flow, pushes), exact, self.seed, STREAM, "pushes", subject
         )
         accuracy = classifier_accuracy(

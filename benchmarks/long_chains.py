@@ -40,10 +40,9 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.population.settings import in_declared_range
-from swesbi.posterior.exact import ExactPosterior
+from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
-from swesbi.posterior.refine import refined_posterior
 from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator, integer_seed
@@ -135,7 +134,7 @@ class Answerer:
 
     def _answered(self, model: SpeedModel) -> tuple[ExactPosterior, tuple[float, ...]]:
         network, exact = flow_proposal(self.flow, model.recording), self.settings.exact_posterior.exact
-        return refined_posterior(model, network, exact, self.seed, ANSWER_STREAM, model.recording.subject)
+        return exact_posterior(model, network, exact, self.seed, ANSWER_STREAM, model.recording.subject)
 
     def _long_chains(self, model: SpeedModel, exact: ExactPosterior) -> McmcDraws:
         mcmc, subject = self.local.mcmc, model.recording.subject

@@ -44,7 +44,6 @@ from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.importance import weigh
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
-from swesbi.posterior.settings import RefinementSettings
 from swesbi.study.finished import finished_study
 from swesbi.study.stages.calibration import CalibrationLocalStageSettings
 from swesbi.verdict.context import nearest_known
@@ -54,6 +53,7 @@ from swesbi.verdict.settings import RuleSettings
 
 FIRST_UNSEEN = 50  # the numbers below made the choice of the discrepancy
 SEED = 1
+DRAWS, PRIOR_FRACTION = 2000, 0.1  # of one round of weights
 BEYOND = (1.05, 1.1)  # of the fastest heart rate
 LARGER = 1.25  # of values that only steer the network
 OUTSIDE = {"hr_bpm": 130.0, "lvedv_ml": 210.0, "ivsd_cm": 1.4}
@@ -159,9 +159,7 @@ def other_contexts(models: list[SpeedModel]) -> Iterator[Case]:
         yield Case(f"heart rate {factor - 1.0:.0%} beyond", ordered[-1], beyond)
 
 
-def network_alone(
-    models: list[SpeedModel], flow: TrainedSpline, refinement: RefinementSettings, count: int
-) -> pd.DataFrame:
+def network_alone(models: list[SpeedModel], flow: TrainedSpline, count: int) -> pd.DataFrame:
     """Return the network's efficiency at other contexts: median, smallest and largest over recordings."""
     trained = [model.recording.context for model in models]
     rows = []
@@ -175,8 +173,8 @@ def network_alone(
                 weigh(
                     replace(model, recording=one),
                     flow_proposal(flow, replace(one, context=context)),
-                    refinement.draws,
-                    refinement.prior_fraction,
+                    DRAWS,
+                    PRIOR_FRACTION,
                     SEED,
                 ).efficiency
                 for one in made
@@ -196,7 +194,7 @@ def network(study: Study, results: Path, experiment: str, count: int) -> None:
     settings = CalibrationLocalStageSettings.from_plain(plain).model
     models = [read_speed_model(path, files.noise, settings) for path in files.pooled_observations]
     flow, _ = load_spline(files.estimator)
-    table = network_alone(models, flow, study.config.new_subjects.refinement, count)
+    table = network_alone(models, flow, count)
     print(f"efficiency of the network's draws, {count} recordings a line")
     print(table.round({"median": 4, "smallest": 4, "largest": 4}).to_string(index=False))
 

@@ -203,7 +203,11 @@ def test_it_is_said_in_sentences_and_read_back(stored: ChangeGroups, tmp_path: P
     lines = "\n".join(group_lines(again))
     assert "relaxation" in lines or "k_SR" in lines
     assert "control over treated: 1." in lines
-    assert "control rose more than treated, or fell less, with a probability of" in lines
+    assert "that they differ is not told (higher with a probability of" in lines
+    further = replace(again.population, group_factor=1.3 * again.population.group_factor)
+    assert "control rose more than treated, or fell less, with a probability of 9" in "\n".join(
+        group_lines(replace(again, population=further))
+    )
     assert "P99." in lines
     opened = arviz.from_netcdf(str(path), engine="h5netcdf")
     assert opened.posterior["person_ratio"].sizes["person"] == len(GROUPS)

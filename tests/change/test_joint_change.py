@@ -14,7 +14,7 @@ from swesbi.change.joint import Change, OwnPosterior, infer_change
 from swesbi.change.settings import ChangeRuleSettings, ChangeSettings, SharesSettings
 from swesbi.change.visits import visits_model
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.posterior.refine import refined_posterior
+from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.space import LogitSpace
 
 NOTHING = dict.fromkeys(SharesSettings.model_fields, 0.0)
@@ -41,7 +41,7 @@ def own() -> tuple[OwnPosterior, ...]:
     found = []
     starts = (speed_case.PHI, speed_case.PHI * [FACTOR**2, 1.0, 1.0, FACTOR**2])
     for model, start in zip(models(), starts, strict=True):
-        exact, _ = refined_posterior(model, exact_case.fitted(model, start), exact_case.SETTINGS, 1)
+        exact, _ = exact_posterior(model, exact_case.fitted(model, start), exact_case.SETTINGS, 1)
         assert exact.sampler == "importance"
         effective = exact.efficiency * len(exact.weighted.phi)
         space = LogitSpace(model.settings.prior)

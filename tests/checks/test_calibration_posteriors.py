@@ -21,12 +21,11 @@ from swesbi.checks.calibration.recordings import ExactDraws, exact_draws, misfit
 from swesbi.draws import effective_draws
 from swesbi.measurement.likelihood import CachedModel, log_speed_sd
 from swesbi.parameters import THETA_RANGES
-from swesbi.posterior.adaptive import FIRST_DRAWS
 from swesbi.posterior.importance import weigh
 from swesbi.prior import draw_prior
 
 PHI = speed_case.PHI[None]
-ENOUGH = 100
+ENOUGH, FIRST = 100, exact_case.SETTINGS.first_draws
 
 
 def draws_of(network: exact_case.LogNormal, effective: int = ENOUGH, seed: int = 1) -> ExactDraws:
@@ -36,7 +35,7 @@ def draws_of(network: exact_case.LogNormal, effective: int = ENOUGH, seed: int =
 def test_the_draws_of_a_good_network_are_enough() -> None:
     drawn = draws_of(exact_case.proposal(1.2))
     assert not drawn.by_mcmc
-    assert len(drawn.phi) == FIRST_DRAWS
+    assert len(drawn.phi) == FIRST
     assert drawn.log_evidence == pytest.approx(exact_case.known_log_evidence(), abs=0.2)
     exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
 
@@ -44,13 +43,13 @@ def test_the_draws_of_a_good_network_are_enough() -> None:
 @pytest.mark.parametrize(("width", "shift"), [(0.3, 4.0), (1.0, 3.0), (0.3, 12.0)])
 def test_where_a_network_is_wrong_rounds_follow_and_all_their_draws_count(width: float, shift: float) -> None:
     network = exact_case.proposal(width, shift)
-    before = weigh(exact_case.ToyModel(), network, FIRST_DRAWS, 0.1, 3)
-    assert FIRST_DRAWS * before.efficiency < ENOUGH
+    before = weigh(exact_case.ToyModel(), network, FIRST, 0.1, 3)
+    assert FIRST * before.efficiency < ENOUGH
     drawn = draws_of(network)
     assert not drawn.by_mcmc
-    assert len(drawn.phi) > FIRST_DRAWS
+    assert len(drawn.phi) > FIRST
     assert effective_draws(drawn.weight) >= ENOUGH
-    assert effective_draws(drawn.weight[:FIRST_DRAWS] / drawn.weight[:FIRST_DRAWS].sum()) > 5.0
+    assert effective_draws(drawn.weight[:FIRST] / drawn.weight[:FIRST].sum()) > 5.0
     exact_case.check_posterior(drawn.phi, effective_draws(drawn.weight), drawn.weight)
 
 

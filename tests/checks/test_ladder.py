@@ -123,7 +123,6 @@ def test_a_proposal_moves_with_its_prior() -> None:
 def test_a_moved_proposal_is_refined_in_the_base_space_of_its_flow() -> None:
     prior = settings("calibrated").prior
     assert isinstance(MovedProposal(fake_flow(prior), prior, moved_prior("sigma_0_pa", 1.1)), Space)
-    assert not isinstance(wide_proposal(prior), Space)
 
 
 def test_a_network_of_the_same_prior_is_taken_as_it_is_and_one_of_other_parameters_refused() -> None:

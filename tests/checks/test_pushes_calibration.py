@@ -21,18 +21,12 @@ from swesbi.checks.calibration.pushes import (
     pushes_dataset,
     read_pushes,
 )
+from swesbi.posterior.settings import asking
 from swesbi.study.stages.origin import Origin
 
 BASE = shipped().speed_experiments["calibrated"]
 SIZES = BASE.calibration.recordings.model_copy(update={"network_draws": 99, "effective_draws": 40})
-SMALL = exact_case.SETTINGS.model_copy(
-    update={
-        "proposal_draws": 800,
-        "min_effective_draws": 40,
-        "draws": 400,
-        "refinement": exact_case.SETTINGS.refinement.model_copy(update={"usable_efficiency": 0.05}),
-    }
-)
+SMALL = asking(exact_case.SETTINGS, 40).model_copy(update={"draws": 400})
 
 
 def study(pushes: tuple[int, ...] = (3, 20)) -> PushesStudy:

@@ -16,7 +16,8 @@ from scipy.stats import multivariate_normal
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.importance import weigh
-from swesbi.posterior.settings import ExactSettings, McmcSettings, RefinementSettings
+from swesbi.posterior.settings import ExactSettings, McmcSettings
+from swesbi.posterior.space import LogitSpace
 from swesbi.prior import JointPriorSettings, bounds, from_logit, log_centre, log_jacobian, to_logit
 
 FloatArray = NDArray[np.float64]
@@ -57,22 +58,15 @@ MCMC = McmcSettings(
     min_effective_draws=1000,
 )
 SETTINGS = ExactSettings(
-    proposal_draws=8000,
-    most_proposal_draws=8000,
+    first_draws=1000,
     prior_fraction=0.1,
-    max_k_hat=0.7,
+    round_draws=1500,
+    max_rounds=30,
+    effective_draws=1500,
     min_effective_draws=800,
+    max_k_hat=0.7,
     draws=4000,
     interval=0.9,
-    refinement=RefinementSettings(
-        draws=4000,
-        most_draws=4000,
-        effective_draws=100,
-        prior_fraction=0.1,
-        min_efficiency=0.3,
-        usable_efficiency=0.1,
-        max_rounds=5,
-    ),
     mcmc=MCMC,
 )
 
@@ -186,6 +180,12 @@ class LogitNormal:
         eta = to_logit(phi, self.prior)
         density = multivariate_normal(self.mean, self.covariance).logpdf(eta)
         return np.asarray(density - log_jacobian(eta, self.prior))
+
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return LogitSpace(self.prior).place(phi)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        return LogitSpace(self.prior).at(u)
 
 
 def fitted(model: SpeedModel, start: FloatArray = speed_case.PHI, draws: int = 2000) -> LogitNormal:

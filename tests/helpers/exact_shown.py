@@ -38,22 +38,15 @@ TESTS = ("mahalanobis", "nearest_neighbours", "mmd", "chi2", "peak", "time_to_pe
 NAMES = ("maximum_kpa", "hr_bpm")
 SETTINGS = ExactSettings.from_plain(
     {
-        "proposal_draws": 100,
-        "most_proposal_draws": 100,
+        "first_draws": 100,
         "prior_fraction": 0.1,
-        "max_k_hat": 0.7,
+        "round_draws": 100,
+        "max_rounds": 1,
+        "effective_draws": 10,
         "min_effective_draws": 10,
+        "max_k_hat": 0.7,
         "draws": 400,
         "interval": 0.9,
-        "refinement": {
-            "draws": 200,
-            "most_draws": 200,
-            "effective_draws": 10,
-            "prior_fraction": 0.1,
-            "min_efficiency": 0.3,
-            "usable_efficiency": 0.1,
-            "max_rounds": 1,
-        },
         "mcmc": {
             "ensembles": 4,
             "walkers": 16,

@@ -20,11 +20,12 @@ from swesbi.recording.samples import ACCEPTED, rejection
 
 EXACT = SETTINGS.model_copy(
     update={
-        "proposal_draws": 500,
-        "most_proposal_draws": 500,
+        "first_draws": 500,
+        "round_draws": 500,
+        "max_rounds": 4,
+        "effective_draws": 100,
         "min_effective_draws": 50,
         "draws": 800,
-        "refinement": SETTINGS.refinement.model_copy(update={"draws": 500, "most_draws": 500}),
         "mcmc": SETTINGS.mcmc.model_copy(
             update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}
         ),

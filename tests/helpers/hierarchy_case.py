@@ -19,7 +19,7 @@ from swesbi.hierarchy.hyperprior import in_rows
 from swesbi.hierarchy.model import population_law
 from swesbi.hierarchy.ratio import log_normal_mass
 from swesbi.hierarchy.settings import HierarchySettings, HyperpriorSettings, OutlierSettings
-from swesbi.posterior.settings import ExactSettings, McmcSettings, RefinementSettings
+from swesbi.posterior.settings import ExactSettings, McmcSettings
 from swesbi.prior import PriorSettings, bounds
 
 FloatArray = NDArray[np.float64]
@@ -43,22 +43,15 @@ HYPERPRIOR = HyperpriorSettings.from_plain(
 )
 OUTLIERS = OutlierSettings(supported=0.02, strained=0.2, unsupported=0.9)
 EXACT = ExactSettings(
-    proposal_draws=4000,
-    most_proposal_draws=16000,
+    first_draws=1000,
     prior_fraction=0.1,
-    max_k_hat=0.7,
+    round_draws=1500,
+    max_rounds=20,
+    effective_draws=1200,
     min_effective_draws=400,
+    max_k_hat=0.7,
     draws=2000,
     interval=0.9,
-    refinement=RefinementSettings(
-        draws=1000,
-        most_draws=4000,
-        effective_draws=200,
-        prior_fraction=0.1,
-        min_efficiency=0.3,
-        usable_efficiency=0.1,
-        max_rounds=8,
-    ),
     mcmc=McmcSettings(
         ensembles=4,
         walkers=64,

@@ -22,8 +22,8 @@ from swesbi.checks.ladder.quantities import QUANTITIES
 from swesbi.checks.ladder.settings import LadderEffort
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.posterior.refine import FittedProposal
-from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.fitted import FittedProposal
+from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal
 from swesbi.prior import JointPriorSettings, log_centre, to_logit
@@ -47,9 +47,7 @@ PAIRS: Final = tuple(
 def exact() -> ExactSettings:
     """Return the shipped sizes of exact posteriors, a few times smaller."""
     shipped = speed_case.shipped().speed_experiments["calibrated"].exact
-    refinement = shipped.refinement.model_copy(update={"draws": 500, "most_draws": 500})
-    weighted = {"proposal_draws": 2000, "most_proposal_draws": 2000, "min_effective_draws": 90}
-    return shipped.model_copy(update={**weighted, "draws": 1000, "refinement": refinement})
+    return asking(shipped, 300).model_copy(update={"draws": 1000})
 
 
 def wide_proposal(prior: JointPriorSettings) -> FittedProposal:

@@ -25,13 +25,9 @@ EFFORT = case.SETTINGS.model_copy(
     update={
         "exact": case.EXACT.model_copy(
             update={
-                "proposal_draws": 2000,
-                "most_proposal_draws": 8000,
+                "effective_draws": 600,
                 "min_effective_draws": 200,
                 "draws": 1000,
-                "refinement": case.EXACT.refinement.model_copy(
-                    update={"draws": 600, "most_draws": 1500, "effective_draws": 150, "max_rounds": 5}
-                ),
             }
         )
     }

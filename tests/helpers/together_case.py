@@ -96,7 +96,7 @@ def joint_accuracy(settings: HierarchySettings, seed: int, draws: int = 2200) ->
     eta = np.array([40.0, 6.0, 25.0, 0.3, 0.3, 0.3])
     outlier = np.full(6, settings.outliers.supported)
     theta, measured = case.draw_members(eta, design, outlier, rng)
-    exact = settings.exact.model_copy(update={"proposal_draws": 20_000, "draws": draws})
+    exact = settings.exact.model_copy(update={"effective_draws": 4 * draws, "max_rounds": 40, "draws": draws})
     fine = settings.model_copy(update={"exact": exact, "shown_draws": draws, "draws": 4000})
     members = case.members_of(measured, cohort, ["supported"] * 6, [""] * 6, 20_000, fine.draws)
 

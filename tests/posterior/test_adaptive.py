@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from exact_case import PRIOR, SETTINGS, ToyModel, check_posterior, known_log_evidence
 
-from swesbi.posterior.adaptive import FIRST_DRAWS, MOST_ROUNDS, AdaptedDraws, adaptive_rounds
+from swesbi.posterior.adaptive import AdaptedDraws, adapted, adaptive_rounds
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.prior import in_bounds
 
 
 def last(model: ToyModel, seed: int = 1) -> AdaptedDraws:
-    *_, found = adaptive_rounds(model, SETTINGS, seed)
-    return found
+    return adapted(model, SETTINGS, seed)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -28,13 +27,13 @@ def test_it_finds_the_known_posterior_and_evidence(seed: int) -> None:
 def test_every_draw_of_every_round_counts_and_lies_within_the_prior() -> None:
     rounds = list(adaptive_rounds(ToyModel(), SETTINGS, 1))
     sizes = [len(found.weighted.phi) for found in rounds]
-    assert sizes[0] == FIRST_DRAWS
+    assert sizes[0] == SETTINGS.first_draws
     assert sizes == sorted(set(sizes))
     assert [found.reliable for found in rounds] == [False] * (len(rounds) - 1) + [True]
     weighted = rounds[-1].weighted
     assert in_bounds(weighted.phi, PRIOR).all()
     assert weighted.weight.sum() == pytest.approx(1.0)
-    assert weighted.from_prior.sum() == FIRST_DRAWS
+    assert weighted.from_prior.sum() == SETTINGS.first_draws
     np.testing.assert_array_equal(weighted.phi[: sizes[-2]], rounds[-2].weighted.phi)
 
 
@@ -46,9 +45,9 @@ def test_simulations_that_fail_have_no_weight() -> None:
 
 
 def test_it_ends_where_weights_never_become_reliable() -> None:
-    impossible = SETTINGS.model_copy(update={"min_effective_draws": 1e9})
+    impossible = SETTINGS.model_copy(update={"effective_draws": 10**9})
     rounds = list(adaptive_rounds(ToyModel(), impossible, 1))
-    assert len(rounds) == MOST_ROUNDS + 1
+    assert len(rounds) == SETTINGS.max_rounds + 1
     assert not rounds[-1].reliable
 
 

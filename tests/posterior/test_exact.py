@@ -27,11 +27,12 @@ from pydantic import ValidationError
 from swesbi.arrays import FloatArray
 from swesbi.artefacts import Provenance, load, save
 from swesbi.checks.calibration.ranks import standardised
+from swesbi.posterior.adaptive import PriorProposal
 from swesbi.posterior.exact import ExactPosterior, exact_posterior, exact_to_groups, read_exact_posterior
 from swesbi.posterior.result import read_exact_result
-from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
-from swesbi.prior import JointPriorSettings, draw_prior, log_density, to_logit
+from swesbi.prior import to_logit
 
 Z, COMPONENTS = np.array([0.5, -1.0, 2.0]), ("one", "two", "three")
 PROVENANCE = Provenance(POSTERIOR, "T", 1, {"a": 1}, "0" * 16)
@@ -39,7 +40,7 @@ PROVENANCE = Provenance(POSTERIOR, "T", 1, {"a": 1}, "0" * 16)
 
 @cache
 def posterior(width: float = 1.0, shift: float = 0.0, settings: ExactSettings = SETTINGS) -> ExactPosterior:
-    return exact_posterior(ToyModel(), proposal(width, shift), settings, 1)
+    return exact_posterior(ToyModel(), proposal(width, shift), settings, 1)[0]
 
 
 def written(path: Path, exact: ExactPosterior) -> Path:
@@ -58,9 +59,13 @@ def test_good_weights_are_used(width: float, shift: float) -> None:
     check_posterior(exact.phi, 1.0 / (1.0 / SETTINGS.draws + 1.0 / exact.effective_draws[0]))
 
 
+NEVER = SETTINGS.model_copy(update={"max_rounds": 0})
+"""A network that is wrong then has nothing to make up for it but MCMC."""
+
+
 @pytest.mark.parametrize(("width", "shift"), [(0.2, 2.0), (0.15, 0.0), (1.0, 6.0)])
 def test_the_sampler_takes_over_from_a_bad_proposal_and_is_right(width: float, shift: float) -> None:
-    exact = posterior(width, shift)
+    exact = posterior(width, shift, NEVER)
     assert exact.sampler == "mcmc"
     assert exact.converged
     assert exact.reasons
@@ -70,30 +75,40 @@ def test_the_sampler_takes_over_from_a_bad_proposal_and_is_right(width: float, s
         check_posterior(exact.npe_phi, 1000)
 
 
+@pytest.mark.parametrize(("width", "shift"), [(0.2, 2.0), (0.15, 0.0), (1.0, 6.0), (0.2, 15.0)])
+def test_rounds_make_up_for_a_bad_proposal(width: float, shift: float) -> None:
+    exact, efficiency = exact_posterior(ToyModel(), proposal(width, shift), SETTINGS, 2)
+    assert exact.sampler == "importance"
+    assert efficiency[0] < 0.5 * efficiency[-1]
+    assert exact.efficiency == efficiency[-1]
+    assert exact.effective_draws.min() >= SETTINGS.effective_draws
+    check_posterior(exact.phi, 1.0 / (1.0 / SETTINGS.draws + 1.0 / exact.effective_draws[0]))
+
+
 def test_each_criterion_calls_the_sampler_alone() -> None:
-    strict = SETTINGS.model_copy(update={"max_k_hat": 0.01})
+    strict = NEVER.model_copy(update={"max_k_hat": 0.01, "min_effective_draws": 100})
     by_k_hat = posterior(0.8, settings=strict)
     assert by_k_hat.sampler == "mcmc"
     assert [reason.split()[1] for reason in by_k_hat.reasons] == ["Pareto"]
     assert by_k_hat.k_hat_limit == 0.01
-    by_number = posterior(settings=SETTINGS.model_copy(update={"min_effective_draws": 7600}))
+    by_number = posterior(settings=NEVER.model_copy(update={"min_effective_draws": 950}))
     assert by_number.sampler == "mcmc"
     (reason,) = by_number.reasons
-    assert re.fullmatch(r"7[23]\d\d of 8000 weighted draws are effective, fewer than 7600", reason)
+    assert re.fullmatch(r"9\d\d of 1000 weighted draws are effective, fewer than 950", reason)
 
 
-def test_more_draws_are_weighted_before_the_sampler_takes_over() -> None:
-    short = {"proposal_draws": 1000, "min_effective_draws": 3000}
-    exact = posterior(settings=SETTINGS.model_copy(update=short))
+def test_rounds_end_where_they_are_asked_to_and_fewer_draws_are_still_accepted() -> None:
+    few = posterior(settings=asking(SETTINGS, 300))
+    assert len(few.weighted.phi) == SETTINGS.first_draws
+    short = SETTINGS.model_copy(update={"effective_draws": 10**6, "max_rounds": 1})
+    exact = posterior(settings=short)
     assert exact.sampler == "importance"
-    assert len(exact.weighted.phi) == SETTINGS.most_proposal_draws
-    assert exact.efficiency * len(exact.weighted.phi) >= 3000
-    check_posterior(exact.phi, 3000)
+    assert len(exact.weighted.phi) == SETTINGS.first_draws + SETTINGS.round_draws
 
 
 def test_a_sampler_that_does_not_converge_is_recorded(tmp_path: Path) -> None:
     mcmc = SETTINGS.mcmc.model_copy(update={"max_steps": 500, "max_r_hat": 1.00001})
-    exact = posterior(0.2, 2.0, SETTINGS.model_copy(update={"mcmc": mcmc}))
+    exact = posterior(0.2, 2.0, NEVER.model_copy(update={"mcmc": mcmc}))
     assert not exact.converged
     assert "MCMC has not converged" in exact.reasons[-1]
     assert "after 500 steps" in exact.reasons[-1]
@@ -102,9 +117,9 @@ def test_a_sampler_that_does_not_converge_is_recorded(tmp_path: Path) -> None:
     assert read.reasons == exact.reasons
 
 
-@pytest.mark.parametrize(("width", "shift"), [(1.0, 0.0), (0.2, 2.0)])
-def test_the_artefact_reads_back(tmp_path: Path, width: float, shift: float) -> None:
-    exact = posterior(width, shift)
+@pytest.mark.parametrize("settings", [SETTINGS, NEVER])
+def test_the_artefact_reads_back(tmp_path: Path, settings: ExactSettings) -> None:
+    exact = posterior(0.2, 2.0, settings)
     read = read_exact_posterior(written(tmp_path / "posterior.h5", exact))
     for name in ("phi", "npe_phi", "r_hat", "effective_draws"):
         np.testing.assert_array_equal(getattr(read, name), getattr(exact, name))
@@ -124,29 +139,15 @@ class WideModel:
         return -0.5 * (standardised(phi, self.settings.prior) ** 2).sum(axis=1)
 
 
-@dataclass(frozen=True)
-class PriorDraws:
-    """The prior as a proposal."""
-
-    prior: JointPriorSettings
-
-    def draw(self, draws: int, seed: int) -> FloatArray:
-        return draw_prior(self.prior, draws, np.random.default_rng(seed))
-
-    def log_density(self, phi: FloatArray) -> FloatArray:
-        return log_density(phi, self.prior)
-
-
 FEW = SETTINGS.model_copy(
     update={
-        "proposal_draws": 2000,
-        "most_proposal_draws": 2000,
+        "effective_draws": 100,
         "draws": 500,
         "min_effective_draws": 20,
         "mcmc": SETTINGS.mcmc.model_copy(update={"steps": 40, "max_steps": 40}),
     }
 )
-BY_MCMC = FEW.model_copy(update={"min_effective_draws": 1999})
+BY_MCMC = FEW.model_copy(update={"max_rounds": 0, "min_effective_draws": 1999})
 
 
 @pytest.mark.parametrize(("settings", "sampler"), [(FEW, "importance"), (BY_MCMC, "mcmc")])
@@ -155,7 +156,7 @@ def test_nuisances_are_kept_beside_what_is_reported(
     tmp_path: Path, name: str, nuisances: int, settings: ExactSettings, sampler: str
 ) -> None:
     prior = speed_case.settings(name).prior
-    exact = exact_posterior(WideModel(ToySettings(prior)), PriorDraws(prior), settings, 1)
+    exact = exact_posterior(WideModel(ToySettings(prior)), PriorProposal(prior), settings, 1)[0]
     path = tmp_path / "posterior.h5"
     save(path, exact_to_groups(exact, Z, COMPONENTS, prior, settings), PROVENANCE)
     read, shown = read_exact_posterior(path), read_exact_result(path)
@@ -200,12 +201,11 @@ def test_the_artefact_is_a_posterior_like_any_other(tmp_path: Path) -> None:
     assert opened.posterior["passive_scale_kpa"].attrs["units"] == "kPa"
 
 
-@pytest.mark.parametrize(("width", "shift"), [(1.0, 0.0), (0.2, 2.0)])
-def test_artefacts_repeat_to_the_byte(tmp_path: Path, width: float, shift: float) -> None:
-    first = written(tmp_path / "first.h5", posterior(width, shift)).read_bytes()
-    again = exact_posterior(ToyModel(), proposal(width, shift), SETTINGS, 1)
+@pytest.mark.parametrize("settings", [SETTINGS, NEVER])
+def test_artefacts_repeat_to_the_byte(tmp_path: Path, settings: ExactSettings) -> None:
+    first = written(tmp_path / "first.h5", posterior(0.2, 2.0, settings)).read_bytes()
+    again, other = (exact_posterior(ToyModel(), proposal(0.2, 2.0), settings, seed)[0] for seed in (1, 2))
     assert written(tmp_path / "again.h5", again).read_bytes() == first
-    other = exact_posterior(ToyModel(), proposal(width, shift), SETTINGS, 2)
     assert not np.array_equal(other.phi, again.phi)
 
 
@@ -214,34 +214,38 @@ def test_settings_that_cannot_work_are_refused() -> None:
         ExactSettings.from_plain({**SETTINGS.to_plain(), "draws": 50_000})
 
 
-def test_weights_serve_on_the_speed_model() -> None:
-    settings = SETTINGS.model_copy(update={"proposal_draws": 4000, "min_effective_draws": 400, "draws": 2000})
-    exact = exact_posterior(speed_case.model(), fitted(speed_case.model()), settings, 1)
-    assert exact.sampler == "importance"
-    assert exact.efficiency > 0.5
-    low, high = np.quantile(exact.phi, [0.02, 0.98], axis=0)
-    assert np.all((low < speed_case.PHI) & (high > speed_case.PHI))
+def test_effective_draws_that_are_sought_are_no_fewer_than_those_that_are_needed() -> None:
+    with pytest.raises(ValidationError, match="is less than min_effective_draws = 800"):
+        ExactSettings.from_plain({**SETTINGS.to_plain(), "effective_draws": 700})
 
 
 @pytest.mark.slow
 def test_weights_and_sampler_agree_on_the_speed_model() -> None:
-    good = fitted(speed_case.model())
-    weighted = exact_posterior(speed_case.model(), good, SETTINGS, 1)
+    good, prior = fitted(speed_case.model()), speed_case.settings().prior
     moved = good.mean + 2.0 * np.sqrt(np.diag(good.covariance))
     bad = LogitNormal(moved, 0.01 * good.covariance, good.prior)
-    sampled = exact_posterior(speed_case.model(), bad, SETTINGS, 1)
-    assert (weighted.sampler, sampled.sampler) == ("importance", "mcmc")
-    one, other = (to_logit(part.phi, speed_case.settings().prior) for part in (weighted, sampled))
-    sd, error = one.std(axis=0), 4.0 / np.sqrt(np.minimum(sampled.effective_draws, SETTINGS.draws))
-    assert np.all(np.abs(one.mean(axis=0) - other.mean(axis=0)) / sd < error)
-    # widths of the 90 % intervals, since the standard deviation of k_SR hangs on its long tail
-    width, width_of_other = (np.ptp(np.quantile(part, (0.05, 0.95), axis=0), axis=0) for part in (one, other))
-    assert np.all(np.abs(width_of_other / width - 1.0) < error)
+    model = speed_case.model()
+    weighted = [exact_posterior(model, network, SETTINGS, 1)[0] for network in (good, bad, None)]
+    sampled, _ = exact_posterior(model, bad, NEVER, 1)
+    assert [part.sampler for part in weighted] == ["importance"] * 3
+    assert sampled.sampler == "mcmc"
+    other = to_logit(sampled.phi, prior)
+    for part in weighted:
+        low, high = np.quantile(part.phi, [0.02, 0.98], axis=0)
+        assert np.all((low < speed_case.PHI) & (high > speed_case.PHI))
+        one = to_logit(part.phi, prior)
+        effective = np.minimum(sampled.effective_draws, part.effective_draws)
+        sd, error = one.std(axis=0), 4.0 / np.sqrt(np.minimum(effective, SETTINGS.draws))
+        assert np.all(np.abs(one.mean(axis=0) - other.mean(axis=0)) / sd < error)
+        # widths of the 90 % intervals, since the standard deviation of k_SR hangs on its long tail
+        widths = [np.ptp(np.quantile(draws, (0.05, 0.95), axis=0), axis=0) for draws in (one, other)]
+        assert np.all(np.abs(widths[1] / widths[0] - 1.0) < error)
 
 
 def test_a_proposal_far_from_the_posterior_is_no_excuse() -> None:
     """Draws of the proposal all lie in another corner of the prior."""
     corner = LogNormal(np.log([90.0, 12.0, 15.0, 4.0]), 0.01 * np.eye(4))
-    exact = exact_posterior(ToyModel(), corner, SETTINGS, 3)
-    assert exact.sampler == "mcmc"
-    check_posterior(exact.phi, 0.5 * exact.effective_draws.min())
+    for settings, sampler in ((SETTINGS, "importance"), (NEVER, "mcmc")):
+        exact, _ = exact_posterior(ToyModel(), corner, settings, 3)
+        assert exact.sampler == sampler
+        check_posterior(exact.phi, 0.5 * exact.effective_draws.min())

@@ -8,21 +8,20 @@ import numpy as np
 import pytest
 import speed_case
 import spline_case
+from exact_case import SETTINGS
 from scipy.stats import multivariate_normal, norm
 
 from swesbi.arrays import FloatArray
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.networks.spline.flow import FlowProposal, flow_proposal
+from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.extended import ExtendedProposal, OnePrior, extended_proposal
 from swesbi.posterior.importance import HasPrior, weigh
-from swesbi.posterior.refine import refine
-from swesbi.posterior.settings import RefinementSettings
 from swesbi.posterior.space import LogitSpace, Space
 from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, level, log_density, quantile
 
 FACTOR = speed_case.shipped().clinical.stressed_volume_factor
-REFINEMENT: RefinementSettings = speed_case.shipped().speed_experiments["calibrated"].exact.refinement
 
 
 def flow() -> tuple[JointPriorSettings, FlowProposal]:
@@ -174,8 +173,8 @@ def test_weights_give_the_posterior_of_a_gaussian_case() -> None:
     np.testing.assert_allclose(spread / np.outer(sd, sd), covariance / np.outer(sd, sd), atol=0.06)
 
 
-def test_refinement_learns_what_the_factor_has_to_do_with_the_rest() -> None:
+def test_rounds_learn_what_the_factor_has_to_do_with_the_rest() -> None:
     model, made, _, _ = gaussian_case()
-    found = refine(model, made, REFINEMENT, seed=8)
-    assert found.efficiency[0] < 0.2
-    assert max(found.efficiency) > 0.3
+    found = [one.weighted.efficiency for one in adaptive_rounds(model, SETTINGS, 8, made)]
+    assert found[0] < 0.2
+    assert found[-1] > 0.3

@@ -25,7 +25,7 @@ from swesbi.draws import median_and_interval
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.adaptive import adaptive_rounds
-from swesbi.posterior.from_prior import posterior_from_prior
+from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import resample, weigh
 from swesbi.prior import draw_prior
 from swesbi.recording.free_observation import KIND, ingest_free
@@ -37,7 +37,7 @@ from swesbi.verdict.settings import PublishedSpeed
 from swesbi.verdict.without_null import residual_test
 
 FloatArray = NDArray[np.float64]
-SETTINGS = exact_case.SETTINGS.model_copy(update={"min_effective_draws": 1500})
+SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
 
 
 def as_pushes(gated: SpeedRecording, repeats: int, seed: int = 1) -> SpeedRecording:
@@ -58,7 +58,7 @@ def test_a_gated_recording_as_pushes_has_its_gated_posterior() -> None:
     """Quantiles agree within Monte Carlo error, from the prior on and from a fitted proposal."""
     gated = speed_case.model()
     pushes = replace(gated, recording=as_pushes(gated.recording, 3))
-    free = posterior_from_prior(FreeModel(pushes, np.repeat(np.arange(20), 3), 0.0), SETTINGS, 3, "test")
+    free = exact_posterior(FreeModel(pushes, np.repeat(np.arange(20), 3), 0.0), None, SETTINGS, 3)[0]
     assert free.converged
     weighted = weigh(gated, exact_case.fitted(gated), 8000, 0.1, 5)
     known = resample(weighted, 4000, np.random.default_rng(6))

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import exact_case
 import free_case
 import numpy as np
 import pandas as pd
@@ -27,12 +26,7 @@ from swesbi.base import Settings
 from swesbi.checks.free_predictive import read_free_predictive
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.posterior.importance import weigh
-from swesbi.posterior.refine import FittedProposal, refine
 from swesbi.posterior.result import read_exact_result
-from swesbi.posterior.space import LogitSpace
-from swesbi.posterior.student import StudentProposal
-from swesbi.prior import JointPriorSettings, draw_prior, log_density
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.free_observation import read_free_observation
 from swesbi.recording.noise import compare_noise, mean_errors
@@ -92,59 +86,6 @@ def test_what_only_steers_the_network_is_shown_to_it_as_the_nearest_value_that_i
 @pytest.fixture(scope="module")
 def model() -> SpeedModel:
     return speed_case.model()
-
-
-REFINEMENT = exact_case.SETTINGS.refinement
-
-
-@dataclass(frozen=True)
-class PriorDraws:
-    """The prior as a proposal."""
-
-    prior: JointPriorSettings
-
-    def draw(self, draws: int, seed: int) -> FloatArray:
-        return draw_prior(self.prior, draws, np.random.default_rng(seed))
-
-    def log_density(self, phi: FloatArray) -> FloatArray:
-        return log_density(phi, self.prior)
-
-
-def corner(model: SpeedModel) -> FittedProposal:
-    """A proposal that puts its draws where the posterior has nothing."""
-    student = StudentProposal(np.full(4, 3.0), 0.05 * np.eye(4))
-    return FittedProposal(student, LogitSpace(model.settings.prior))
-
-
-@pytest.mark.slow
-def test_a_proposal_in_the_wrong_place_is_refined_until_its_weights_are_good(model: SpeedModel) -> None:
-    refined = refine(model, corner(model), REFINEMENT, 1)
-    assert refined.efficiency[0] < 0.05
-    assert refined.efficiency[-1] > 0.15
-    first = weigh(model, PriorDraws(model.settings.prior), 200_000, 0.5, 2)
-    weighted = weigh(model, refined.proposal, 20_000, 0.1, 3)
-    assert weighted.k_hat < 0.7
-    for j in range(4):
-        slow, fast = (np.average(np.log(w.phi[:, j]), weights=w.weight) for w in (first, weighted))
-        sd = np.sqrt(np.average((np.log(first.phi[:, j]) - slow) ** 2, weights=first.weight))
-        assert abs(slow - fast) < 0.1 * sd
-
-
-def test_a_mixture_s_density_integrates_to_one(model: SpeedModel) -> None:
-    prior = model.settings.prior
-    wide = FittedProposal(StudentProposal(np.zeros(4), 0.5 * np.eye(4)), LogitSpace(prior))
-    refined = refine(model, wide, REFINEMENT.model_copy(update={"max_rounds": 1}), 1)
-    assert len(refined.efficiency) == 2
-    phi = draw_prior(prior, 100_000, np.random.default_rng(4))
-    ratio = np.exp(refined.proposal.log_density(phi) - log_density(phi, prior))
-    assert abs(ratio.mean() - 1.0) < 4.0 * ratio.std() / np.sqrt(len(ratio))
-
-
-def test_a_good_proposal_is_left_alone(model: SpeedModel) -> None:
-    good = refine(model, corner(model), REFINEMENT, 1).proposal
-    again = refine(model, good, REFINEMENT.model_copy(update={"min_efficiency": 0.1}), 1)
-    assert again.proposal is good
-    assert len(again.efficiency) == 1
 
 
 def test_other_limits_of_quality_control_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,7 +25,7 @@ from swesbi.recording.free_observation import read_free_observation
 from swesbi.show.answers_table import read_answers
 from swesbi.study.answering import FREE_OUTPUTS
 
-SETTINGS = exact_case.SETTINGS.model_copy(update={"min_effective_draws": 1500})
+SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
 
 
 def waves(seed: int, events: tuple[str, ...] = ("mvc", "avc"), beats: int = 4) -> pd.DataFrame:

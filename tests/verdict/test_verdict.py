@@ -208,11 +208,11 @@ def test_a_subject_is_compared_with_the_others_of_the_cohort(tmp_path: Path) -> 
         _others(path, "X")
 
 
-def test_the_network_is_said_to_be_refined_to_the_best_of_its_rounds() -> None:
-    test = network_test((0.012, 0.31, 0.28), 0.3)
+def test_it_is_said_how_well_the_network_knew_and_what_rounds_made_of_it() -> None:
+    test = network_test((0.012, 0.19, 0.28))
     assert (test.statistic, test.threshold, test.flagged) == (0.012, 0.3, False)
     assert test.detail == (
-        "1.2% of the network's own draws are effective; the best of 2 proposals fitted to the recording "
-        "brought it to 31%"
+        "1.2% of the network's own draws are effective; after 2 rounds fitted to the recording, "
+        "28% of all draws are"
     )
-    assert network_test((0.4,), 0.3).detail == "40.0% of the network's own draws are effective"
+    assert network_test((0.4,)).detail == "40.0% of the network's own draws are effective"

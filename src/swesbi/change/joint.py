@@ -15,9 +15,8 @@ from swesbi.change.settings import ChangeSettings
 from swesbi.change.transport import joined_proposal
 from swesbi.change.visits import VisitsModel
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
-from swesbi.posterior.refine import refine
 from swesbi.posterior.space import Space
-from swesbi.seeds import generator, integer_seed
+from swesbi.seeds import generator
 
 STREAM = "change"
 
@@ -49,7 +48,7 @@ class Change:
         quantities: Theta and attained stiffness of each; NaN where there is no beat; shape (2, n, 4).
         ratios: Of the later visit to the earlier.
         one_person: Whether both can be of one person.
-        efficiency: Of the first proposal and of each that was fitted after it.
+        efficiency: Of all draws after each round, of the first proposal first.
     """
 
     exact: ExactPosterior
@@ -80,9 +79,8 @@ def infer_change(
         raise ValueError(f"{len(model.models)} visits: a change is between two")
     coupling = model.coupling
     visits = [normal_visit(each.phi, coupling.prior, each.effective_draws) for each in own]
-    seeds = [integer_seed(seed, STREAM, *name, part) for part in ("refined", "exact")]
-    refined = refine(model, _first(model, own, visits), settings.exact.refinement, seeds[0])
-    exact = exact_posterior(model, refined.proposal, settings.exact, seeds[1])
+    first = _first(model, own, visits)
+    exact, efficiency = exact_posterior(model, first, settings.exact, seed, STREAM, *name)
     phi = model.phi(exact.phi)
     quantities = np.stack([quantities_of(one, rows) for one, rows in zip(model.models, phi, strict=True)])
     rng = generator(seed, STREAM, *name, "independent")
@@ -101,7 +99,7 @@ def infer_change(
         one_person=judge_one_person(
             visits, coupling.shares, factor, rule.one_person_level, rule.null_draws, rng
         ),
-        efficiency=refined.efficiency,
+        efficiency=efficiency,
     )
 
 

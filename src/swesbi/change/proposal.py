@@ -17,7 +17,7 @@ from scipy.linalg import block_diag
 from swesbi.arrays import FloatArray
 from swesbi.change.visits import Coupling, VisitsPrior, normal_scores, of_scores
 from swesbi.draws import equal_weights
-from swesbi.posterior.refine import FittedProposal
+from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
 from swesbi.prior import JointPriorSettings, log_density
 

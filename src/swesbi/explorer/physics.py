@@ -8,7 +8,7 @@ from typing import Final
 from swesbi import syntax
 from swesbi.heart.model import options_of
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.translation.program import Loop, Program
 from swesbi.translation.values import literal
 from swesbi.verdict.settings import RuleSettings
@@ -59,7 +59,7 @@ KNOWN_CLASSES: Final = (
     "swesbi.prior.JointPriorSettings",
     "swesbi.prior.NuisanceSettings",
     "swesbi.posterior.adaptive.PriorProposal",
-    "swesbi.posterior.refine.FittedProposal",
+    "swesbi.posterior.fitted.FittedProposal",
     "swesbi.posterior.space.LogitSpace",
     "swesbi.posterior.student.StudentProposal",
     "swesbi.posterior.student.StudentMixture",
@@ -71,7 +71,8 @@ def physics(settings: SpeedModelSettings, exact: ExactSettings, rule: RuleSettin
 
     Args:
         settings: The model: ``physics.settings``.
-        exact: Sizes and criteria of exact posteriors: ``physics.exact``.
+        exact: Sizes and criteria of exact posteriors, of which the page is content with the least effective
+            draws: ``physics.exact``.
         rule: Levels and tolerances of the verdict: ``physics.rule``.
 
     Raises:
@@ -90,7 +91,11 @@ def physics(settings: SpeedModelSettings, exact: ExactSettings, rule: RuleSettin
     names = [program.reference(root) for root in ROOTS]
     given = [
         f"const {name} = {literal(value, program.of_value)};"
-        for name, value in (("settings", settings), ("exact", exact), ("rule", rule))
+        for name, value in (
+            ("settings", settings),
+            ("exact", asking(exact, exact.min_effective_draws)),
+            ("rule", rule),
+        )
     ]
     held = f"const physics = {{ settings, exact, rule, {', '.join(names)} }};"
     return "\n".join([program.text(), *given, held, ""])

@@ -10,8 +10,8 @@ import numpy as np
 from swesbi.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import OF_THETA
-from swesbi.posterior.exact import read_exact_posterior
-from swesbi.posterior.refine import fit_in_nearest, refined_posterior
+from swesbi.posterior.exact import exact_posterior, read_exact_posterior
+from swesbi.posterior.fitted import fit_in_nearest
 from swesbi.posterior.result import MCMC
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import LogitSpace
@@ -60,5 +60,5 @@ def drawn_anew(
     joint = model.settings.prior.model_copy(update={"theta": prior})
     narrowed = replace(model, settings=model.settings.model_copy(update={"prior": joint}))
     proposal = fit_in_nearest([LogitSpace(joint)], phi, log_weight + log_ratio, seed)
-    exact, _ = refined_posterior(narrowed, proposal, settings, seed, "anew")
+    exact, _ = exact_posterior(narrowed, proposal, settings, seed, "anew")
     return np.asarray(exact.phi[:, OF_THETA])

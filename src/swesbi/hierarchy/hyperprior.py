@@ -11,8 +11,7 @@ from swesbi.arrays import FloatArray
 from swesbi.hierarchy.cohort import AGE, HEART_RATE, SEX, Design
 from swesbi.hierarchy.settings import HyperpriorSettings
 from swesbi.parameters import THETA_NAMES
-from swesbi.prior import ParameterPrior, PriorSettings, draw_prior, log_density
-from swesbi.seeds import generator
+from swesbi.prior import ParameterPrior, PriorSettings
 
 MEDIAN: Final = "median"
 SPREAD: Final = "spread"
@@ -38,21 +37,6 @@ class Hyperprior:
     def names(self) -> tuple[str, ...]:
         """Names of the 3 r hyperparameters."""
         return tuple(f"{row} {parameter}" for row in self.rows for parameter in THETA_NAMES)
-
-
-@dataclass(frozen=True)
-class HyperpriorProposal:
-    """The hyperprior as a first proposal."""
-
-    prior: Hyperprior
-
-    def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw eta (draws, 3 r)."""
-        return draw_prior(self.prior, draws, generator(seed, "hyperprior"))
-
-    def log_density(self, phi: FloatArray) -> FloatArray:
-        """Return the log density at eta (n, 3 r); shape (n,)."""
-        return log_density(phi, self.prior)
 
 
 def hyperprior_of(design: Design, theta: PriorSettings, settings: HyperpriorSettings) -> Hyperprior:

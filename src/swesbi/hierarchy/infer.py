@@ -10,15 +10,17 @@ import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.hierarchy.cohort import Design, Member, design_of
-from swesbi.hierarchy.hyperprior import Hyperprior, HyperpriorProposal, hyperprior_of
+from swesbi.hierarchy.hyperprior import Hyperprior, hyperprior_of
 from swesbi.hierarchy.model import CohortModel, PopulationSettings
 from swesbi.hierarchy.ratio import RatioPrior
 from swesbi.hierarchy.refresh import DrawSet, combined, shrunken_prior
 from swesbi.hierarchy.settings import HierarchySettings
 from swesbi.hierarchy.shrinkage import Shrunken, shrink
+from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
-from swesbi.posterior.importance import Proposal, resample, weigh
-from swesbi.posterior.refine import refine
+from swesbi.posterior.importance import resample
+from swesbi.posterior.settings import asking
+from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import PriorSettings
 from swesbi.seeds import generator, integer_seed
 
@@ -26,7 +28,7 @@ MANY: Final = 100
 """Subjects from which the way from the hyperprior is sought by a rough likelihood first, to save time."""
 STREAM: Final = "cohort posterior"
 GLANCE: Final = 400
-"""Draws of the population by which subjects are found that lack draws."""
+"""Draws of the population, effective ones too, by which subjects are found that lack draws."""
 Redraw = Callable[[str, PriorSettings, int], FloatArray]
 """Draws theta (n, 3) anew of a subject's posterior under another prior of theta, by a seed."""
 
@@ -105,9 +107,14 @@ def infer_population(
     """Infer what is asked of some subjects, each person once; arguments as of :func:`infer_cohort`."""
     sets = [[DrawSet(member.theta, posed.quantity)] for member in members]
     model = _model(members, posed, sets, settings)
-    proposal = _refined(model, _first(model, settings, seed), settings, seed, 0)
+    first: PlacedProposal | None = None
+    if len(members) >= MANY:
+        rough, few = model.thinned(settings.rough_draws), asking(settings.exact, GLANCE)
+        first = adapted(rough, few, integer_seed(seed, STREAM, "rough")).proposal
     for number in range(settings.refreshes if redraw is not None else 0):
-        eta = _glance(model, proposal, settings, seed, number)
+        stream = integer_seed(seed, STREAM, "glance", number)
+        glance = adapted(model, asking(settings.exact, GLANCE), stream, first)
+        eta = resample(glance.weighted, GLANCE, np.random.default_rng(stream))
         lacking = _lacking(model, eta, settings, seed)
         if redraw is None or not lacking:
             break
@@ -115,9 +122,8 @@ def infer_population(
             narrower, name = shrunken_prior(model, eta, subject), members[subject].subject
             anew = redraw(name, narrower, integer_seed(seed, STREAM, "anew", name, number))
             sets[subject].append(DrawSet(anew[: settings.draws], narrower))
-        model = _model(members, posed, sets, settings)
-        proposal = _refined(model, proposal, settings, seed, number + 1)
-    exact = exact_posterior(model, proposal, settings.exact, integer_seed(seed, STREAM, "exact"))
+        model, first = _model(members, posed, sets, settings), glance.proposal
+    exact, _ = exact_posterior(model, first, settings.exact, seed, STREAM)
     eta = exact.phi[: settings.shown_draws]
     return Inferred(
         members=tuple(members),
@@ -130,32 +136,6 @@ def infer_population(
         refreshed=tuple(len(one) - 1 for one in sets),
         interval=settings.exact.interval,
     )
-
-
-def _first(model: CohortModel, settings: HierarchySettings, seed: int) -> Proposal:
-    """Return the hyperprior; for a large cohort what a rough likelihood makes of it."""
-    proposal = HyperpriorProposal(model.settings.prior)
-    if len(model.recycled) < MANY:
-        return proposal
-    rough = model.thinned(settings.rough_draws)
-    return refine(rough, proposal, settings.exact.refinement, integer_seed(seed, STREAM, "rough")).proposal
-
-
-def _refined(
-    model: CohortModel, first: Proposal, settings: HierarchySettings, seed: int, number: int
-) -> Proposal:
-    return refine(
-        model, first, settings.exact.refinement, integer_seed(seed, STREAM, "refined", number)
-    ).proposal
-
-
-def _glance(
-    model: CohortModel, proposal: Proposal, settings: HierarchySettings, seed: int, number: int
-) -> FloatArray:
-    """Return a few draws eta (m, k) of the population, enough to see who lacks draws."""
-    rounds, stream = settings.exact.refinement, integer_seed(seed, STREAM, "glance", number)
-    weighted = weigh(model, proposal, rounds.draws, rounds.prior_fraction, stream)
-    return resample(weighted, GLANCE, np.random.default_rng(stream))
 
 
 def _lacking(model: CohortModel, eta: FloatArray, settings: HierarchySettings, seed: int) -> list[int]:

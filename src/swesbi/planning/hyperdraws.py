@@ -23,14 +23,16 @@ from swesbi.arrays import FloatArray
 from swesbi.change.groups import ratio_hyperprior
 from swesbi.change.settings import ChangeGroupsSettings
 from swesbi.hierarchy.cohort import Design
-from swesbi.hierarchy.hyperprior import Hyperprior, HyperpriorProposal, hyperprior_of
+from swesbi.hierarchy.hyperprior import Hyperprior, hyperprior_of
 from swesbi.hierarchy.model import CohortModel, PopulationSettings, equal_draws
 from swesbi.hierarchy.ratio import RatioPrior
 from swesbi.hierarchy.settings import HierarchySettings
 from swesbi.planning.bank import ARMS, EFFECT, NONE, Bank
 from swesbi.planning.settings import GROUPS, PAIRED, PlannedStudiesSettings
+from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.importance import Proposal
-from swesbi.posterior.refine import refine
+from swesbi.posterior.settings import asking
+from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import PriorSettings, draw_prior, log_density
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
@@ -39,6 +41,7 @@ STREAM: Final = "plan"
 WIDER: Final = 2.5
 """Variance of what a proposal is fitted to, over that of a study's posterior."""
 PRIOR_FRACTION: Final = 0.05
+EFFECTIVE_DRAWS: Final = 400  # to which a proposal is fitted: twenty for each hyperparameter
 TREATED: Final = "treated"
 
 
@@ -185,15 +188,15 @@ def _proposals(
 ) -> list[Proposal]:
     """Return a proposal for each size of study, with the effect and without."""
     found: list[Proposal] = []
-    rough, rounds = by.cohort.rough_draws, by.cohort.exact.refinement
+    rough, rounds = by.cohort.rough_draws, asking(by.cohort.exact, EFFECTIVE_DRAWS)
     progress = Progress("hyperparameters of studies", len(settings.proposal_sizes) * len(ARMS), unit="size")
     for arm in (EFFECT, NONE):
         model = _whole(bank, arm, design, prior, by).thinned(rough)
-        first: Proposal = HyperpriorProposal(prior)
+        first: PlacedProposal | None = None
         for size in sorted(settings.proposal_sizes):
             power = size * (2 if design == GROUPS else 1) / (WIDER * len(model.recycled))
             stream = integer_seed(seed, STREAM, arm, size)
-            first = refine(_Tempered(model, power), first, rounds, stream).proposal
+            first = adapted(_Tempered(model, power), rounds, stream, first).proposal
             found.append(first)
             progress.step()
     return found

@@ -18,32 +18,27 @@ import numpy as np
 from scipy.special import logsumexp
 
 from swesbi.arrays import FloatArray
+from swesbi.posterior.fitted import fit_in_nearest
 from swesbi.posterior.importance import (
     LikelihoodModel,
     NoLikelihoodError,
-    Proposal,
     WeightedDraws,
     evidence,
     k_hat_limit,
     smooth,
 )
-from swesbi.posterior.refine import fit_in_nearest
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import LogitSpace, PlacedProposal, Space
 from swesbi.prior import BoxPrior, draw_prior, log_density
 from swesbi.seeds import generator, integer_seed
 
-FIRST_DRAWS: Final = 1000  # of the first round
-PRIOR_DRAWS: Final = 100  # of these where there is a network
 SEARCH_DRAWS: Final = 300  # of a proposal on the way, while fewer than ``FOUND_DRAWS`` are effective
 FOUND_DRAWS: Final = 60
-ROUND_DRAWS: Final = 1500  # of a proposal that is near the posterior
-MOST_ROUNDS: Final = 30
 
 
 @dataclass(frozen=True)
 class PriorProposal:
-    """The prior as the first proposal."""
+    """The prior as the first proposal, placed in the logit of its box."""
 
     prior: BoxPrior
 
@@ -55,6 +50,14 @@ class PriorProposal:
         """Return log p(phi), per unit of phi, of phi (n, d); shape (n,)."""
         return log_density(phi, self.prior)
 
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return eta (n, d) of phi (n, d), and log |deta / dphi| of shape (n,)."""
+        return LogitSpace(self.prior).place(phi)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return phi (n, d) of eta (n, d)."""
+        return LogitSpace(self.prior).at(u)
+
 
 @dataclass(frozen=True)
 class AdaptedDraws:
@@ -62,11 +65,13 @@ class AdaptedDraws:
 
     Attributes:
         weighted: All draws with their weights.
-        reliable: Pareto shape and effective draws meet the criteria of exact posteriors.
+        reliable: Pareto shape and effective draws are those at which rounds end.
+        proposal: What the last of them come from.
     """
 
     weighted: WeightedDraws
     reliable: bool
+    proposal: PlacedProposal
 
 
 def adaptive_rounds(
@@ -84,11 +89,12 @@ def adaptive_rounds(
         NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
     prior = model.settings.prior
-    parts: list[Proposal] = [PriorProposal(prior)]
-    counts = [FIRST_DRAWS]
+    parts: list[PlacedProposal] = [PriorProposal(prior)]
+    counts = [settings.first_draws]
     spaces: list[Space] = [LogitSpace(prior)]
     if network is not None:
-        counts = [PRIOR_DRAWS, FIRST_DRAWS - PRIOR_DRAWS]
+        of_prior = round(settings.prior_fraction * settings.first_draws)
+        counts = [of_prior, settings.first_draws - of_prior]
         parts, spaces = [*parts, network], [network, *spaces]
     names = ("prior", "network")
     phi = np.concatenate(
@@ -99,16 +105,17 @@ def adaptive_rounds(
     )
     log_parts = [part.log_density(phi) for part in parts]
     log_likelihood = model.log_likelihood(phi)
-    for number in range(MOST_ROUNDS + 1):
+    for number in range(settings.max_rounds + 1):
         weighted = weighted_by_all(phi, log_likelihood, log_parts, counts)
         reliable = is_reliable(weighted, settings)
-        yield AdaptedDraws(weighted, reliable)
-        if reliable or number == MOST_ROUNDS:
+        yield AdaptedDraws(weighted, reliable, parts[-1])
+        if reliable or number == settings.max_rounds:
             return
         stream = integer_seed(seed, "adaptive", number)
         found = weighted.efficiency * len(phi) >= FOUND_DRAWS
         proposal = fit_in_nearest(spaces, phi, weighted.log_weight, stream)
-        drawn = proposal.draw(ROUND_DRAWS if found else SEARCH_DRAWS, integer_seed(stream, "draws"))
+        count = settings.round_draws if found else min(SEARCH_DRAWS, settings.round_draws)
+        drawn = proposal.draw(count, integer_seed(stream, "draws"))
         # what is known of earlier draws is kept: each part meets the new ones, the new part meets all
         log_parts = [
             np.concatenate([known, part.log_density(drawn)])
@@ -119,6 +126,14 @@ def adaptive_rounds(
         parts.append(proposal)
         counts.append(len(drawn))
         log_parts.append(proposal.log_density(phi))
+
+
+def adapted(
+    model: LikelihoodModel, settings: ExactSettings, seed: int, network: PlacedProposal | None = None
+) -> AdaptedDraws:
+    """Return the draws after the last round; arguments and errors as of :func:`adaptive_rounds`."""
+    *_, last = adaptive_rounds(model, settings, seed, network)
+    return last
 
 
 def weighted_by_all(
@@ -159,7 +174,7 @@ def weighted_by_all(
 
 
 def is_reliable(weighted: WeightedDraws, settings: ExactSettings) -> bool:
-    """Tell whether Pareto shape and effective draws are those of a reliable posterior."""
+    """Tell whether Pareto shape and effective draws are those at which rounds end."""
     draws = len(weighted.phi)
-    enough = weighted.efficiency * draws >= settings.min_effective_draws
+    enough = weighted.efficiency * draws >= settings.effective_draws
     return bool(enough and weighted.k_hat <= k_hat_limit(draws, settings.max_k_hat))

@@ -19,10 +19,12 @@ from swesbi.artefacts import Part, Variable, arranged, build_dataset, from_group
 from swesbi.draws import interval_levels
 from swesbi.parameters import NUISANCE_COLUMNS, OF_THETA, PHI_NAMES, REPORTED, SCALE
 from swesbi.posterior import truncated
-from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, k_hat_limit, resample, weigh
+from swesbi.posterior.adaptive import PriorProposal, adaptive_rounds
+from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, k_hat_limit, resample
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.result import NUISANCE_PARAMETERS, phi_of
 from swesbi.posterior.settings import ExactSettings, McmcSettings, PosteriorSettings
+from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import JointPriorSettings
 from swesbi.seeds import generator, integer_seed
 
@@ -82,29 +84,38 @@ class ExactPosterior:
 
 
 def exact_posterior(
-    model: LikelihoodModel, proposal: Proposal, settings: ExactSettings, seed: int
-) -> ExactPosterior:
+    model: LikelihoodModel,
+    network: PlacedProposal | None,
+    settings: ExactSettings,
+    seed: int,
+    *name: str | int,
+) -> tuple[ExactPosterior, tuple[float, ...]]:
     """Draw from the exact posterior of a recording.
 
-    Draws of the proposal are weighted; where the Pareto shape or the effective number of the weights fails
-    its criterion, more draws are; where these fail too, MCMC started from them takes over. A sampler that
+    Rounds of weighted draws begin with the network's, or with the prior's where there is no network. Where
+    their weights fail the criteria after the last round, MCMC started from them takes over. A sampler that
     does not converge gives its draws all the same, and ``converged`` and ``reasons`` say so.
 
     Args:
         model: Prior and exact likelihood.
-        proposal: The network's posterior of this recording.
+        network: The network's posterior of this recording; None: from the prior on.
         settings: Sizes and criteria.
         seed: Seed of everything.
+        name: Names the streams.
+
+    Returns:
+        The posterior, with the network's or the prior's own draws beside it, and the efficiency of all draws
+        after each round, the network's own first.
 
     Raises:
-        NoLikelihoodError: The likelihood is zero at every draw.
+        NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
-    for draws in settings.attempts:
-        weighted = weigh(model, proposal, draws, settings.prior_fraction, seed)
-        limit = k_hat_limit(draws, settings.max_k_hat)
-        if not weight_failures(weighted, limit, settings.min_effective_draws):
-            break
-    return certified(model, weighted, settings, seed)
+    seeds = [integer_seed(seed, *name, part) for part in ("rounds", "exact", "npe")]
+    rounds = list(adaptive_rounds(model, settings, seeds[0], network))
+    exact = certified(model, rounds[-1].weighted, settings, seeds[1])
+    first = PriorProposal(model.settings.prior) if network is None else network
+    efficiency = tuple(adapted.weighted.efficiency for adapted in rounds)
+    return replace(exact, npe_phi=first.draw(settings.draws, seeds[2])), efficiency
 
 
 def certified(
@@ -126,7 +137,7 @@ def certified(
         sampler="importance",
         reasons=(),
         k_hat_limit=limit,
-        npe_phi=proposal_draws(weighted, settings.draws),
+        npe_phi=np.empty((0, weighted.phi.shape[1])),
         weighted=weighted,
         r_hat=np.full(weighted.phi.shape[1], np.nan),
         effective_draws=np.full(weighted.phi.shape[1], weighted.efficiency * len(weighted.phi)),
@@ -149,11 +160,6 @@ def weight_failures(weighted: WeightedDraws, limit: float, min_effective: float)
     return tuple(reasons)
 
 
-def proposal_draws(weighted: WeightedDraws, draws: int) -> FloatArray:
-    """Return the first draws (draws, d) of the proposal alone, at most as many as there are."""
-    return weighted.phi[~weighted.from_prior][:draws]
-
-
 def _by_mcmc(
     model: LikelihoodModel,
     weighted: WeightedDraws,
@@ -170,7 +176,7 @@ def _by_mcmc(
         sampler="mcmc",
         reasons=reasons + mcmc_failures(sampled, settings.mcmc),
         k_hat_limit=limit,
-        npe_phi=proposal_draws(weighted, settings.draws),
+        npe_phi=np.empty((0, weighted.phi.shape[1])),
         weighted=weighted,
         r_hat=sampled.r_hat,
         effective_draws=sampled.effective_draws,

@@ -116,7 +116,7 @@ def sample_mcmc(
 
     Moves are emcee's differential evolution (ter Braak 2006; Nelson et al. 2014), mixed with its stretch
     move (Goodman and Weare 2010). In the base space of a flow that knows the posterior roughly (the map of
-    Parno and Marzouk 2018, SIAM/ASA J Uncertain Quantif 6:645, as in :mod:`swesbi.posterior.refine`) half of
+    Parno and Marzouk 2018, SIAM/ASA J Uncertain Quantif 6:645, as in :mod:`swesbi.posterior.fitted`) half of
     the steps are :class:`swesbi.posterior.moves.NearNormal`: what the flow has wrong costs acceptance, and
     the draws are of the same posterior. Rounds of ``settings.steps`` follow one another until R-hat (Vehtari
     et al. 2021) and the effective draws are met or ``settings.max_steps`` is reached; the first share of all

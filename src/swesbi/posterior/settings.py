@@ -1,4 +1,4 @@
-"""Settings of the posteriors: the paper's draws, the exact posterior, its refinement."""
+"""Settings of the posteriors: the draws of the paper, the exact posterior, MCMC."""
 
 from __future__ import annotations
 
@@ -39,37 +39,20 @@ class McmcSettings(Settings):
         return self.start_points * (self.steps - warm_up_steps(self.steps, self.warm_up_fraction))
 
 
-class RefinementSettings(Settings):
-    """When a proposal is refined, and how far."""
-
-    draws: int = Field(ge=200, description="draws weighted in a round, at least")
-    most_draws: int = Field(ge=200, description="draws weighted in a round, at most")
-    effective_draws: int = Field(ge=1, description="effective draws of a round, by which more are drawn")
-    prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
-    min_efficiency: float = Field(gt=0.0, lt=1.0, description="efficiency at which a proposal is good enough")
-    usable_efficiency: float = Field(
-        gt=0.0, lt=1.0, description="efficiency of a proposal that stays where another round gains little"
-    )
-    max_rounds: int = Field(ge=0, description="fitted proposals at most")
-
-    @model_validator(mode="after")
-    def _check_draws(self) -> Self:
-        if self.most_draws < self.draws:
-            raise ValueError(f"most_draws = {self.most_draws} is less than draws = {self.draws}; raise it")
-        return self
-
-
 class ExactSettings(Settings):
-    """The refinement of a proposal, importance weighting, its criteria, and what is kept."""
+    """Rounds of weighted draws, the criteria of their weights, and what is kept."""
 
-    proposal_draws: int = Field(ge=100, description="draws from the proposal, each simulated and weighted")
-    most_proposal_draws: int = Field(ge=100, description="draws of a second attempt, where the first fails")
+    first_draws: int = Field(ge=100, description="draws of the first round, each simulated and weighted")
     prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
+    round_draws: int = Field(
+        ge=100, description="draws of a further round, of a proposal fitted to all before"
+    )
+    max_rounds: int = Field(ge=0, description="further rounds at most, before MCMC")
+    effective_draws: int = Field(ge=10, description="effective draws at which rounds end")
+    min_effective_draws: int = Field(ge=1, description="least effective draws of a posterior by weights")
     max_k_hat: float = Field(gt=0.0, le=1.0, description="of the Pareto shape, and 1 - 1/log10(draws)")
-    min_effective_draws: int = Field(ge=1, description="least effective number of the weighted draws")
     draws: int = Field(ge=1, description="equally weighted draws that are kept")
     interval: float = Field(gt=0.0, lt=1.0, description="mass of the equal-tailed credible interval")
-    refinement: RefinementSettings
     mcmc: McmcSettings
 
     @model_validator(mode="after")
@@ -79,17 +62,18 @@ class ExactSettings(Settings):
                 f"draws = {self.draws}, but a round of the sampler leaves only {self.mcmc.least_draws}; "
                 "raise mcmc.steps or lower draws"
             )
-        if self.most_proposal_draws < self.proposal_draws:
+        if self.effective_draws < self.min_effective_draws:
             raise ValueError(
-                f"most_proposal_draws = {self.most_proposal_draws} is less than proposal_draws = "
-                f"{self.proposal_draws}; set both alike for a single attempt"
+                f"effective_draws = {self.effective_draws} is less than min_effective_draws = "
+                f"{self.min_effective_draws}: rounds would end before their weights are accepted"
             )
         return self
 
-    @property
-    def attempts(self) -> tuple[int, ...]:
-        """Draws of each attempt at weights, before MCMC."""
-        return tuple(dict.fromkeys((self.proposal_draws, self.most_proposal_draws)))
+
+def asking(settings: ExactSettings, effective_draws: int) -> ExactSettings:
+    """Return the same criteria for a posterior of which so many effective draws are enough."""
+    least = min(settings.min_effective_draws, effective_draws)
+    return settings.model_copy(update={"effective_draws": effective_draws, "min_effective_draws": least})
 
 
 def warm_up_steps(steps: int, fraction: float) -> int:

@@ -27,10 +27,10 @@ from swesbi.measurement.likelihood import CachedModel, SpeedModel, residuals
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.networks.spline.flow import FlowProposal, TrainedSpline, flow_proposal
 from swesbi.population.synthetic import Synthetic
-from swesbi.posterior.adaptive import adaptive_rounds
+from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import certified
 from swesbi.posterior.importance import LikelihoodModel
-from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.posterior.space import PlacedProposal
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
@@ -96,8 +96,8 @@ def exact_draws(
         settings: The study's own criteria.
         seed: Seed of everything.
     """
-    wanted = settings.model_copy(update={"min_effective_draws": effective_draws})
-    *_, last = adaptive_rounds(model, wanted, integer_seed(seed, "rounds"), network)
+    wanted = asking(settings, effective_draws)
+    last = adapted(model, wanted, integer_seed(seed, "rounds"), network)
     weighted = last.weighted
     drawn = ExactDraws(
         phi=weighted.phi,

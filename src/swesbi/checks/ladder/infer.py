@@ -24,10 +24,9 @@ from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.posterior.exact import ExactPosterior
-from swesbi.posterior.importance import Proposal
-from swesbi.posterior.refine import refined_posterior
+from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import PlacedProposal
 from swesbi.posterior.student import fitted_proposal
 from swesbi.prior import to_logit
 from swesbi.progress import Progress
@@ -36,7 +35,7 @@ from swesbi.seeds import generator, integer_seed
 LOGGER = logging.getLogger("swesbi")
 STREAM = "ladder"
 """Streams have names of subjects and answers, not of structures: those differ by their equations alone."""
-ProposalOf = Callable[[SpeedRecording], Proposal]
+ProposalOf = Callable[[SpeedRecording], PlacedProposal]
 """Gives the first proposal for a recording, over the phi of one prior."""
 
 
@@ -59,7 +58,7 @@ class Rung:
     def infer(self, model: SpeedModel, answer: str) -> tuple[LadderPosterior, FloatArray]:
         """Return the posterior of one recording, and its draws phi (n, d)."""
         subject, proposal = model.recording.subject, self.first(model.recording)
-        exact, _ = refined_posterior(model, proposal, self.exact, self.seed, STREAM, answer, subject)
+        exact, _ = exact_posterior(model, proposal, self.exact, self.seed, STREAM, answer, subject)
         return _summary(model, exact, answer), exact.phi
 
     def score_pairs(
@@ -154,7 +153,7 @@ def _account(posterior: LadderPosterior) -> str:
 
 
 def second_recording(
-    base: SpeedModel, network: Proposal, seed: int, effort: LadderEffort, draws: int
+    base: SpeedModel, network: PlacedProposal, seed: int, effort: LadderEffort, draws: int
 ) -> SpeedRecording:
     """Return a second recording of the person, changed as `effort` says about what the network knows of it.
 

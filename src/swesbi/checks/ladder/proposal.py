@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from swesbi.arrays import FloatArray
 from swesbi.networks.spline.flow import FlowProposal
-from swesbi.posterior.importance import Proposal
+from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 
 
@@ -49,7 +49,7 @@ class MovedProposal:
         return from_logit(eta, self.home), log_jacobian(eta, self.home) - log_jacobian(eta, self.prior)
 
 
-def first_proposal(flow: FlowProposal, prior: JointPriorSettings) -> Proposal:
+def first_proposal(flow: FlowProposal, prior: JointPriorSettings) -> PlacedProposal:
     """Return the flow's posterior as a proposal under a prior that has the same parameters.
 
     Raises:

@@ -16,7 +16,7 @@ from swesbi.measurement.likelihood import SpeedModel, build_speed_model
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import FlowProposal, flow_proposal
-from swesbi.posterior.refine import refined_posterior
+from swesbi.posterior.exact import exact_posterior
 from swesbi.progress import Progress
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.noise import read_noise
@@ -72,10 +72,10 @@ class Answer:
     clinical: ClinicalMeasures = NOT_MEASURED
 
     def infer(self, posterior: Path) -> tuple[float, ...]:
-        """Write the exact posterior; return the efficiency of the network's draws and of each refinement."""
+        """Write the exact posterior; return the efficiency after each round, the network's own first."""
         network, settings = self.knowledge.proposal(self.model.recording), self.settings.exact_posterior
         streams = (self.origin.seed, self.stream, self.origin.subject)
-        exact, efficiency = refined_posterior(self.model, network, settings.exact, *streams)
+        exact, efficiency = exact_posterior(self.model, network, settings.exact, *streams)
         write_posterior(posterior, exact, network, settings, self.origin)
         return efficiency
 
@@ -96,7 +96,7 @@ class Answer:
         """Write the verdict, by the tests of the reference, by ``further`` ones and by the efficiency."""
         tests = (
             *further,
-            network_test(efficiency, self.settings.exact_posterior.exact.refinement.min_efficiency),
+            network_test(efficiency),
         )
         judged = judge(
             posterior,

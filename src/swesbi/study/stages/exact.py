@@ -26,9 +26,9 @@ from swesbi.networks.spline.flow import FlowProposal, TrainedSpline, flow_propos
 from swesbi.networks.spline.pool import SubjectSimulations, at_phases
 from swesbi.parameters import REPORTED, SCALE
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
+from swesbi.posterior import exact as posteriors
 from swesbi.posterior.exact import ExactPosterior, exact_to_groups
 from swesbi.posterior.mcmc import sample_mcmc
-from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.prior import ParameterPrior, quantile
@@ -74,11 +74,11 @@ def exact_posterior(
     """
     model, (flow, _) = likelihood.read_speed_model(observation, noise, settings.model), load_spline(estimator)
     proposal = flow_proposal(flow, model.recording)
-    exact, efficiency = refined_posterior(
+    exact, efficiency = posteriors.exact_posterior(
         model, proposal, settings.exact, origin.seed, "exact", model.recording.subject
     )
     rounds = ", ".join(f"{share:.0%}" for share in efficiency)
-    LOGGER.info("efficiency of the network and of each proposal fitted after it: %s", rounds)
+    LOGGER.info("efficiency of the network, and of all draws after each further round: %s", rounds)
     write_posterior(posterior, exact, proposal, settings, origin)
 
 
@@ -164,7 +164,7 @@ def _infer(
     if settings.fix_passive_scale:
         return _with_fixed_scale(model, flow, scales[subject], settings)
     proposal = flow_proposal(flow, model.recording)
-    exact, _ = refined_posterior(model, proposal, settings.exact, settings.seed, "exact", subject)
+    exact, _ = posteriors.exact_posterior(model, proposal, settings.exact, settings.seed, "exact", subject)
     by_mcmc = exact.sampler == "mcmc"
     phi = exact.phi[:, REPORTED]
     return VariantPosterior(subject, phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)

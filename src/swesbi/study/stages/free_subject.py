@@ -19,9 +19,7 @@ from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import FlowProposal, free_proposal
 from swesbi.population.settings import PopulationSettings
-from swesbi.posterior.exact import ExactPosterior
-from swesbi.posterior.from_prior import posterior_from_prior
-from swesbi.posterior.refine import refined_posterior
+from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.prior import draw_prior
 from swesbi.recording.free_noise import SOURCES
@@ -110,7 +108,7 @@ def free_subject(
 
     def infer(model: FreeModel) -> tuple[ExactPosterior, None]:
         exact = settings.exact_posterior.exact
-        return posterior_from_prior(model, exact, origin.seed, STREAM, origin.subject), None
+        return exact_posterior(model, None, exact, origin.seed, STREAM, origin.subject)[0], None
 
     _answer(recording, infer, files, settings, origin)
 
@@ -144,7 +142,7 @@ def free_subject_of_population(
 
     def infer(model: FreeModel) -> tuple[ExactPosterior, FlowProposal]:
         exact, network = settings.exact_posterior.exact, free_proposal(flow, model)
-        return refined_posterior(model, network, exact, origin.seed, STREAM, origin.subject)[0], network
+        return exact_posterior(model, network, exact, origin.seed, STREAM, origin.subject)[0], network
 
     _answer(recording, infer, files, settings, origin)
 

@@ -21,8 +21,8 @@ from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import flow_proposal
-from swesbi.posterior.importance import Proposal
 from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import PlacedProposal
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.ladder import draw_ladder
 from swesbi.show.figures.style import save_figure
@@ -60,7 +60,7 @@ def ladder_run(
     """
     flow, _ = load_spline(estimator)
 
-    def first(recording: SpeedRecording) -> Proposal:
+    def first(recording: SpeedRecording) -> PlacedProposal:
         return first_proposal(flow_proposal(flow, recording), settings.model.prior)
 
     own = read_speed_models(observations, noise, settings.base)

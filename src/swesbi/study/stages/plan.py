@@ -29,9 +29,8 @@ from swesbi.planning.asked import Effect
 from swesbi.planning.bank import ARMS, KIND, BankPerson, bank_of, read_bank
 from swesbi.planning.settings import Design, PlannedPersonsSettings
 from swesbi.population.settings import PopulationSettings, of_group
-from swesbi.posterior.exact import ExactPosterior
+from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
-from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
@@ -238,7 +237,7 @@ class Answering:
         model = speed_model(measured_speeds(observed, components), settings.model)
         network = flow_proposal(_flow(self.estimator), model.recording)
         names = (STREAM, settings.repeats, observed.context.subject)
-        return refined_posterior(model, network, settings.exact, self.seed, *names)[0], model
+        return exact_posterior(model, network, settings.exact, self.seed, *names)[0], model
 
 
 @lru_cache(maxsize=1)

@@ -15,9 +15,8 @@ from swesbi.measurement.likelihood import build_speed_model
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import FlowProposal, flow_proposal
-from swesbi.posterior.exact import exact_to_groups
+from swesbi.posterior.exact import exact_posterior, exact_to_groups
 from swesbi.posterior.extended import extended_proposal
-from swesbi.posterior.refine import refined_posterior
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
@@ -80,7 +79,7 @@ def infer_with_pressures(
     """Write the exact posterior of a recording with its pressures.
 
     The network knows nothing of the stressed volume, so its draws get one from the prior; what the two have
-    to do with each other is left to the refinement.
+    to do with each other is left to the rounds.
 
     Args:
         model: The recording's.
@@ -96,7 +95,7 @@ def infer_with_pressures(
     prior, exact_settings = model.settings.prior, settings.exact_posterior.exact
     proposal = extended_proposal(network, prior, VOLUME_FACTOR)
     streams = (origin.seed, stream, "pressures", origin.subject)
-    exact, efficiency = refined_posterior(model, proposal, exact_settings, *streams)
+    exact, efficiency = exact_posterior(model, proposal, exact_settings, *streams)
     groups = exact_to_groups(exact, network.condition, network.flow.components, prior, exact_settings)
     save(posterior, groups, origin.provenance(POSTERIOR, settings))
     LOGGER.info(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -12,24 +12,19 @@ from exact_case import SETTINGS
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.spline.flow import FlowProposal, flow_proposal
+from swesbi.posterior.adaptive import adaptive_rounds
+from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.fitted import FittedProposal, fit_in_nearest
 from swesbi.posterior.importance import Proposal, weigh
-from swesbi.posterior.refine import (
-    LOST_EFFICIENCY,
-    FittedProposal,
-    PairProposal,
-    fit_in_nearest,
-    refine,
-    refined_posterior,
-)
+from swesbi.posterior.settings import asking
 from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal, fitted_mixture
 from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, log_density
 
 FloatArray = NDArray[np.float64]
 PRIORS = ["paper", "calibrated"]
-FEW = SETTINGS.refinement.model_copy(update={"max_rounds": 2, "min_efficiency": 0.8})
 
 
 def proposal(prior: str, count: int = 2000, epochs: int = 12) -> tuple[SpeedModel, FlowProposal]:
@@ -91,11 +86,10 @@ def test_a_fitted_proposal_s_density_integrates_to_one(prior: str) -> None:
     model, first = proposal(prior)
     joint, d = model.settings.prior, len(model.settings.prior.names)
     student = StudentProposal(np.full(d, 0.1), 0.4 * np.eye(d))  # narrow: draws of the prior reach its tails
-    pair = PairProposal(first, FittedProposal(student, first))
-    phi = draws_of_prior(joint, 60_000)
-    for part in (first, pair.fitted, pair):
+    fitted, phi = FittedProposal(student, first), draws_of_prior(joint, 60_000)
+    for part in (first, fitted):
         assert_integrates_to_one(part, phi, joint)
-    assert in_bounds(pair.draw(1000, 6), joint).all()
+    assert in_bounds(fitted.draw(1000, 6), joint).all()
 
 
 def two_heaps(count: int, seed: int) -> FloatArray:
@@ -127,32 +121,6 @@ def test_weights_count_in_a_mixture_and_few_effective_draws_give_one_part() -> N
     assert len(fitted_mixture(eta[:50], np.zeros(50), seed=2).parts) == 1
 
 
-@dataclass
-class Counting:
-    """A model that notes how many likelihoods each call asked for."""
-
-    model: SpeedModel
-    calls: list[int] = field(default_factory=list)
-
-    @property
-    def settings(self) -> SpeedModelSettings:
-        return self.model.settings
-
-    def log_likelihood(self, phi: FloatArray) -> FloatArray:
-        self.calls.append(len(phi))
-        return self.model.log_likelihood(phi)
-
-
-def test_an_inefficient_proposal_is_drawn_from_more_often() -> None:
-    model, first = proposal("paper")
-    settings = FEW.model_copy(update={"draws": 1000, "most_draws": 5000, "effective_draws": 150})
-    counting = Counting(model)
-    efficiency = refine(counting, first, settings, 1).efficiency
-    wanted = [int(np.clip(150 / one, 1000, 5000)) for one in efficiency[:-1]]
-    assert counting.calls == [1000, *wanted]
-    assert max(counting.calls) > 1000
-
-
 def assert_integrates_to_one(part: Proposal, phi: FloatArray, prior: JointPriorSettings) -> None:
     """Weight draws phi (n, d) of the prior by the density: the mean of q / p is the integral of q."""
     ratio = np.exp(part.log_density(phi) - log_density(phi, prior))
@@ -161,45 +129,33 @@ def assert_integrates_to_one(part: Proposal, phi: FloatArray, prior: JointPriorS
     assert abs(ratio.mean() - 1.0) < 4.0 * error
 
 
-def test_refinement_in_the_base_space_makes_a_poor_network_efficient() -> None:
-    model, first = proposal("paper", epochs=18)
-    refined = refine(model, first, FEW, 1)
-    assert 0.01 < refined.efficiency[0] < 0.1
-    assert max(refined.efficiency) > 0.4
-    assert isinstance(refined.proposal, PairProposal)
-    assert isinstance(refined.proposal.fitted, FittedProposal)
-    assert refined.proposal.fitted.space is first
-    assert_integrates_to_one(
-        refined.proposal, draws_of_prior(model.settings.prior, 200_000), model.settings.prior
-    )
+@pytest.mark.parametrize(
+    ("prior", "count", "epochs", "gain"), [("paper", 2000, 18, 4.0), ("calibrated", 4000, 30, 2.0)]
+)
+def test_rounds_make_a_poor_network_efficient(prior: str, count: int, epochs: int, gain: float) -> None:
+    model, first = proposal(prior, count, epochs)
+    rounds = list(adaptive_rounds(model, asking(SETTINGS, 400), 1, first))
+    assert rounds[-1].reliable
+    alone = weigh(model, rounds[-1].proposal, 2000, 0.1, 2)
+    assert alone.efficiency > gain * rounds[0].weighted.efficiency > 0.0
 
 
-def test_with_nuisances_refinement_makes_a_poor_network_more_efficient() -> None:
-    model, first = proposal("calibrated", 4000, 30)
-    refined = refine(model, first, FEW, 1)
-    assert refined.efficiency[0] > 0.002
-    assert max(refined.efficiency) > 2.0 * refined.efficiency[0]
-
-
-@pytest.mark.parametrize("rounds", [1, 2])
-def test_a_network_that_knows_nothing_of_a_recording_is_left_aside(rounds: int) -> None:
+def test_a_network_that_knows_nothing_of_a_recording_is_left_behind() -> None:
     model, first = proposal("paper")
     lost = FlowProposal(first.flow, first.condition + 2.0)
-    refined = refine(model, lost, FEW.model_copy(update={"max_rounds": rounds}), 1)
-    assert refined.efficiency[0] < LOST_EFFICIENCY
-    assert max(refined.efficiency) > 0.3
-    assert isinstance(refined.proposal, FittedProposal)
-    assert refined.proposal.space == LogitSpace(model.settings.prior)
+    rounds = list(adaptive_rounds(model, SETTINGS, 1, lost))
+    assert rounds[0].weighted.efficiency < 0.01
+    assert rounds[-1].reliable
 
 
-def test_a_refined_posterior_has_the_network_s_own_draws_beside_it_and_repeats() -> None:
+def test_a_posterior_has_the_network_s_own_draws_beside_it_and_repeats() -> None:
     model, first = proposal("paper", epochs=18)
-    settings = SETTINGS.model_copy(update={"proposal_draws": 2000, "min_effective_draws": 200, "draws": 500})
-    exact, efficiency = refined_posterior(model, first, settings, 1, "T")
-    again, _ = refined_posterior(model, first, settings, 1, "T")
-    other, _ = refined_posterior(model, first, settings, 2, "T")
+    settings = asking(SETTINGS, 300).model_copy(update={"draws": 500})
+    exact, efficiency = exact_posterior(model, first, settings, 1, "T")
+    again, _ = exact_posterior(model, first, settings, 1, "T")
+    other, _ = exact_posterior(model, first, settings, 2, "T")
     assert exact.sampler == "importance"
-    assert exact.efficiency > 5.0 * efficiency[0]
+    assert exact.efficiency > 2.0 * efficiency[0]
     np.testing.assert_array_equal(exact.phi, again.phi)
     assert not np.array_equal(exact.phi, other.phi)
     u, _ = first.place(exact.npe_phi)
