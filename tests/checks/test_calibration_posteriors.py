@@ -28,8 +28,8 @@ PHI = speed_case.PHI[None]
 ENOUGH, FIRST = 100, exact_case.SETTINGS.first_draws
 
 
-def draws_of(network: exact_case.LogNormal, effective: int = ENOUGH, seed: int = 1) -> ExactDraws:
-    return exact_draws(exact_case.ToyModel(), network, effective, exact_case.SETTINGS, seed)
+def draws_of(network: exact_case.LogNormal) -> ExactDraws:
+    return exact_draws(exact_case.ToyModel(), network, ENOUGH, exact_case.SETTINGS, 1)
 
 
 def test_the_draws_of_a_good_network_are_enough() -> None:
@@ -54,12 +54,20 @@ def test_where_a_network_is_wrong_rounds_follow_and_all_their_draws_count(width:
 
 
 def test_where_weights_fail_altogether_mcmc_takes_over() -> None:
-    drawn = draws_of(exact_case.proposal(0.3, 4.0), effective=10**6, seed=3)
+    settings = exact_case.SETTINGS.model_copy(update={"max_rounds": 0})
+    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(0.3, 4.0), ENOUGH, settings, 3)
     assert drawn.by_mcmc
     assert len(drawn.phi) == exact_case.SETTINGS.draws
     model = exact_case.ToyModel()
     np.testing.assert_allclose(drawn.log_likelihood, model.log_likelihood(drawn.phi))
     exact_case.check_posterior(drawn.phi, 800, drawn.weight)
+
+
+def test_weights_that_are_fewer_than_sought_and_enough_are_not_taken_for_mcmc() -> None:
+    settings = exact_case.SETTINGS.model_copy(update={"max_rounds": 0, "min_effective_draws": 50})
+    drawn = exact_draws(exact_case.ToyModel(), exact_case.proposal(1.2), 10**6, settings, 1)
+    assert not drawn.by_mcmc
+    assert 50 < effective_draws(drawn.weight) < len(drawn.phi) == FIRST
 
 
 @pytest.mark.parametrize("width", [1.0, 1.2])

@@ -97,8 +97,8 @@ def exact_draws(
         seed: Seed of everything.
     """
     wanted = asking(settings, effective_draws)
-    last = adapted(model, wanted, integer_seed(seed, "rounds"), network)
-    weighted = last.weighted
+    weighted = adapted(model, wanted, integer_seed(seed, "rounds"), network).weighted
+    posterior = certified(model, weighted, wanted, seed)
     drawn = ExactDraws(
         phi=weighted.phi,
         weight=weighted.weight,
@@ -106,11 +106,11 @@ def exact_draws(
         k_hat=weighted.k_hat,
         efficiency=weighted.efficiency,
         log_evidence=weighted.log_evidence,
-        by_mcmc=not last.reliable,
+        by_mcmc=posterior.sampler == "mcmc",
     )
-    if last.reliable:
+    if not drawn.by_mcmc:
         return drawn
-    phi = certified(model, weighted, wanted, seed).phi
+    phi = posterior.phi
     log_likelihood, weight = model.log_likelihood(phi), equal_weights(len(phi))
     return replace(drawn, phi=phi, weight=weight, log_likelihood=log_likelihood)
 

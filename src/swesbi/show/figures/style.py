@@ -70,7 +70,7 @@ PNG_DPI: Final = 300
 MAX_PIXELS: Final = 30_000
 """Longest side of an image: a cohort of hundreds keeps within what image libraries open."""
 PLACES: Final = 2**20
-"""Panels stand at multiples of this fraction of a figure: a hundredth of a pixel of the largest."""
+"""Panels stand at multiples of this fraction of a figure: less than a thirtieth of a pixel of the largest."""
 NO_TIMESTAMP: Final = {".pdf": {"CreationDate": None, "ModDate": None}, ".png": {"Software": None}}
 
 
