@@ -29,9 +29,9 @@ from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import weight_failures
-from swesbi.posterior.importance import k_hat_limit, weigh
+from swesbi.posterior.importance import k_hat_limit
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
-from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.study.stages.exact import ExactPosteriorStageSettings
 
 SEED = 1
@@ -68,7 +68,7 @@ def timed(work: Callable[[], Result]) -> tuple[Result, float]:
 def compare(model: SpeedModel, flow: TrainedSpline, settings: ExactSettings) -> Row:
     """Sample one posterior both ways."""
     proposal = flow_proposal(flow, model.recording)
-    weigh(model, proposal, 200, settings.prior_fraction, SEED)  # compiles and warms up
+    adapted(model, asking(settings, 20), SEED, proposal)  # compiles and warms up
     weighted, weighting_s = timed(lambda: adapted(model, settings, SEED, proposal).weighted)
     draws = len(weighted.phi)
     start = starting_points(model, weighted, settings.mcmc.start_points, np.random.default_rng(SEED))

@@ -41,9 +41,10 @@ from swesbi.measurement.likelihood import SpeedModel, read_speed_model, speed_mo
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.population.synthetic import own_recordings
+from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import read_exact_posterior
-from swesbi.posterior.importance import weigh
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
+from swesbi.posterior.settings import ExactSettings
 from swesbi.study.finished import finished_study
 from swesbi.study.stages.calibration import CalibrationLocalStageSettings
 from swesbi.verdict.context import nearest_known
@@ -53,7 +54,7 @@ from swesbi.verdict.settings import RuleSettings
 
 FIRST_UNSEEN = 50  # the numbers below made the choice of the discrepancy
 SEED = 1
-DRAWS, PRIOR_FRACTION = 2000, 0.1  # of one round of weights
+DRAWS = 2000  # of the one round of weights
 BEYOND = (1.05, 1.1)  # of the fastest heart rate
 LARGER = 1.25  # of values that only steer the network
 OUTSIDE = {"hr_bpm": 130.0, "lvedv_ml": 210.0, "ivsd_cm": 1.4}
@@ -159,9 +160,12 @@ def other_contexts(models: list[SpeedModel]) -> Iterator[Case]:
         yield Case(f"heart rate {factor - 1.0:.0%} beyond", ordered[-1], beyond)
 
 
-def network_alone(models: list[SpeedModel], flow: TrainedSpline, count: int) -> pd.DataFrame:
+def network_alone(
+    models: list[SpeedModel], flow: TrainedSpline, settings: ExactSettings, count: int
+) -> pd.DataFrame:
     """Return the network's efficiency at other contexts: median, smallest and largest over recordings."""
     trained = [model.recording.context for model in models]
+    settings = settings.model_copy(update={"first_draws": DRAWS, "max_rounds": 0})
     rows = []
     for case in other_contexts(models):
         recording = replace(case.model.recording, context=case.context)
@@ -170,13 +174,12 @@ def network_alone(models: list[SpeedModel], flow: TrainedSpline, count: int) -> 
         for shown in ("as it is", "nearest known"):
             context = case.context if shown == "as it is" else nearest_known(case.context, trained)
             found = [
-                weigh(
+                adapted(
                     replace(model, recording=one),
-                    flow_proposal(flow, replace(one, context=context)),
-                    DRAWS,
-                    PRIOR_FRACTION,
+                    settings,
                     SEED,
-                ).efficiency
+                    flow_proposal(flow, replace(one, context=context)),
+                ).weighted.efficiency
                 for one in made
             ]
             row = {"context": case.what, "subject": recording.subject, "hr_bpm": case.context.hr_bpm}
@@ -194,7 +197,7 @@ def network(study: Study, results: Path, experiment: str, count: int) -> None:
     settings = CalibrationLocalStageSettings.from_plain(plain).model
     models = [read_speed_model(path, files.noise, settings) for path in files.pooled_observations]
     flow, _ = load_spline(files.estimator)
-    table = network_alone(models, flow, count)
+    table = network_alone(models, flow, study.config.speed_experiments[experiment].exact, count)
     print(f"efficiency of the network's draws, {count} recordings a line")
     print(table.round({"median": 4, "smallest": 4, "largest": 4}).to_string(index=False))
 

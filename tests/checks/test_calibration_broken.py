@@ -33,7 +33,7 @@ from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.networks.spline.pool import at_phases
 from swesbi.networks.spline.training import train_spline
 from swesbi.population.synthetic import own_recordings
-from swesbi.posterior.importance import resample, weigh
+from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
 from swesbi.simulations import draw_simulations
 
@@ -90,7 +90,7 @@ class Case:
 
     def scores(self) -> dict[str, RankScore]:
         model, proposal = self.model, flow_proposal(flow(), self.model.recording)
-        weighted = weigh(model, proposal, DRAWS, 0.1, self.seed)
+        weighted = exact_case.weigh(model, proposal, DRAWS, 0.1, self.seed)
         log_likelihood = weighted.log_likelihood
         small = quieter(model, 0.8).log_likelihood(weighted.phi)
         found = {
@@ -173,7 +173,7 @@ def local_scores(count: int, widened: bool) -> tuple[RankScores, FloatArray]:
     """Posterior SBC of the exact posterior, or of one that is half as wide again in log phi."""
     model = speed_case.model()
     propose = partial(flow_proposal, flow())
-    weighted = weigh(model, propose(model.recording), 20_000, 0.1, 5)
+    weighted = exact_case.weigh(model, propose(model.recording), 20_000, 0.1, 5)
     phi = resample(weighted, 4 * count, np.random.default_rng(6))
     judged = phi[: 2 * count]
     if widened:

@@ -338,6 +338,8 @@ AFFECTED = {
         "population_answers",
         "pressures",
         "cohort_posterior",
+        "misspecification",
+        "population_null",
     },
     "cohort_posterior__draws": {"cohort_posterior"},
     "cohort_posterior__hyperprior__spread__log_sd": {"cohort_posterior"},

@@ -15,7 +15,8 @@ from scipy.stats import multivariate_normal
 
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import PHI_NAMES
-from swesbi.posterior.importance import weigh
+from swesbi.posterior.adaptive import adapted
+from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws
 from swesbi.posterior.settings import ExactSettings, McmcSettings
 from swesbi.posterior.space import LogitSpace
 from swesbi.prior import JointPriorSettings, bounds, from_logit, log_centre, log_jacobian, to_logit
@@ -69,6 +70,14 @@ SETTINGS = ExactSettings(
     interval=0.9,
     mcmc=MCMC,
 )
+
+
+def weigh(
+    model: LikelihoodModel, network: Proposal, draws: int, prior_fraction: float, seed: int
+) -> WeightedDraws:
+    """Weight the draws of a network and of the prior: a first round, and no other."""
+    sizes = {"first_draws": draws, "prior_fraction": prior_fraction, "max_rounds": 0}
+    return adapted(model, SETTINGS.model_copy(update=sizes), seed, network).weighted  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

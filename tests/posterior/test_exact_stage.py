@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import speed_case
-from exact_case import fitted
+from exact_case import fitted, weigh
 from exact_study import EXACT, write_inputs
 
 from swesbi.artefacts import load
@@ -16,7 +16,6 @@ from swesbi.measurement.likelihood import read_speed_model
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.exact import read_exact_posterior
-from swesbi.posterior.importance import weigh
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import in_bounds
 from swesbi.study.stages import exact as stage
@@ -38,7 +37,7 @@ def test_the_networks_density_weights_as_a_known_proposal_does(inputs: dict[str,
     """A wrong density or Jacobian of the network would move the evidence."""
     model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
     network = flow_proposal(load_spline(inputs["estimator"])[0], model.recording)
-    found, expected = (weigh(model, proposal, 12_000, 0.1, 1) for proposal in (network, fitted(model)))
+    found, expected = (weigh(model, proposal, 24_000, 0.1, 1) for proposal in (network, fitted(model)))
     error = 4.0 * np.hypot(found.log_evidence_se, expected.log_evidence_se)
     assert error < 1.2
     assert found.log_evidence == pytest.approx(expected.log_evidence, abs=error)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import speed_case
 import spline_case
-from exact_case import SETTINGS
+from exact_case import SETTINGS, weigh
 from scipy.stats import multivariate_normal, norm
 
 from swesbi.arrays import FloatArray
@@ -17,7 +17,7 @@ from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.extended import ExtendedProposal, OnePrior, extended_proposal
-from swesbi.posterior.importance import HasPrior, weigh
+from swesbi.posterior.importance import HasPrior
 from swesbi.posterior.space import LogitSpace, Space
 from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, level, log_density, quantile
 

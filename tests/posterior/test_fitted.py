@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import speed_case
 import spline_case
-from exact_case import SETTINGS
+from exact_case import SETTINGS, weigh
 from numpy.typing import NDArray
 from scipy.stats import norm
 
@@ -17,7 +17,7 @@ from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.fitted import FittedProposal, fit_in_nearest
-from swesbi.posterior.importance import Proposal, weigh
+from swesbi.posterior.importance import Proposal
 from swesbi.posterior.settings import asking
 from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal, fitted_mixture

@@ -12,10 +12,11 @@ from exact_case import (
     check_posterior,
     known_log_evidence,
     proposal,
+    weigh,
 )
 from scipy.stats import genpareto
 
-from swesbi.posterior.importance import NoLikelihoodError, WeightedDraws, k_hat_limit, resample, smooth, weigh
+from swesbi.posterior.importance import NoLikelihoodError, WeightedDraws, k_hat_limit, resample, smooth
 from swesbi.prior import log_density
 
 DRAWS = 20_000

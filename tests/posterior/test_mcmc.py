@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import emcee
 import numpy as np
 import pytest
-from exact_case import LOG_SD, MCMC, PRIOR, ToyModel, check_posterior, known_mean, proposal
+from exact_case import LOG_SD, MCMC, PRIOR, ToyModel, check_posterior, known_mean, proposal, weigh
 from pydantic import ValidationError
 from scipy.signal import lfilter
 
-from swesbi.posterior.importance import weigh
 from swesbi.posterior.mcmc import (
     McmcDraws,
     effective_draws,

@@ -26,7 +26,7 @@ from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
-from swesbi.posterior.importance import resample, weigh
+from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
 from swesbi.recording.free_observation import KIND, ingest_free
 from swesbi.recording.free_samples import read_free_samples
@@ -60,7 +60,7 @@ def test_a_gated_recording_as_pushes_has_its_gated_posterior() -> None:
     pushes = replace(gated, recording=as_pushes(gated.recording, 3))
     free = exact_posterior(FreeModel(pushes, np.repeat(np.arange(20), 3), 0.0), None, SETTINGS, 3)[0]
     assert free.converged
-    weighted = weigh(gated, exact_case.fitted(gated), 8000, 0.1, 5)
+    weighted = exact_case.weigh(gated, exact_case.fitted(gated), 8000, 0.1, 5)
     known = resample(weighted, 4000, np.random.default_rng(6))
     effective = min(float(free.effective_draws.min()), weighted.efficiency * 8000)
     for level in (0.05, 0.25, 0.5, 0.75, 0.95):

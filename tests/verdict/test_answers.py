@@ -47,7 +47,9 @@ EXACT = SETTINGS.model_copy(
 SIZES = RecordingsSettings(
     own=1, acquired=1, network_draws=49, effective_draws=20, misfit_draws=20, strip_fraction=0.1
 )
-FEW = case.EXPERIMENT.nulls.model_copy(update={"recordings": 50, "predictive_recordings": 100, "draws": 100})
+FEW = case.EXPERIMENT.nulls.model_copy(
+    update={"recordings": 50, "predictive_recordings": 100, "effective_draws": 20}
+)
 
 
 @cache
@@ -121,7 +123,7 @@ def test_hypertrophied_and_dilated_hearts_are_strata_of_their_own() -> None:
 def test_distances_of_null_recordings_have_uniform_levels(tmp_path: Path) -> None:
     flow = case.trained().spline
     rule = BASE.misspecification.rule
-    null = draw_null(range(60), flow, case.FRESH, case.CONDITIONING, FEW, rule, seed=7)
+    null = draw_null(range(60), flow, case.FRESH, case.CONDITIONING, FEW, EXACT, rule, seed=7)
     save(tmp_path / "null.h5", to_dataset(null), Provenance(NULL, "", 1, {}, "0" * 16))
     read = read_null(tmp_path / "null.h5")
     assert read.contexts == null.contexts
@@ -146,7 +148,9 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("answers")
     save_spline(folder / "flow.pt", case.trained().spline, Provenance(KIND, "", 1, {}, "0" * 16))
     rule = BASE.misspecification.rule
-    null = draw_null(range(50), case.trained().spline, case.FRESH, case.CONDITIONING, FEW, rule, seed=7)
+    null = draw_null(
+        range(50), case.trained().spline, case.FRESH, case.CONDITIONING, FEW, EXACT, rule, seed=7
+    )
     save(folder / "null.h5", to_dataset(null), Provenance(NULL, "", 1, {}, "0" * 16))
     write_observed_cohort(folder, ("S", "T"))
     return {name: folder / f"{name}.h5" for name in ("null", "noise", "S", "T")} | {

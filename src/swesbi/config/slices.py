@@ -45,8 +45,8 @@ SOURCES: Final[Mapping[str, str]] = {
     "recording",
     "calibration_local": "experiment.exact experiment.calibration.local model",
     "calibration": "prior experiment.calibration.judgement",
-    "misspecification": "experiment.misspecification.synthetic experiment.summary model acquisition "
-    "recording",
+    "misspecification": "experiment.misspecification.synthetic experiment.exact experiment.summary model "
+    "acquisition recording",
     "misspecification_table": "experiment.misspecification.rule",
     "verdict": "rule=rule_of_verdict experiment.misspecification.synthetic.strip_fraction "
     "experiment.misspecification.ejection_time clinical.lvet_sd_ms experiment.summary model",
@@ -56,7 +56,8 @@ SOURCES: Final[Mapping[str, str]] = {
     "pushes_calibration": "index=pushes_of_part population.calibration.free_running experiment.exact "
     "sizes=experiment.calibration.recordings experiment.misspecification.rule fresh",
     "pushes_table": "prior experiment.calibration.judgement experiment.misspecification.rule.strained_level",
-    "population_null": "experiment.summary experiment.misspecification.rule fresh sizes=population.nulls",
+    "population_null": "experiment.summary experiment.exact experiment.misspecification.rule fresh "
+    "sizes=population.nulls",
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
     "population.nulls.predictive_recordings",

@@ -8,7 +8,7 @@ what each phase has for itself, noise and discrepancy, and W the factor of what 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -232,31 +232,6 @@ def speed_model(recording: speeds.SpeedRecording, settings: SpeedModelSettings) 
         ValueError: A reference beat does not become periodic.
     """
     return SpeedModel(recording, settings.reference_of(recording.context), settings)
-
-
-@dataclass
-class CachedModel:
-    """The model of a recording, which keeps the prediction for the array of draws that it saw last."""
-
-    model: SpeedModel
-    _last: tuple[FloatArray, speeds.PredictedSpeeds] | None = field(default=None, init=False)
-
-    @property
-    def settings(self) -> SpeedModelSettings:
-        """The settings of the model, its prior among them."""
-        return self.model.settings
-
-    def log_likelihood(self, phi: FloatArray) -> FloatArray:
-        """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
-        predicted = self.model.predict(phi)
-        self._last = (phi, predicted)
-        return log_likelihood(predicted, self.model.recording, self.model.settings.discrepancy)
-
-    def predict(self, phi: FloatArray) -> speeds.PredictedSpeeds:
-        """Return the noiseless log speeds of phi (n, d), cached if it is the very array seen last."""
-        if self._last is not None and self._last[0] is phi:
-            return self._last[1]
-        return self.model.predict(phi)
 
 
 FloatArray = NDArray[np.float64]

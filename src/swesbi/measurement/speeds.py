@@ -210,8 +210,8 @@ class PredictedSpeeds:
         """The speeds themselves; shape (n, p)."""
         return np.asarray(np.exp(self.log_speed))
 
-    def rows(self, chosen: NDArray[np.int_]) -> PredictedSpeeds:
-        """Return the simulations that are chosen, by their numbers."""
+    def rows(self, chosen: NDArray[np.int_] | BoolArray) -> PredictedSpeeds:
+        """Return the simulations that are chosen, by their numbers or by a mask."""
         return PredictedSpeeds(self.log_speed[chosen], self.slope[chosen])
 
 

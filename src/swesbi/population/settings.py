@@ -254,8 +254,7 @@ class NullSettings(Settings):
     predictive_recordings: int = Field(
         ge=100, description="prior predictive recordings of a subject: for the space, and again for distances"
     )
-    draws: int = Field(ge=100, description="weighted posterior draws of each")
-    prior_fraction: float = Field(gt=0.0, lt=1.0, description="share of them drawn from the prior")
+    effective_draws: int = Field(ge=20, description="effective draws of each")
     strip_fraction: float = Field(gt=0.0, lt=0.5, description="width of the strip at a bound, over the box's")
 
 

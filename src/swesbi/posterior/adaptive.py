@@ -34,6 +34,7 @@ from swesbi.seeds import generator, integer_seed
 
 SEARCH_DRAWS: Final = 300  # of a proposal on the way, while fewer than ``FOUND_DRAWS`` are effective
 FOUND_DRAWS: Final = 60
+LEAST_ROUND: Final = 300  # fewer are hardly worth a proposal of their own
 
 
 @dataclass(frozen=True)
@@ -112,10 +113,8 @@ def adaptive_rounds(
         if reliable or number == settings.max_rounds:
             return
         stream = integer_seed(seed, "adaptive", number)
-        found = weighted.efficiency * len(phi) >= FOUND_DRAWS
         proposal = fit_in_nearest(spaces, phi, weighted.log_weight, stream)
-        count = settings.round_draws if found else min(SEARCH_DRAWS, settings.round_draws)
-        drawn = proposal.draw(count, integer_seed(stream, "draws"))
+        drawn = proposal.draw(_round_size(weighted, settings), integer_seed(stream, "draws"))
         # what is known of earlier draws is kept: each part meets the new ones, the new part meets all
         log_parts = [
             np.concatenate([known, part.log_density(drawn)])
@@ -126,6 +125,17 @@ def adaptive_rounds(
         parts.append(proposal)
         counts.append(len(drawn))
         log_parts.append(proposal.log_density(phi))
+
+
+def _round_size(weighted: WeightedDraws, settings: ExactSettings) -> int:
+    """Return how many draws come next: as many as are missing, if they are as effective as those so far."""
+    draws, most = len(weighted.phi), settings.round_draws
+    effective = weighted.efficiency * draws
+    if effective < FOUND_DRAWS:
+        return min(SEARCH_DRAWS, most)
+    missing = draws * (settings.effective_draws / effective - 1.0)
+    # enough of them with a poor Pareto shape: a full round of a better proposal
+    return min(max(int(np.ceil(missing)), LEAST_ROUND), most) if missing > 0.0 else most
 
 
 def adapted(

@@ -16,14 +16,14 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Part, Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
-from swesbi.draws import interval_levels
+from swesbi.draws import equal_weights, interval_levels
 from swesbi.parameters import NUISANCE_COLUMNS, OF_THETA, PHI_NAMES, REPORTED, SCALE
 from swesbi.posterior import truncated
-from swesbi.posterior.adaptive import PriorProposal, adaptive_rounds
+from swesbi.posterior.adaptive import PriorProposal, adapted, adaptive_rounds
 from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, k_hat_limit, resample
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.result import NUISANCE_PARAMETERS, phi_of
-from swesbi.posterior.settings import ExactSettings, McmcSettings, PosteriorSettings
+from swesbi.posterior.settings import ExactSettings, McmcSettings, PosteriorSettings, asking
 from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import JointPriorSettings
 from swesbi.seeds import generator, integer_seed
@@ -114,7 +114,7 @@ def exact_posterior(
     rounds = list(adaptive_rounds(model, settings, seeds[0], network))
     exact = certified(model, rounds[-1].weighted, settings, seeds[1])
     first = PriorProposal(model.settings.prior) if network is None else network
-    efficiency = tuple(adapted.weighted.efficiency for adapted in rounds)
+    efficiency = tuple(draws.weighted.efficiency for draws in rounds)
     return replace(exact, npe_phi=first.draw(settings.draws, seeds[2])), efficiency
 
 
@@ -144,6 +144,45 @@ def certified(
         mcmc_steps=0,
         converged=True,
     )
+
+
+def weighted_posterior(
+    model: LikelihoodModel,
+    network: PlacedProposal,
+    effective_draws: int,
+    settings: ExactSettings,
+    seed: int,
+) -> tuple[WeightedDraws, bool]:
+    """Return the exact posterior of a recording by as few weighted draws as a check of it needs.
+
+    Rounds of weighted draws go on until their weights are reliable, as in a posterior that is reported, with
+    so many effective draws; where they never are, MCMC started from them takes over. None is left out.
+
+    Args:
+        model: Prior and exact likelihood.
+        network: The network's posterior.
+        effective_draws: Effective draws that are enough.
+        settings: The study's own criteria.
+        seed: Seed of everything.
+
+    Returns:
+        The draws, and whether they are MCMC's: then of equal weight, with Pareto shape, efficiency and
+        evidence of the weights that were not reliable.
+    """
+    wanted = asking(settings, effective_draws)
+    weighted = adapted(model, wanted, integer_seed(seed, "rounds"), network).weighted
+    posterior = certified(model, weighted, wanted, seed)
+    if posterior.sampler == "importance":
+        return weighted, False
+    count = len(posterior.phi)
+    drawn = replace(
+        weighted,
+        phi=posterior.phi,
+        from_prior=np.zeros(count, dtype=bool),
+        log_likelihood=model.log_likelihood(posterior.phi),
+        log_weight=np.log(equal_weights(count)),
+    )
+    return drawn, True
 
 
 def weight_failures(weighted: WeightedDraws, limit: float, min_effective: float) -> tuple[str, ...]:

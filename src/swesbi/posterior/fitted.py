@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.draws import normalised
 from swesbi.posterior.space import Space
-from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_mixture
+from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_mixture, fitted_proposal
 
 
 @dataclass(frozen=True)
@@ -51,28 +52,34 @@ class FittedProposal:
 def fit_in_nearest(
     spaces: Sequence[Space], phi: FloatArray, log_weight: FloatArray, seed: int
 ) -> FittedProposal:
-    """Fit a proposal to weighted draws phi (n, d) in each space, and return the one nearest to them.
+    """Fit a proposal to weighted draws phi (n, d) in the space in which a Student distribution is nearest.
 
     Nearest is the largest mean log density, which is the least divergence of the posterior from the proposal,
     up to a constant.
     """
-    fits = [_fitted_in(space, phi, log_weight, seed) for space in spaces]
-    best = max(range(len(fits)), key=lambda number: fits[number][1])
-    return fits[best][0]
+    placed = [_placed(space, phi, log_weight) for space in spaces]
+    best = max(range(len(spaces)), key=lambda number: placed[number].nearness)
+    return FittedProposal(fitted_mixture(placed[best].u, placed[best].log_weight, seed), spaces[best])
 
 
-def _fitted_in(
-    space: Space, phi: FloatArray, log_weight: FloatArray, seed: int
-) -> tuple[FittedProposal, float]:
-    """Return what is fitted in a space, and its mean log density over the weighted draws phi (n, d).
+class _Placed(NamedTuple):
+    """Weighted draws that have a place in a space, and how near a Student distribution comes to them."""
 
-    That is -inf where the draws lie so far apart in it that their covariance is singular in double precision.
+    u: FloatArray
+    log_weight: FloatArray
+    nearness: float
+
+
+def _placed(space: Space, phi: FloatArray, log_weight: FloatArray) -> _Placed:
+    """Place weighted draws phi (n, d) in a space.
+
+    Nearness is -inf where they lie so far apart that their covariance is singular in double precision.
     """
     u, log_slope = space.place(phi)
     known = np.isfinite(u).all(axis=1) & np.isfinite(log_slope)
-    mixture = fitted_mixture(u[known], log_weight[known], seed)
+    u, weight = u[known], log_weight[known]
     try:
-        log_q = mixture.log_density(u[known]) + log_slope[known]
+        log_q = fitted_proposal(u, weight).log_density(u) + log_slope[known]
     except np.linalg.LinAlgError:
-        return FittedProposal(mixture, space), -np.inf
-    return FittedProposal(mixture, space), float(normalised(log_weight[known]) @ log_q)
+        return _Placed(u, weight, -np.inf)
+    return _Placed(u, weight, float(normalised(weight) @ log_q))

@@ -7,12 +7,10 @@ from typing import Annotated, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from swesbi.artefacts import Variable
 from swesbi.draws import resampled_rows
-from swesbi.prior import BoxPrior, draw_prior, log_density
-from swesbi.seeds import generator, integer_seed
+from swesbi.prior import BoxPrior
 
 FloatArray = NDArray[np.float64]
 
@@ -84,58 +82,6 @@ class WeightedDraws:
         return np.asarray(np.exp(self.log_weight))
 
 
-def weigh(
-    model: LikelihoodModel, proposal: Proposal, draws: int, prior_fraction: float, seed: int
-) -> WeightedDraws:
-    """Draw from a mixture of proposal and prior and weight the draws to the exact posterior.
-
-    The weight is p(phi) p(data | phi) / ((1 - f) q(phi) + f p(phi)): the balance heuristic of
-    deterministic mixture sampling (Veach and Guibas 1995; Owen and Zhou 2000), which bounds it by the
-    largest likelihood over f. The largest weights are then smoothed (Vehtari et al. 2024).
-
-    Args:
-        model: Prior and exact likelihood of the recording.
-        proposal: q.
-        draws: Number n of draws.
-        prior_fraction: Share f of them that come from the prior.
-        seed: Seed of the draws.
-
-    Raises:
-        NoLikelihoodError: The likelihood is zero at every draw.
-    """
-    prior = model.settings.prior
-    of_prior = round(prior_fraction * draws)
-    phi = np.concatenate(
-        [
-            proposal.draw(draws - of_prior, integer_seed(seed, "importance", "proposal")),
-            draw_prior(prior, of_prior, generator(seed, "importance", "prior")),
-        ]
-    )
-    log_prior = log_density(phi, prior)
-    # where q is too narrow, the prior's share keeps the mixture above f p(phi), and so the weight bounded
-    log_mixture = _log_mixture(proposal.log_density(phi), log_prior, of_prior / draws)
-    log_likelihood = model.log_likelihood(phi)
-    log_ratio = log_prior + log_likelihood - log_mixture
-    if not np.isfinite(log_ratio).any():
-        raise NoLikelihoodError(
-            f"none of {draws} draws has a likelihood: every simulation failed; check the subject's context"
-        )
-    # a few extreme weights would dominate every mean: smoothing bounds them, at the price of a small bias, so
-    # the evidence, whose estimate the raw ratios leave unbiased, is taken from these
-    log_weight, k_hat = smooth(log_ratio)
-    log_evidence, error = evidence(log_ratio)
-    return WeightedDraws(
-        phi=phi,
-        from_prior=np.arange(draws) >= draws - of_prior,
-        log_likelihood=log_likelihood,
-        log_weight=log_weight,
-        k_hat=k_hat,
-        efficiency=float(np.exp(-logsumexp(2.0 * log_weight)) / draws),
-        log_evidence=log_evidence,
-        log_evidence_se=error,
-    )
-
-
 def smooth(log_ratio: FloatArray) -> tuple[FloatArray, float]:
     """Smooth the largest importance ratios by a generalised Pareto distribution.
 
@@ -163,11 +109,6 @@ def resample(weighted: WeightedDraws, draws: int, rng: np.random.Generator) -> F
     """Return equally weighted draws (draws, d) by systematic resampling, in random order."""
     rows = resampled_rows(weighted.weight, draws, rng)
     return np.asarray(weighted.phi[rng.permutation(rows)])
-
-
-def _log_mixture(log_q: FloatArray, log_prior: FloatArray, prior_fraction: float) -> FloatArray:
-    mixture = np.logaddexp(np.log1p(-prior_fraction) + log_q, np.log(prior_fraction) + log_prior)
-    return np.asarray(mixture)
 
 
 def evidence(log_ratio: FloatArray) -> tuple[float, float]:

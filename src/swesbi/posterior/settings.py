@@ -70,10 +70,16 @@ class ExactSettings(Settings):
         return self
 
 
+DRAWS_AN_EFFECTIVE_ONE = 5
+"""Draws of a network for one that is effective: the networks' efficiency is 12 to 20 % in the median."""
+
+
 def asking(settings: ExactSettings, effective_draws: int) -> ExactSettings:
     """Return the same criteria for a posterior of which so many effective draws are enough."""
     least = min(settings.min_effective_draws, effective_draws)
-    return settings.model_copy(update={"effective_draws": effective_draws, "min_effective_draws": least})
+    first = min(settings.first_draws, max(100, DRAWS_AN_EFFECTIVE_ONE * effective_draws))
+    changed = {"effective_draws": effective_draws, "min_effective_draws": least, "first_draws": first}
+    return settings.model_copy(update=changed)
 
 
 def warm_up_steps(steps: int, fraction: float) -> int:

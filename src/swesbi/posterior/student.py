@@ -22,7 +22,7 @@ DRAWS_A_PARAMETER: Final = 10.0  # effective ones behind a proposal; a posterior
 MOST_COMPONENTS: Final = (
     4  # of a mixture: more of them fit fewer draws each, and lost on posteriors of fourteen parameters
 )
-FITTED_DRAWS: Final = 4000  # equally weighted ones that a mixture is fitted to
+FITTED_DRAWS: Final = 2000  # equally weighted ones that a mixture is fitted to
 
 
 @dataclass(frozen=True)

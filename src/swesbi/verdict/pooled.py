@@ -34,11 +34,12 @@ from swesbi.population.recordings import (
 )
 from swesbi.population.settings import NullSettings
 from swesbi.population.synthetic import own_recordings
+from swesbi.posterior.settings import ExactSettings
 from swesbi.progress import Progress
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.nulls import Reference, Statistics, fit_joint_null, score_scale, space_distances
-from swesbi.verdict.recordings import NULL, SubjectChecks, weighted_posterior
+from swesbi.verdict.recordings import NULL, SubjectChecks, posterior_draws
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import (
     BOUNDS,
@@ -176,6 +177,7 @@ def draw_null(
     fresh: FreshSettings,
     conditioning: ConditioningSettings,
     settings: NullSettings,
+    exact: ExactSettings,
     rule: RuleSettings,
     seed: int,
 ) -> PopulationNull:
@@ -187,6 +189,7 @@ def draw_null(
         fresh: Where recordings come from.
         conditioning: How speeds become features.
         settings: Sizes.
+        exact: The study's own settings of the exact posterior.
         rule: How distances are taken.
         seed: The study's seed.
     """
@@ -195,7 +198,10 @@ def draw_null(
     for number in index:
         subject = fresh_subject(number, fresh, seed, STREAM)
         model = recorded(subject, record_fresh(subject, OWN, fresh, seed, STREAM))
-        recording_checks = _check(model, flow, conditioning, settings, integer_seed(seed, STREAM, number))
+        stream = integer_seed(seed, STREAM, number)
+        posterior = posterior_draws(model, flow, settings.effective_draws, exact, stream)
+        rng = generator(stream, "replicated")
+        recording_checks = check_recording(model, posterior, conditioning, settings.strip_fraction, rng)
         contexts.append(subject.context)
         checks.append(recording_checks)
         levels.append(_levels(subject, recording_checks, conditioning, settings, rule, seed))
@@ -203,18 +209,6 @@ def draw_null(
     mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
     names = summary_names(conditioning.summary)
     return PopulationNull(tuple(contexts), PooledNull(np.stack(levels), stack_checks(checks), names, mass))
-
-
-def _check(
-    model: SpeedModel,
-    flow: TrainedSpline,
-    conditioning: ConditioningSettings,
-    settings: NullSettings,
-    seed: int,
-) -> Checks:
-    posterior = weighted_posterior(model, flow, settings, seed)
-    rng = generator(seed, "replicated")
-    return check_recording(model, posterior, conditioning, settings.strip_fraction, rng)
 
 
 def _levels(

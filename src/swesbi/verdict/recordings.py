@@ -6,7 +6,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Final, Protocol
+from typing import Annotated, Any, Final
 
 import numpy as np
 import xarray as xr
@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 from swesbi import artefacts
 from swesbi.context import Context
-from swesbi.measurement.likelihood import CachedModel, SpeedModel
-from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
+from swesbi.draws import resampled_rows
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.spline.conditioning import ConditioningSettings
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.parameters import PHI_NAMES
-from swesbi.posterior.importance import WeightedDraws, weigh
+from swesbi.posterior.exact import weighted_posterior
+from swesbi.posterior.settings import ExactSettings
 from swesbi.progress import Progress
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
@@ -46,26 +48,15 @@ SEEN: Final = artefacts.Part(words={"features": "features S(.) as the network se
 RECORDED: Final = SEEN.place_all(artefacts.schema_of(statistics.Checks)["/"])
 
 
-class WeighingSettings(Protocol):
-    """How many draws are weighted."""
-
-    @property
-    def draws(self) -> int:
-        """Weighted draws."""
-
-    @property
-    def prior_fraction(self) -> float:
-        """Share of them from the prior."""
-
-
-def weighted_posterior(
-    model: SpeedModel, flow: TrainedSpline, settings: WeighingSettings, seed: int
+def posterior_draws(
+    model: SpeedModel, flow: TrainedSpline, effective_draws: int, exact: ExactSettings, seed: int
 ) -> statistics.PosteriorDraws:
-    """Weight draws of the flow and the prior to the exact posterior of the model's recording."""
-    cached = CachedModel(model)
-    proposal = flow_proposal(flow, model.recording)
-    weighted = weigh(cached, proposal, settings.draws, settings.prior_fraction, seed)
-    return _posterior(weighted, cached.predict(weighted.phi))
+    """Infer the model's recording by so many effective draws, and predict from twice as many equal ones."""
+    drawn, _ = weighted_posterior(model, flow_proposal(flow, model.recording), effective_draws, exact, seed)
+    rows = resampled_rows(drawn.weight, 2 * effective_draws, generator(seed, "predicted"))
+    return statistics.PosteriorDraws(
+        drawn.phi, drawn.weight, model.predict(drawn.phi[rows]), drawn.k_hat, drawn.efficiency
+    )
 
 
 def check_recordings(
@@ -74,6 +65,7 @@ def check_recordings(
     flow: TrainedSpline,
     conditioning: ConditioningSettings,
     settings: SyntheticSettings,
+    exact: ExactSettings,
     seed: int,
     name: str,
 ) -> statistics.Checks:
@@ -84,7 +76,8 @@ def check_recordings(
         recordings: The n recordings, at least one.
         flow: The proposal.
         conditioning: How speeds become the features that the tests look at.
-        settings: Weighted draws of each recording, and the width of the strip at a bound.
+        settings: Effective draws of each recording, and the width of the strip at a bound.
+        exact: The study's own settings of the exact posterior.
         seed: Study seed; each recording has a stream of its own.
         name: Names the streams and the progress lines.
     """
@@ -93,17 +86,12 @@ def check_recordings(
     for index, recording in enumerate(recordings):
         stream = ("misspecification", name, model.recording.subject, index)
         own = replace(model, recording=recording)
-        posterior = weighted_posterior(own, flow, settings, integer_seed(seed, *stream))
+        of_recording = integer_seed(seed, *stream)
+        posterior = posterior_draws(own, flow, settings.effective_draws, exact, of_recording)
         rng = generator(seed, *stream, "replicated")
         rows.append(statistics.check_recording(own, posterior, conditioning, settings.strip_fraction, rng))
         progress.step()
     return statistics.stack_checks(rows)
-
-
-def _posterior(weighted: WeightedDraws, predicted: PredictedSpeeds) -> statistics.PosteriorDraws:
-    return statistics.PosteriorDraws(
-        weighted.phi, weighted.weight, predicted, weighted.k_hat, weighted.efficiency
-    )
 
 
 def find_volunteer(context: Context) -> Volunteer | None:

@@ -81,8 +81,7 @@ class SyntheticSettings(Settings):
     null_recordings: int = Field(ge=20, description="well-specified recordings with a posterior, a subject")
     fresh_recordings: int = Field(ge=1, description="further ones, of each kind, to count false alarms on")
     volunteer_recordings: int = Field(ge=1, description="recordings of each virtual volunteer, for the power")
-    draws: int = Field(ge=100, description="weighted posterior draws of each of these recordings")
-    prior_fraction: float = Field(gt=0, lt=1, description="share of these draws taken from the prior")
+    effective_draws: int = Field(ge=20, description="effective draws of each of these recordings")
     strip_fraction: float = Field(gt=0, lt=0.5, description="width of the strip at a bound, over the box's")
 
 

@@ -180,10 +180,7 @@ FEATURE_TESTS: Final = {
 
 
 def chi2_p_value(
-    predicted: PredictedSpeeds,
-    weight: FloatArray,
-    recording: SpeedRecording,
-    discrepancy: DiscrepancySettings,
+    predicted: PredictedSpeeds, recording: SpeedRecording, discrepancy: DiscrepancySettings
 ) -> float:
     """Return the posterior predictive p-value of chi2 = sum z^2 over the p measured phases.
 
@@ -191,37 +188,18 @@ def chi2_p_value(
     has p degrees of freedom: its tail probability is known and is averaged over the posterior.
     """
     z = residuals(predicted, recording, discrepancy)
-    tail = chi2.sf((z**2).sum(axis=1), z.shape[1])
-    return float(weight @ np.where(weight > 0.0, tail, 0.0))
+    return float(chi2.sf((z**2).sum(axis=1), z.shape[1]).mean())
 
 
-def replicate_speeds(
-    predicted: PredictedSpeeds,
-    weight: FloatArray,
-    recording: SpeedRecording,
-    discrepancy: DiscrepancySettings,
-    rng: np.random.Generator,
-) -> tuple[FloatArray, FloatArray]:
-    """Draw one replicated recording for each draw that has weight.
-
-    Returns:
-        Speeds in m/s of shape (m, p), and the weights of shape (m,).
-    """
-    kept = weight > 0.0
-    part = PredictedSpeeds(predicted.log_speed[kept], predicted.slope[kept])
-    return draw_speeds(part, recording.errors, discrepancy, rng), weight[kept] / weight[kept].sum()
-
-
-def tail_probabilities(observed: FloatArray, replicated: FloatArray, weight: FloatArray) -> FloatArray:
+def tail_probabilities(observed: FloatArray, replicated: FloatArray) -> FloatArray:
     """Return the predictive probability of a smaller value than the observed one, ties by half; (F,).
 
     Args:
         observed: Features of the recording; shape (F,).
         replicated: Features of replicated recordings; shape (m, F).
-        weight: Their weights, which sum to one; shape (m,).
     """
     below = (replicated < observed) + 0.5 * (replicated == observed)
-    return np.asarray(weight @ below)
+    return np.asarray(below.mean(axis=0))
 
 
 def tail_scores(tails: FloatArray) -> FloatArray:
@@ -267,9 +245,9 @@ class PosteriorDraws:
     """Weighted draws of one recording's exact posterior, and what they predict.
 
     Attributes:
-        phi: Draws; shape (n, 4).
+        phi: Draws; shape (n, d).
         weight: Their weights, which sum to one; shape (n,).
-        predicted: Noiseless log speeds and slopes; (n, p) each, NaN only where the weight is zero.
+        predicted: Noiseless log speeds and slopes of equally weighted draws; (m, p) each.
         k_hat: Pareto shape of the weights; NaN where they are equal.
         efficiency: Effective share of the draws.
     """
@@ -321,13 +299,13 @@ def check_recording(
         rng: Stream of the replicated recordings.
     """
     recording, discrepancy = model.recording, model.settings.discrepancy
-    speeds, weight = replicate_speeds(draws.predicted, draws.weight, recording, discrepancy, rng)
+    speeds = draw_speeds(draws.predicted, recording.errors, discrepancy, rng)
     replicated = raw_features(speeds, recording.phase, conditioning)
     observed = raw_features(recording.speed_m_s[None], recording.phase, conditioning)
     return Checks(
         features=observed,
-        tails=tail_probabilities(observed[0], replicated, weight)[None],
-        chi2_p=np.array([chi2_p_value(draws.predicted, draws.weight, recording, discrepancy)]),
+        tails=tail_probabilities(observed[0], replicated)[None],
+        chi2_p=np.array([chi2_p_value(draws.predicted, recording, discrepancy)]),
         bound_mass=strip_mass(draws.phi, draws.weight, model.settings.prior, strip_fraction)[None],
         k_hat=np.array([draws.k_hat]),
         efficiency=np.array([draws.efficiency]),

@@ -22,12 +22,11 @@ from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 from threadpoolctl import threadpool_limits
 
 from swesbi.checks.calibration import ranks
-from swesbi.checks.calibration.recordings import exact_draws
 from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
-from swesbi.posterior.exact import ExactPosterior
+from swesbi.posterior.exact import ExactPosterior, weighted_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import BoxPrior, to_logit
@@ -141,7 +140,8 @@ class LocalRun:
     def _one(
         self, both: TwoRecordings, phi: FloatArray, reference: FloatArray, seed: int
     ) -> tuple[FloatArray, ranks.RankScore]:
-        drawn = exact_draws(both, self.propose(both.averaged()), self.effective_draws, self.exact, seed)
+        proposal = self.propose(both.averaged())
+        drawn, _ = weighted_posterior(both, proposal, self.effective_draws, self.exact, seed)
         truth = self._quantities(phi[None], both.log_likelihood(phi[None]))[0]
         values = self._quantities(drawn.phi, drawn.log_likelihood)
         return truth, ranks.score(truth, values, drawn.weight, reference, self.model.settings.prior)

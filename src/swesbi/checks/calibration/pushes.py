@@ -22,7 +22,6 @@ from swesbi.checks.calibration.ranks import (
     score,
     stack_scores,
 )
-from swesbi.checks.calibration.recordings import exact_draws
 from swesbi.checks.calibration.settings import JudgementSettings, PushesSettings, RecordingsSettings
 from swesbi.checks.free_predictive import draw_pushes as draw_speeds_of_pushes
 from swesbi.checks.recovery import score_recovery
@@ -37,6 +36,7 @@ from swesbi.population.conditions import draw_pushes
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.synthetic import fresh_beats
+from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 from swesbi.progress import Progress
@@ -108,7 +108,10 @@ class PushesStudy:
     def _infer(self, number: int, pushes: int, flow: TrainedSpline) -> InferredPushes:
         model, phi = self.recorded(number, pushes)
         seed = integer_seed(self.seed, "calibration", STREAM, pushes, number)
-        drawn = exact_draws(model, free_proposal(flow, model), self.sizes.effective_draws, self.exact, seed)
+        network_posterior = free_proposal(flow, model)
+        drawn, by_mcmc = weighted_posterior(
+            model, network_posterior, self.sizes.effective_draws, self.exact, seed
+        )
         rng = generator(seed, "residuals")
         chosen = drawn.phi[resampled_rows(drawn.weight, RESIDUAL_DRAWS, rng)]
         test = residual_test(model, model.model.predict(chosen), self.rule, rng)
@@ -119,7 +122,7 @@ class PushesStudy:
             errors_log_sd=np.array([model.noise_log_sd]),
             k_hat=np.array([drawn.k_hat]),
             efficiency=np.array([drawn.efficiency]),
-            by_mcmc=np.array([drawn.by_mcmc]),
+            by_mcmc=np.array([by_mcmc]),
             residual_p_value=np.array([test.p_value]),
             ranked=_ranked(model, phi, network, (drawn.phi, drawn.weight, drawn.log_likelihood), seed),
         )

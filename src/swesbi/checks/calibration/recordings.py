@@ -23,15 +23,13 @@ from swesbi.checks.calibration.ranks import (
 )
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.draws import equal_weights, resampled_rows
-from swesbi.measurement.likelihood import CachedModel, SpeedModel, residuals
+from swesbi.measurement.likelihood import SpeedModel, residuals
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.networks.spline.flow import FlowProposal, TrainedSpline, flow_proposal
 from swesbi.population.synthetic import Synthetic
-from swesbi.posterior.adaptive import adapted
-from swesbi.posterior.exact import certified
-from swesbi.posterior.importance import LikelihoodModel
-from swesbi.posterior.settings import ExactSettings, asking
-from swesbi.posterior.space import PlacedProposal
+from swesbi.posterior.exact import weighted_posterior
+from swesbi.posterior.importance import WeightedDraws
+from swesbi.posterior.settings import ExactSettings
 from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.statistics import strip_mass
@@ -52,67 +50,6 @@ def misfit(model: SpeedModel, predicted: PredictedSpeeds) -> Misfit:
     z = residuals(predicted, model.recording, model.settings.discrepancy)
     chi2 = (z**2).sum(axis=1)
     return Misfit(float(np.nanmin(chi2)), float(np.nanmean(chi2)))
-
-
-@dataclass(frozen=True)
-class ExactDraws:
-    """Weighted draws of a posterior.
-
-    Attributes:
-        phi: Draws; shape (n, d).
-        weight: Their weights, which sum to one; shape (n,).
-        log_likelihood: Exact log-likelihood of each; shape (n,).
-        k_hat: Pareto shape of the importance weights behind them.
-        efficiency: Effective share of these weights.
-        log_evidence: By these weights.
-        by_mcmc: Whether MCMC took over from the weights.
-    """
-
-    phi: FloatArray
-    weight: FloatArray
-    log_likelihood: FloatArray
-    k_hat: float
-    efficiency: float
-    log_evidence: float
-    by_mcmc: bool
-
-
-def exact_draws(
-    model: LikelihoodModel,
-    network: PlacedProposal,
-    effective_draws: int,
-    settings: ExactSettings,
-    seed: int,
-) -> ExactDraws:
-    """Return the exact posterior of a recording, by as few draws as its levels need.
-
-    Rounds of weighted draws go on until their weights are reliable, as in a posterior that is reported, with
-    so many effective draws; where they never are, MCMC started from them takes over. None is left out.
-
-    Args:
-        model: Prior and exact likelihood.
-        network: The network's posterior.
-        effective_draws: Effective draws that are enough.
-        settings: The study's own criteria.
-        seed: Seed of everything.
-    """
-    wanted = asking(settings, effective_draws)
-    weighted = adapted(model, wanted, integer_seed(seed, "rounds"), network).weighted
-    posterior = certified(model, weighted, wanted, seed)
-    drawn = ExactDraws(
-        phi=weighted.phi,
-        weight=weighted.weight,
-        log_likelihood=weighted.log_likelihood,
-        k_hat=weighted.k_hat,
-        efficiency=weighted.efficiency,
-        log_evidence=weighted.log_evidence,
-        by_mcmc=posterior.sampler == "mcmc",
-    )
-    if not drawn.by_mcmc:
-        return drawn
-    phi = posterior.phi
-    log_likelihood, weight = model.log_likelihood(phi), equal_weights(len(phi))
-    return replace(drawn, phi=phi, weight=weight, log_likelihood=log_likelihood)
 
 
 def infer_recordings(
@@ -182,28 +119,25 @@ def _infer(
     by_network = network.draw(settings.network_draws, integer_seed(case.seed, "network"))
     phi = np.concatenate([case.phi[None], by_network])
     truth, *draws = quantities(phi, model.log_likelihood(phi), model.activation_duration_s(phi))
-    cached = CachedModel(model)
-    drawn = exact_draws(cached, network, settings.effective_draws, exact, case.seed)
+    drawn, by_mcmc = weighted_posterior(model, network, settings.effective_draws, exact, case.seed)
     values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
     return _Result(
         truth=truth,
         network=case.score(truth, np.stack(draws), equal_weights(len(draws))),
         weighted=case.score(truth, values, drawn.weight),
-        diagnostics=_diagnose(case, drawn, cached.predict(drawn.phi), settings),
+        diagnostics=_diagnose(case, drawn, by_mcmc, settings),
     )
 
 
-def _diagnose(
-    case: _Case, drawn: ExactDraws, predicted: PredictedSpeeds, settings: RecordingsSettings
-) -> Diagnostics:
+def _diagnose(case: _Case, drawn: WeightedDraws, by_mcmc: bool, settings: RecordingsSettings) -> Diagnostics:
     rows = resampled_rows(drawn.weight, settings.misfit_draws, generator(case.seed, "misfit"))
-    chi2 = misfit(case.model, predicted.rows(rows))
+    chi2 = misfit(case.model, case.model.predict(drawn.phi[rows]))
     prior = case.model.settings.prior
     return Diagnostics(
         k_hat=np.array(drawn.k_hat),
         efficiency=np.array(drawn.efficiency),
         log_evidence=np.array(drawn.log_evidence),
-        by_mcmc=np.array(drawn.by_mcmc),
+        by_mcmc=np.array(by_mcmc),
         phases=np.array(len(case.model.recording.phase)),
         min_chi2=np.array(chi2.min_chi2),
         mean_chi2=np.array(chi2.mean_chi2),

@@ -26,6 +26,7 @@ from swesbi.population.recordings import FreshSettings
 from swesbi.population.settings import NullSettings
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior.result import ExactResult, read_exact_result
+from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import read_posterior
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.noise import read_noise
@@ -75,6 +76,7 @@ class MisspecificationStageSettings(Settings):
     acquisition: AcquisitionSettings
     summary: SummarySettings
     synthetic: SyntheticSettings
+    exact: ExactSettings
 
     @property
     def conditioning(self) -> ConditioningSettings:
@@ -113,7 +115,9 @@ def misspecification(
     made = _make(model, observed, components, settings, origin.seed)
     names = summary_names(conditioning.summary)
     checks = {
-        kind: check_recordings(model, synthetic.recordings, flow, conditioning, sizes, origin.seed, kind)
+        kind: check_recordings(
+            model, synthetic.recordings, flow, conditioning, sizes, settings.exact, origin.seed, kind
+        )
         if synthetic.recordings
         else no_checks(len(names))
         for kind, synthetic in made.items()
@@ -165,6 +169,7 @@ class PopulationNullStageSettings(Settings):
     fresh: FreshSettings
     summary: SummarySettings
     sizes: NullSettings
+    exact: ExactSettings
     rule: RuleSettings
 
 
@@ -179,8 +184,8 @@ def population_null(
     conditioning = conditioning_of(settings.summary, settings.fresh.model)
     flow, _ = load_spline(estimator)
     drawn = draw_null(
-        range(settings.sizes.recordings), flow, settings.fresh, conditioning, settings.sizes, settings.rule,
-        origin.seed,
+        range(settings.sizes.recordings), flow, settings.fresh, conditioning, settings.sizes, settings.exact,
+        settings.rule, origin.seed,
     )  # fmt: skip
     save(null, to_dataset(drawn), origin.provenance(NULLS, settings))
 
@@ -286,7 +291,7 @@ def _check(
     draws = PosteriorDraws(
         phi=exact.phi,
         weight=works / works.sum(),
-        predicted=model.predict_from(exact.phi, beats),
+        predicted=model.predict_from(exact.phi, beats).rows(works),
         k_hat=exact.k_hat,
         efficiency=exact.efficiency,
     )
