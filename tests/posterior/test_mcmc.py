@@ -245,6 +245,19 @@ def sampled_in_a_shifted_space() -> McmcDraws:
     return sample_mcmc(ToyModel(), start, MCMC, seed=7, space=ShiftedSpace())
 
 
+def test_walkers_that_a_space_places_far_out_start_elsewhere() -> None:
+    class WithAFarPoint(ShiftedSpace):
+        def place(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            u, log_slope = super().place(phi)
+            return np.where(phi == far, 1e9, u), log_slope
+
+    start = proposal(0.3, 3.0).draw(MCMC.start_points, seed=5)
+    far = start[7]
+    draws = sample_mcmc(ToyModel(), start, MCMC, seed=7, space=WithAFarPoint())
+    assert draws.converged
+    check_posterior(draws.phi.reshape(-1, 4), draws.effective_draws.min())
+
+
 def test_the_sampler_finds_the_known_posterior_in_a_space_that_is_near_normal(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

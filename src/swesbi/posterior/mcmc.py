@@ -22,6 +22,7 @@ INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their s
 LEAST_SD: Final = 0.1  # in eta; a few dominating weights have no spread of their own
 ATTEMPTS: Final = 100
 STRAY_PROBABILITY: Final = 1e-4
+FARTHEST: Final = 100.0  # from the origin of the space; no walker comes back from there
 
 
 def starting_points(
@@ -222,7 +223,7 @@ def _sampler(
         raise ValueError(f"start_phi has {len(start_phi)} rows; there are {settings.start_points} walkers")
 
     log_posterior = partial(log_posterior_in, space, model)
-    u, _ = space.place(start_phi)
+    u = _within_reach(space.place(start_phi)[0])
     log_prob = log_posterior(u)
     if not np.isfinite(log_prob).all():
         row = int(np.flatnonzero(~np.isfinite(log_prob))[0])
@@ -230,6 +231,17 @@ def _sampler(
     sampler = emcee.EnsembleSampler(*u.shape, log_posterior, moves=used, vectorize=True)
     random_state = np.random.RandomState(seed).get_state()
     return sampler, emcee.State(u, log_prob=log_prob, random_state=random_state)
+
+
+def _within_reach(u: FloatArray) -> FloatArray:
+    """Return starting points u (n, d); those far out in a flow's base space give way to nearer ones."""
+    near = np.linalg.norm(u, axis=1) < FARTHEST
+    if not near.any():
+        return u
+    # beside 1e8 the spread of all other walkers is lost in rounding, and emcee refuses the ensemble
+    found = u.copy()
+    found[~near] = np.resize(u[near], (int((~near).sum()), u.shape[1]))
+    return found
 
 
 def _judged(
