@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help mutants cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes pushes verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help mutants cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes full verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -70,9 +70,9 @@ exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figu
 		cp results/figures/$$name.png docs/figures/ || exit; done
 	$(BIN)/python -m swesbi.show.docs --stored
 
-pushes: $(INSTALLED) ## coverage of free-running recordings by number of pushes, in a quarter of an hour (docs/population.md)
-	$(BIN)/snakemake --cores $(CORES) results/amortised/pushes.csv
-	cp results/amortised/pushes.csv docs/tables/pushes.csv
+full: study ## the checks of calibration in large sizes, with the networks of the study, into results-full/ and docs/tables/
+	$(BIN)/snakemake --cores $(CORES) --configfile config/overlays/full.yaml -- checks
+	$(BIN)/python -m swesbi.model_version results-full/*/*.csv
 	$(BIN)/python -m swesbi.show.docs --stored
 
 verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code

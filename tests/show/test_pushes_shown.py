@@ -40,7 +40,7 @@ def made_table(pushes: tuple[str, ...] = ("all", "2", "52")) -> pd.DataFrame:
 
 
 def test_each_number_of_pushes_is_a_row(tmp_path: Path) -> None:
-    write_csv(tmp_path / "pushes.csv", made_table())
+    write_csv(tmp_path / "amortised_pushes.csv", made_table())
     text = pushes_part(PushesResults.read(tmp_path, 0.9))
     rows = [line for line in text.splitlines() if line.startswith("| ")][1:]
     assert [row.split("|")[1].strip() for row in rows] == ["all", "2", "52"]
@@ -68,7 +68,7 @@ def test_other_peoples_hearts_are_a_row_a_generator_and_quantity(tmp_path: Path)
 
 
 def test_a_table_that_is_another_is_refused(tmp_path: Path) -> None:
-    write_csv(tmp_path / "pushes.csv", made_table().drop(columns="by_mcmc"))
+    write_csv(tmp_path / "amortised_pushes.csv", made_table().drop(columns="by_mcmc"))
     with pytest.raises(ArtefactError, match="lacks the columns by_mcmc"):
         PushesResults.read(tmp_path, 0.9)
 
@@ -77,4 +77,4 @@ def test_the_page_says_what_the_stored_tables_say() -> None:
     text = (ROOT / "docs" / "population.md").read_text(encoding="utf-8")
     interval = load_study(read_yaml(ROOT / "config.yaml")).config.exam_interval
     stored = pushes_part(PushesResults.read(ROOT / "docs" / "tables", interval))
-    assert standing(text)[MARK].strip() == stored.strip(), "run `make docs` after `make pushes`"
+    assert standing(text)[MARK].strip() == stored.strip(), "run `make docs` after `make full`"

@@ -8,7 +8,7 @@ rule person_change:
         posteriors=of_visits("posterior.h5"),
         supports=of_visits("support.json"),
         protocol=str(STUDY.new_protocol),
-        estimator=rules.train_flow.output.estimator,
+        estimator=FLOW,
         noise=rules.noise.output.noise,
         pooled_observations=of_experiment("cohort/{subject}/observation.h5"),
     output:
@@ -38,7 +38,7 @@ use rule person_change as person_change_of_population with:
         posteriors=of_visits("posterior.h5"),
         supports=of_visits("support.json"),
         protocol=str(STUDY.new_protocol),
-        estimator=rules.train_population.output.estimator,
+        estimator=FLOW,
         noise=rules.noise.output.noise,
         pooled_observations=[],
     log:

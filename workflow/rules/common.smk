@@ -34,6 +34,7 @@ CONFIG = STUDY.config
 RESULTS = CONFIG.results
 SUBJECTS = list(STUDY.subjects)
 OBSERVATION = f"{RESULTS}/cohort/{{subject}}/observation.h5"
+FLOW = f"{RESULTS}/{{experiment}}/flow.h5"
 EXPERIMENTS = list(CONFIG.experiments_run)
 SHARDS = range(CONFIG.resources.shards_per_subject)
 PARTS = range(CONFIG.resources.population_parts)
@@ -428,6 +429,24 @@ def cohort_outputs():
         ),
         *small_exam_outputs(),
         *files_of_subjects(["ppc.png", "posterior.png"], EXPERIMENTS),
+    ]
+
+
+def checks_of_calibration():
+    """Return every table of calibration of the experiments with exact posteriors."""
+    return [
+        *expand(
+            f"{RESULTS}/{{experiment}}/{{table}}.csv",
+            experiment=SPEED_EXPERIMENTS,
+            table=["calibration", "recovery", "recovery_acquisition"]
+            + ["misspecification"],
+        ),
+        *expand(
+            f"{RESULTS}/{{experiment}}/{{table}}.csv",
+            experiment=POPULATIONS,
+            table=["calibration", "strata", "recovery", "recovery_acquisition"]
+            + ["pushes"],
+        ),
     ]
 
 

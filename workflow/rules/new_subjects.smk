@@ -45,7 +45,7 @@ rule new_subject:
     input:
         recording=lambda wildcards: str(STUDY.new_recording(wildcards.new_subject)),
         protocol=str(STUDY.new_protocol),
-        estimator=rules.train_flow.output.estimator,
+        estimator=FLOW,
         noise=rules.noise.output.noise,
         pooled_observations=of_experiment("cohort/{subject}/observation.h5"),
         misspecifications=of_experiment(
@@ -87,7 +87,7 @@ rule new_subject_of_population:
     input:
         recording=lambda wildcards: str(STUDY.new_recording(wildcards.new_subject)),
         protocol=str(STUDY.new_protocol),
-        estimator=rules.train_population.output.estimator,
+        estimator=FLOW,
         noise=rules.noise.output.noise,
         null=rules.population_null.output.null,
     output:
@@ -146,7 +146,7 @@ rule new_free_subject_of_population:
     """The same by the network of a population, where one runs and knows such a heart."""
     input:
         recording=lambda wildcards: str(STUDY.new_recording(wildcards.new_subject)),
-        estimator=rules.train_population.output.estimator,
+        estimator=FLOW,
     output:
         **OUTPUTS_OF_FREE,
     log:

@@ -26,14 +26,14 @@ rule train_population:
             rules.population_simulate.output.shard, shard=PARTS, allow_missing=True
         ),
     output:
-        estimator=f"{RESULTS}/{{experiment}}/flow.h5",
+        estimator=FLOW,
         training=f"{RESULTS}/{{experiment}}/training.csv",
     log:
         f"{RESULTS}/logs/train_population/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/train_population/{{experiment}}.tsv"
     wildcard_constraints:
-        experiment=OVER_POPULATION,
+        experiment=NONE if CONFIG.networks else OVER_POPULATION,
     priority: 95
     params:
         stage=stage("train_population"),
@@ -46,7 +46,7 @@ rule train_population:
 rule population_calibration:
     """Recordings of fresh contexts with known parameters, inferred by the network and exactly."""
     input:
-        estimator=rules.train_population.output.estimator,
+        estimator=FLOW,
     output:
         part=f"{RESULTS}/{{experiment}}/calibration/part-{{part}}.h5",
     log:
@@ -104,7 +104,7 @@ rule population_scores:
 rule pushes_calibration:
     """Free-running recordings of fresh contexts, of several numbers of pushes; not part of the study."""
     input:
-        estimator=rules.train_population.output.estimator,
+        estimator=FLOW,
     output:
         part=f"{RESULTS}/{{experiment}}/pushes/part-{{part}}.h5",
     log:
@@ -147,7 +147,7 @@ rule pushes_table:
 rule population_null:
     """Well-specified recordings of fresh contexts: the nulls of the tests of every subject."""
     input:
-        estimator=rules.train_population.output.estimator,
+        estimator=FLOW,
     output:
         null=f"{RESULTS}/{{experiment}}/null.h5",
     log:

@@ -28,14 +28,14 @@ rule train_flow:
         observations=of_experiment("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
     output:
-        estimator=f"{RESULTS}/{{experiment}}/flow.h5",
+        estimator=FLOW,
         training=f"{RESULTS}/{{experiment}}/training.csv",
     log:
         f"{RESULTS}/logs/train_flow/{{experiment}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/train_flow/{{experiment}}.tsv"
     wildcard_constraints:
-        experiment=SPEEDS,
+        experiment=NONE if CONFIG.networks else SPEEDS,
     priority: 90
     params:
         stage=stage("train_flow"),
@@ -50,7 +50,7 @@ rule exact_posterior:
     input:
         observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
-        estimator=rules.train_flow.output.estimator,
+        estimator=FLOW,
     output:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
     log:
@@ -72,7 +72,7 @@ rule misspecification:
     input:
         observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
-        estimator=rules.train_flow.output.estimator,
+        estimator=FLOW,
     output:
         misspecification=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/misspecification.h5",
     log:
@@ -258,7 +258,7 @@ rule calibration_recordings:
     input:
         observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
-        estimator=rules.train_flow.output.estimator,
+        estimator=FLOW,
     output:
         recordings=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/calibration_recordings.h5",
     log:
@@ -280,7 +280,7 @@ rule calibration_local:
     input:
         observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
         noise=f"{RESULTS}/cohort/noise.h5",
-        estimator=rules.train_flow.output.estimator,
+        estimator=FLOW,
         posterior=rules.exact_posterior.output.posterior,
     output:
         local=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/calibration_local.h5",

@@ -78,7 +78,7 @@ class FreshCalibrationSettings(Settings):
 
     own: int = Field(ge=1, description="recordings under the model's own noise")
     acquired: int = Field(ge=1, description="recordings acquired sample by sample and ingested")
-    free_running: PushesSettings = Field(description="of `make pushes`, which is no part of the study")
+    free_running: PushesSettings = Field(description="of `make full`, which is no part of the study")
     strata: StrataSettings
     two_sample_draws: int = Field(
         ge=50, description="draws by which a subject's posterior is told from that of the base experiment"

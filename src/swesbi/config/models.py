@@ -297,6 +297,9 @@ class Config(Settings):
     cohort_title: str = Field(min_length=1, description="what figures and tables call the subjects")
     subjects: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of subjects")
     results: str = Field(min_length=1, description="folder of every output")
+    networks: str | None = Field(
+        description="folder of a finished study whose networks over speeds are taken; null: none"
+    )
     recording: RecordingSettings
     noise: NoiseSettings
     clinical: ClinicalSettings
@@ -331,6 +334,11 @@ class Config(Settings):
     def _check_across_parts(self) -> Self:
         for check in CHECKS:
             check(self)
+        if self.networks is not None and Path(self.networks).resolve() == Path(self.results).resolve():
+            raise ValueError(
+                f"networks = {self.networks!r} is the folder of these results, which has none to take from; "
+                "write null, or put other `results` in an overlay as config/overlays/full.yaml does"
+            )
         return self
 
     @property

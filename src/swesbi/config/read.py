@@ -20,7 +20,7 @@ from swesbi.config.models import Config
 CONFIGURATION: Final = "config.yaml"
 # as safe, and eight times faster where PyYAML has libyaml
 LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-FOLDERS: Final = (("cohort",), ("results",), ("new_subjects", "cohort"))
+FOLDERS: Final = (("cohort",), ("results",), ("networks",), ("new_subjects", "cohort"))
 """The keys of the configuration that name folders."""
 
 

@@ -18,7 +18,7 @@ from swesbi.show.table import Cell, Column, Row, Table, markdown, words
 from swesbi.show.tables.exam_outcomes import NAMES
 
 MARK: Final = "free_running"
-NOT_RUN: Final = "Not measured yet: `make pushes` on a finished study."
+NOT_RUN: Final = "Not measured yet: `make full` on a finished study."
 NOT_ASKED: Final = "Other people's hearts have not been asked yet: `benchmarks/exam_pushes.py`."
 NOT_COMPARED: Final = "Not compared yet: `benchmarks/gated_as_pushes.py`."
 STRANGERS: Final = (
@@ -42,7 +42,7 @@ class PushesResults:
     """What was measured of free-running recordings.
 
     Attributes:
-        table: Of ``make pushes``; None before it has run.
+        table: Of ``make full``; None before it has run.
         doors: Of ``benchmarks/gated_as_pushes.py``, a row a heart; None before it has run.
         strangers: Of ``benchmarks/exam_pushes.py``, a row a generator and quantity; None before it has run.
         interval: Mass of the credible intervals that are shown.
@@ -60,7 +60,7 @@ class PushesResults:
         Raises:
             ArtefactError: A table lacks columns or every row.
         """
-        names = ("pushes", "gated_as_pushes", "exam_pushes")
+        names = ("amortised_pushes", "gated_as_pushes", "exam_pushes")
         table, doors, strangers = (folder / f"{name}.csv" for name in names)
         return cls(
             checked(read_table(table), table, COLUMNS, row="row") if table.is_file() else None,
@@ -84,7 +84,7 @@ def pushes_table(table: pd.DataFrame, interval: float) -> Table:
     """Return a row a number of pushes: coverage of each active parameter, efficiency, MCMC, residuals.
 
     Args:
-        table: ``pushes.csv``.
+        table: ``amortised_pushes.csv``.
         interval: Mass of the credible intervals.
     """
     shown = table[table["nominal"] == interval].astype({"pushes": str})

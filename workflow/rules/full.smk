@@ -1,0 +1,22 @@
+"""Checks in large sizes, with networks of a study that has finished: `make full`."""
+
+if CONFIG.networks:
+
+    rule take_network:
+        """The network that another study trained, where the configuration says which."""
+        input:
+            estimator=f"{CONFIG.networks}/{{experiment}}/flow.h5",
+        output:
+            estimator=FLOW,
+        wildcard_constraints:
+            experiment=EXACT,
+        message:
+            "Network of '{wildcards.experiment}', from {CONFIG.networks}"
+        shell:
+            "cp {input.estimator} {output.estimator}"
+
+
+rule checks:
+    """Every table of calibration: coverage, ranks, strata, alarms, by number of pushes."""
+    input:
+        checks_of_calibration(),
