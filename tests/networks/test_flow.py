@@ -129,7 +129,9 @@ def test_a_wrong_conditioning_vector_is_refused() -> None:
 
 
 def test_a_loss_that_is_not_finite_changes_no_weight_and_too_many_stop_the_training() -> None:
-    trainer = _Trainer(TINY, Rows(np.zeros((256, 4)), np.zeros((256, 53))), label="test")
+    trainer = _Trainer(
+        TINY, Rows(np.zeros((256, 4), np.float32), np.zeros((256, 53), np.float32)), label="test"
+    )
     before = {name: value.clone() for name, value in trainer._net.state_dict().items()}
     bad = torch.full((128, 53), torch.nan)
     assert not np.isfinite(trainer._step(torch.zeros(128, 4), bad))

@@ -69,7 +69,7 @@ def test_no_context_is_on_both_sides_of_the_split() -> None:
 def test_rows_have_the_prior_of_phi_and_fresh_noise_every_epoch(prior: str) -> None:
     made, maker = case.made(20, 20, prior), case.maker(prior)
     joint = maker.model.prior
-    (eta, first), (again, second) = (maker.raw(made, "epoch", number) for number in (1, 2))
+    (eta, first), (again, second) = (next(maker.raw(made, "epoch", number)) for number in (1, 2))
     phi = from_logit(eta, joint)
     assert phi.shape == (400, len(joint.names))
     assert np.isfinite(log_density(phi, joint)).all()
@@ -78,12 +78,12 @@ def test_rows_have_the_prior_of_phi_and_fresh_noise_every_epoch(prior: str) -> N
     fresh = np.isin(joint.names, [PASSIVE_SCALE.name, *OPERATOR_NAMES])  # what the measurement takes
     assert np.array_equal((eta != again).any(axis=0), fresh)
     assert not np.array_equal(first, second)
-    assert np.array_equal(first, maker.raw(made, "epoch", 1)[1])
+    assert np.array_equal(first, next(maker.raw(made, "epoch", 1))[1])
 
 
 def test_the_noise_of_rows_is_that_of_their_standard_error_and_the_discrepancy() -> None:
     made = case.made()
-    inputs = np.stack([case.MAKER.raw(made, "noise", k)[1] for k in range(120)])
+    inputs = np.stack([next(case.MAKER.raw(made, "noise", k))[1] for k in range(120)])
     log_speed, missing, log_se = inputs[:, :, 3:23], inputs[:, :, 23:43], inputs[:, :, 43:63]
     low = (log_se < np.log(0.02)) & (missing == 0)
     high = (log_se > np.log(0.045)) & (missing == 0)

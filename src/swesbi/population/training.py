@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from swesbi.networks.spline.cells import (
     context_inputs,
     fit_cell_conditioner,
 )
-from swesbi.networks.spline.training import Rows, SplineParts, SplineTraining, fit_spline
+from swesbi.networks.spline.training import Rows, SplineParts, SplineTraining, fit_spline, single
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.population.conditions import draw_cells
 from swesbi.population.settings import ConditionSettings
@@ -28,6 +30,8 @@ from swesbi.prior import sample, to_logit
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.settings import AcquisitionSettings
+
+CONTEXTS_AT_A_TIME: Final = 500  # what is made on the way to their rows takes a hundred megabytes
 
 
 @dataclass(frozen=True)
@@ -50,9 +54,13 @@ class RowMaker:
     cells: CellSettings
     seed: int
 
-    def raw(self, made: PopulationSimulations, *name: str | int) -> tuple[FloatArray, FloatArray]:
-        """Draw all but the simulation for each of them: eta (n, d) and inputs (n, C)."""
+    def raw(self, made: PopulationSimulations, *name: str | int) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Draw all but the simulation for each of them: eta (n, d) and inputs (n, C), of some at a time."""
         rng = generator(self.seed, "population rows", *name)
+        for start in range(0, len(made.contexts), CONTEXTS_AT_A_TIME):
+            yield self._raw(_part(made, slice(start, start + CONTEXTS_AT_A_TIME)), rng)
+
+    def _raw(self, made: PopulationSimulations, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
         draws = made.theta.shape[1]
         theta = _flat(made.theta)
         operator = sample(len(theta), self.model.prior.operator, rng)
@@ -74,8 +82,11 @@ class RowMaker:
         *name: str | int,
     ) -> Rows:
         """Draw one epoch's rows, standardised; the stream depends on the seed and the name."""
-        raw_eta, inputs = self.raw(made, *name)
-        return Rows(eta.apply(raw_eta), conditioner.standardise(inputs))
+        parts = [
+            (single(eta.apply(raw_eta)), single(conditioner.standardise(inputs)))
+            for raw_eta, inputs in self.raw(made, *name)
+        ]
+        return Rows(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def split_by_context(
@@ -122,7 +133,7 @@ def train_population(
         TrainingDivergedError: The loss was not finite too often.
     """
     training, held_out = split_by_context(made, settings.validation_fraction)
-    raw_eta, inputs = maker.raw(training, "statistics")
+    raw_eta, inputs = map(np.concatenate, zip(*maker.raw(training, "statistics"), strict=True))
     eta, conditioner = fit_standardisation(raw_eta), fit_cell_conditioner(inputs, maker.cells)
     del raw_eta, inputs
 

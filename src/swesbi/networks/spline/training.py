@@ -16,6 +16,7 @@ from torch import Tensor
 from swesbi.arrays import FloatArray
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.settings import SplineSettings
+from swesbi.networks.spline.arrays import SingleArray
 from swesbi.networks.spline.conditioning import (
     Conditioner,
     ConditioningSettings,
@@ -40,10 +41,15 @@ MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
 
 @dataclass(frozen=True)
 class Rows:
-    """Training rows of all subjects: eta = logit(phi) of shape (N, d), and z of shape (N, C)."""
+    """Training rows of all subjects: standardised eta = logit(phi) of shape (N, d), and z of shape (N, C)."""
 
-    eta: FloatArray
-    z: FloatArray
+    eta: SingleArray
+    z: SingleArray
+
+
+def single(values: FloatArray) -> SingleArray:
+    """Return values in the precision that networks are trained in."""
+    return values.astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -97,7 +103,7 @@ def make_rows(
         conditioner.standardise(rows.features, subject.model.recording.context)
         for rows, subject in zip(raw, subjects, strict=True)
     ]
-    return Rows(eta.apply(np.concatenate([rows.eta for rows in raw])), np.concatenate(z))
+    return Rows(single(eta.apply(np.concatenate([rows.eta for rows in raw]))), single(np.concatenate(z)))
 
 
 def _raw(
@@ -210,6 +216,7 @@ def fit_spline(
         trainer = _Trainer(settings, rows, label)
         trainer.run(rows, validation)
         for number in range(2, settings.epochs + 1):
+            del rows  # else there are two epochs' rows while the next ones are made
             rows = rows_of(training, "epoch", number)
             trainer.run(rows, validation)
     best = min(trainer.epochs, key=lambda epoch: epoch.validation_loss)
@@ -250,7 +257,7 @@ class _Trainer:
     def run(self, rows: Rows, validation: Sequence[Rows]) -> None:
         """Train one epoch on these rows and judge it on the held-out ones."""
         start = time.monotonic()
-        training_loss, skipped = self._pass(_tensor(rows.eta), _tensor(rows.z))
+        training_loss, skipped = self._pass(torch.from_numpy(rows.eta), torch.from_numpy(rows.z))
         loss = float(np.mean([self._judge(rows_held_out) for rows_held_out in validation]))
         improved = loss < self.best_loss
         if improved:
@@ -293,9 +300,6 @@ class _Trainer:
     def _judge(self, rows: Rows) -> float:
         self._net.eval()
         with torch.no_grad():
-            loss: Tensor = -self._net(_tensor(rows.z)).log_prob(_tensor(rows.eta)).mean()
+            z, eta = torch.from_numpy(rows.z), torch.from_numpy(rows.eta)
+            loss: Tensor = -self._net(z).log_prob(eta).mean()
         return float(loss)
-
-
-def _tensor(values: FloatArray) -> Tensor:
-    return torch.from_numpy(values.astype(np.float32))
