@@ -46,7 +46,7 @@ def study_of(finished: StudyCopy) -> Study:
 
 @pytest.fixture(scope="module")
 def results(finished: StudyCopy) -> ReproductionResults:
-    return read_results(finished.results, study_of(finished))
+    return read_results(finished.results, study_of(finished), finished.folder / "docs")
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,6 @@ def written(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Pa
         "ladder.md",
         "readings.md",
         "exam.md",
-        "../README.md",
     ):
         (docs / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")
     with contextlib.chdir(finished.folder):
@@ -153,7 +152,7 @@ def test_the_page_on_the_population_has_its_strata_and_its_cohort(written: Path,
 
 
 def test_a_study_without_a_stored_exam_says_that_it_has_not_been_sat(written: Path) -> None:
-    for page in ("exam.md", "calibration.md", "../README.md"):
+    for page in ("exam.md", "calibration.md"):
         parts = parts_of((written / page).read_text(encoding="utf-8"))
         assert parts["exam"].strip().startswith("**The exam has not been sat yet**")
 
@@ -216,14 +215,13 @@ def test_parts_of_stored_tables_are_written_without_a_study(
     """What is shipped is what is written; a part of a study stays as it stands."""
     monkeypatch.chdir(ROOT)
     shutil.copytree(ROOT / "docs", tmp_path / "docs")
-    shutil.copy(ROOT / "README.md", tmp_path)
     (tmp_path / "changes.yaml").write_text(f"results: {tmp_path / 'nowhere'}\n")
     exam, calibration = (tmp_path / "docs" / name for name in ("exam.md", "calibration.md"))
     spoilt = exam.read_text(encoding="utf-8").replace("At the cohort's noise", "At no noise")
     exam.write_text(spoilt, encoding="utf-8")
     given = ("--overlay", str(tmp_path / "changes.yaml"), "--docs", str(tmp_path / "docs"))
     assert main([*given, "--stored"]) == 0
-    for path in (exam, calibration, tmp_path / "README.md"):
+    for path in (exam, calibration):
         shipped = ROOT / path.relative_to(tmp_path)
         assert path.read_text(encoding="utf-8") == shipped.read_text(encoding="utf-8")
 

@@ -32,7 +32,6 @@ from swesbi.show.docs.exam import (
     ExamResults,
     calibration_part,
     page_part,
-    readme_part,
     sittings_part,
 )
 from swesbi.show.docs.marks import PART
@@ -52,7 +51,6 @@ from swesbi.show.tables.exam_outcomes import in_brief
 TITLES: Final = {"a": "own", "b": "wide", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}
 SHIPPED: Final = read_yaml(ROOT / "config.yaml")
 PAGES: Final = {
-    "README.md": readme_part,
     "docs/exam.md": page_part,
     "docs/calibration.md": calibration_part,
 }
@@ -188,7 +186,7 @@ def test_a_table_that_lacks_a_column_is_named(tmp_path: Path) -> None:
 def test_every_page_shows_the_stored_exam(tmp_path: Path) -> None:
     results = ExamResults.read(store(tmp_path), 0.9)
     assert results is not None
-    whole, calibration, readme = page_part(results), calibration_part(results), readme_part(results)
+    whole, calibration = page_part(results), calibration_part(results)
     for noise, figure in (("noise", "exam"), ("former noise", "exam_former_noise")):
         assert f"**At the cohort's {noise}:**" in whole and f"(figures/{figure}.png)" in whole
     assert (
@@ -196,11 +194,10 @@ def test_every_page_shows_the_stored_exam(tmp_path: Path) -> None:
     )
     assert calibration.count("| (d) spring | attained stiffness |") == 1
     assert all(text.count("- Not tested, since") == 2 for text in (whole, calibration))
-    assert len([line for line in readme.splitlines() if line.startswith("| (")]) == len(MADE)
-    assert "| (d) spring | 60 | 67 | **60.0 (43 to 75)** | 100.0 (91 to 100) | **40.0** |" in readme
-    assert "90 % intervals" in calibration and "90 % intervals" in readme
+    assert whole.count("| (d) spring | 60 | 67 | **60.0 (43 to 75)** | 100.0 (91 to 100) | **40.0** |") == 2
+    assert "90 % intervals" in calibration
     assert whole.endswith("the exam has not been sat yet: `python -m swesbi exam --pressures`.")
-    for text in (whole.rpartition("\n\n")[0], calibration, readme):
+    for text in (whole.rpartition("\n\n")[0], calibration):
         assert "not been sat" not in text and "nan" not in text
 
 
@@ -215,7 +212,7 @@ def test_the_page_compares_coverage_and_width_without_and_with_pressures(tmp_pat
     (row,) = [line for line in part.splitlines() if line.startswith("| (d) spring | attained stiffness |")]
     assert row.endswith("| 0.45 | 0.22 |") and row.count("73.3 (60 to 84)") == 2
     assert "(b) wide" not in part and "(a) own" in part
-    assert "cuff pressures" not in calibration_part(results) + readme_part(results)
+    assert "cuff pressures" not in calibration_part(results)
 
 
 def test_pressures_without_the_exam_itself_are_refused(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 
 import pytest
-from study_copy import ROOT, StudyCopy, copy_study, rules_of
+from study_copy import ROOT, Job, StudyCopy, copy_study, rules_of
 
 from swesbi.config.read import read_yaml
 from swesbi.config.study import load_study
@@ -69,11 +69,25 @@ def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tm
 def test_batches_of_recordings_give_the_bytes_of_single_ones(finished: StudyCopy, tmp_path: Path) -> None:
     study = copy_study(tmp_path)
     study.edit("smoke.yaml", "population_parts: 2", "population_parts: 2\n  subjects_per_job: 2")
-    paths = [f"results-smoke/cohort/{subject}/observation.h5" for subject in "AFG"]
-    assert rules_of(study.planned(*paths)) == {"ingest_batch_0", "ingest_batch_1"}
-    study.run(*paths)
-    for path in paths:
+    assert {"ingest_batch_0", "ingest_batch_1"} <= rules_of(study.planned("results-smoke/cohort/noise.h5"))
+    study.run("results-smoke/cohort/noise.h5")
+    for path in (f"results-smoke/cohort/{subject}/observation.h5" for subject in "AFG"):
         assert (study.folder / path).read_bytes() == (finished.folder / path).read_bytes()
+
+
+def test_a_target_of_one_subject_makes_that_subject_alone(tmp_path: Path) -> None:
+    study = copy_study(tmp_path)
+    study.edit("smoke.yaml", "population_parts: 2", "population_parts: 2\n  subjects_per_job: 4")
+    observation, posterior = (
+        f"results-smoke/{path}" for path in ("cohort/A/observation.h5", "amortised/subjects/A/posterior.h5")
+    )
+    assert study.planned(observation) == {Job("ingest", observation)}
+    answers = {job for job in study.planned(posterior) if "answers" in job.rule}
+    assert {job.rule for job in answers} == {"population_answers"}
+    assert {Path(job.output).parent.name for job in answers} == {"A"}
+    whole = rules_of(study.planned("results-smoke/amortised/cohort.csv"))
+    assert {"population_answers_amortised_0", "ingest_batch_0"} <= whole
+    assert "population_answers" not in whole
 
 
 @pytest.mark.parametrize("subjects", [1, 32, 33, 600])

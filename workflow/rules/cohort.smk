@@ -1,48 +1,47 @@
 """Raw recordings -> observed curves and passive baselines."""
 
-if batched(SUBJECTS):
-    # A rule a batch: a large cohort would start a process a recording, which costs more than the work.
-    for number, batch in enumerate(STUDY.batches(SUBJECTS)):
 
-        rule:
-            name:
-                f"ingest_batch_{number}"
-            input:
-                recordings=[str(STUDY.recording(subject)) for subject in batch],
-                subjects=ancient(str(STUDY.cohort / "subjects.csv")),
-            output:
-                observations=expand(OBSERVATION, subject=batch),
-            log:
-                f"{RESULTS}/logs/ingest_batch/{number}.log",
-            benchmark:
-                f"{RESULTS}/benchmarks/ingest_batch/{number}.tsv"
-            params:
-                stage=stage("ingest_batch", batch=str(number)),
-            message:
-                f"Recordings of {', '.join(batch)}: quality control and observed stiffness curves"
-            script:
-                "../scripts/stage.py"
+rule ingest:
+    """Quality control, mean speed at each phase, E = 3 rho c^2, periodic curve.
 
-else:
+    The subject's row of subjects.csv travels in the params, so editing one row touches one subject.
+    """
+    input:
+        recording=lambda wildcards: str(STUDY.recording(wildcards.subject)),
+        subjects=ancient(str(STUDY.cohort / "subjects.csv")),
+    output:
+        observation=OBSERVATION,
+    log:
+        f"{RESULTS}/logs/ingest/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/ingest/{{subject}}.tsv"
+    params:
+        stage=stage("ingest"),
+    message:
+        "Recording of {wildcards.subject}: quality control and observed stiffness curve"
+    script:
+        "../scripts/stage.py"
 
-    rule ingest:
-        """Quality control, mean speed at each phase, E = 3 rho c^2, periodic curve.
 
-        The subject's row of subjects.csv travels in the params, so editing one row touches one subject.
-        """
+# A rule a batch: a large cohort would start a process a recording, which costs more than the work.
+for number, batch in batches(SUBJECTS):
+
+    rule:
+        name:
+            f"ingest_batch_{number}"
         input:
-            recording=lambda wildcards: str(STUDY.recording(wildcards.subject)),
+            recordings=[str(STUDY.recording(subject)) for subject in batch],
             subjects=ancient(str(STUDY.cohort / "subjects.csv")),
         output:
-            observation=OBSERVATION,
+            observations=expand(OBSERVATION, subject=batch),
         log:
-            f"{RESULTS}/logs/ingest/{{subject}}.log",
+            f"{RESULTS}/logs/ingest_batch/{number}.log",
         benchmark:
-            f"{RESULTS}/benchmarks/ingest/{{subject}}.tsv"
+            f"{RESULTS}/benchmarks/ingest_batch/{number}.tsv"
         params:
-            stage=stage("ingest"),
+            stage=stage("ingest_batch", batch=str(number)),
         message:
-            "Recording of {wildcards.subject}: quality control and observed stiffness curve"
+            f"Recordings of {', '.join(batch)}: quality control and observed stiffness curves"
         script:
             "../scripts/stage.py"
 

@@ -16,6 +16,7 @@ from swesbi.config.slices import stage_settings
 from swesbi.show.figures.registry import captions, figure_of, names_of
 from swesbi.show.page import FURTHER
 from swesbi.population.settings import MOST_SHOWN
+from swesbi.study.forecast import Run
 from swesbi.study.running import RUN
 from swesbi.study.running import current_run, guard_execution
 from swesbi.study.registry import stage_code
@@ -63,7 +64,22 @@ EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or
 
 guard_execution(workflow, RESULTS)
 config[RUN] = current_run(workflow)
+# Stored costs are of the configuration as it is shipped.
+CURRENT = Run(None if config[RUN]["options"] else Path("docs/tables/study_cost.csv"))
 config["figure_captions"] = captions()  # for report/figure.rst
+
+
+onstart:
+    stages = [
+        job.params.stage["name"]
+        for job in workflow.dag.needrun_jobs()
+        if "stage" in job.params.keys()
+    ]
+    print(CURRENT.begun(stages, workflow.cores), file=sys.stderr)
+
+
+onsuccess:
+    print(CURRENT.ended(), file=sys.stderr)
 
 
 def expand(patterns, **values):
@@ -191,26 +207,35 @@ def of_its_subject(pattern):
     return path
 
 
-def batched(subjects):
-    """Tell whether a job serves more than one of these subjects."""
-    return any(len(batch) > 1 for batch in STUDY.batches(subjects))
+def asked_alone():
+    """Return the subjects of whom the command line asks for files that are not there yet."""
+    of_subject = re.compile(
+        rf"{re.escape(RESULTS)}/(?:.+/)?(?:cohort|subjects)/({'|'.join(map(re.escape, SUBJECTS))})/"
+    )
+    asked = [of_subject.match(name) for name in sys.argv[1:] if not Path(name).exists()]
+    return {match[1] for match in asked if match}
 
 
-def batches_of_populations():
-    """Return (experiment, number, subjects) of every job that answers subjects by a population's network."""
+def batches(subjects):
+    """Return (number, subjects) of every job that serves several of these.
+
+    Rules of a batch have no wildcards, so Snakemake prefers them to those of one subject. A batch with a subject
+    that is asked alone has none.
+    """
+    alone = asked_alone()
     return [
-        (experiment, number, batch)
-        for experiment in CONFIG.population_experiments
-        for number, batch in enumerate(STUDY.batches(STUDY.answered(experiment)))
+        (number, batch)
+        for number, batch in enumerate(STUDY.batches(subjects))
+        if len(batch) > 1 and not alone & set(batch)
     ]
 
 
-def batches_with_pressures():
-    """Return (experiment, number, subjects) of every job that answers subjects whose pressures were taken too."""
+def batches_of_populations(subjects_of):
+    """Return (experiment, number, subjects) of every job that serves several subjects of a population's experiment."""
     return [
         (experiment, number, batch)
         for experiment in CONFIG.population_experiments
-        for number, batch in enumerate(STUDY.batches(STUDY.with_pressures(experiment)))
+        for number, batch in batches(subjects_of(experiment))
     ]
 
 

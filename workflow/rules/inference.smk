@@ -15,6 +15,7 @@ rule pool:
         f"{RESULTS}/benchmarks/pool/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
+    priority: 100
     params:
         stage=stage("pool"),
     message:
@@ -36,7 +37,7 @@ rule train:
         f"{RESULTS}/benchmarks/train/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
-    # the longest job by far: it starts as soon as it can
+    # long, and the rest of the experiment waits for it: it starts as soon as it can, as do those that it needs
     priority: 100
     params:
         stage=stage("train"),

@@ -164,8 +164,33 @@ rule population_null:
         "../scripts/stage.py"
 
 
+rule population_answers:
+    """Posterior, verdict and predictive check of one subject."""
+    input:
+        observations=of_its_subject("cohort/{subject}/observation.h5"),
+        noise=f"{RESULTS}/cohort/noise.h5",
+        estimator=FLOW,
+        null=f"{RESULTS}/{{experiment}}/null.h5",
+    output:
+        posteriors=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+        supports=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+        predictives=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
+    log:
+        f"{RESULTS}/logs/population_answers/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/population_answers/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("population_answers"),
+    message:
+        "Answer of '{wildcards.experiment}' for {wildcards.subject}"
+    script:
+        "../scripts/stage.py"
+
+
 # A rule a batch: files of a batch have no name in common that a wildcard could stand for.
-for experiment, number, batch in batches_of_populations():
+for experiment, number, batch in batches_of_populations(STUDY.answered):
 
     rule:
         name:

@@ -1,7 +1,30 @@
 """Answers with the pressures of a cuff, where they were taken: beside those of a population's network on speeds."""
 
+
+rule pressures:
+    """The posterior of one subject from speeds and pressures."""
+    input:
+        observations=of_its_subject("cohort/{subject}/observation.h5"),
+        noise=f"{RESULTS}/cohort/noise.h5",
+        estimator=FLOW,
+    output:
+        posteriors=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/with_pressures.h5",
+    log:
+        f"{RESULTS}/logs/pressures/{{experiment}}/{{subject}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/pressures/{{experiment}}/{{subject}}.tsv"
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+    params:
+        stage=stage("pressures"),
+    message:
+        "Answer of '{wildcards.experiment}' with pressures for {wildcards.subject}"
+    script:
+        "../scripts/stage.py"
+
+
 # A rule a batch: files of a batch have no name in common that a wildcard could stand for.
-for experiment, number, batch in batches_with_pressures():
+for experiment, number, batch in batches_of_populations(STUDY.with_pressures):
 
     rule:
         name:

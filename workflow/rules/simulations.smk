@@ -8,6 +8,7 @@ rule simulate:
         f"{RESULTS}/logs/simulate/{{prior}}/{{subject}}/shard-{{shard}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/simulate/{{prior}}/{{subject}}/shard-{{shard}}.tsv"
+    priority: 80
     params:
         stage=stage("simulate"),
     message:

@@ -14,6 +14,7 @@ rule speed_pool:
         f"{RESULTS}/benchmarks/speed_pool/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
+    priority: 90
     params:
         stage=stage("speed_pool"),
     message:

@@ -11,7 +11,7 @@ from typing import Final
 from swesbi.show.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding
 from swesbi.show.claims.prose import NUMBER, line_of
 from swesbi.show.docs.marks import PART
-from swesbi.show.docs.pages import README, Pages
+from swesbi.show.docs.pages import Pages
 
 MAKE_DOCS: Final = "make docs"
 GENERATED: Final = "what is generated now"
@@ -23,11 +23,10 @@ def parts_judged(pages: Pages, docs: Path) -> Iterator[Finding]:
 
     A part that nothing is given for is not asked: it is made of a finished study.
     """
-    for page in (README, *sorted(path.name for path in docs.glob("*.md"))):
-        path = docs.parent / "README.md" if page == README else docs / page
+    for path in sorted(docs.glob("*.md")):
         text = path.read_text(encoding="utf-8")
         for match in PART.finditer(text):
-            now = pages.get(page, {}).get(match["name"])
+            now = pages.get(path.name, {}).get(match["name"])
             yield _compared(f"{path}:{line_of(text, match.start())}", match["name"], match["body"], now)
 
 

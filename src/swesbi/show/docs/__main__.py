@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write the documentation's marked parts and figures; return 0, or 2 with a message."""
     parser = argparse.ArgumentParser(
         prog="python -m swesbi.show.docs",
-        description="Rewrite the marked parts of the pages under docs/ and of the README beside it, and copy "
+        description="Rewrite the marked parts of the pages under docs/, and copy "
         "the figures that the documentation shows, from a finished study.",
     )
     add_options(parser)

@@ -15,7 +15,7 @@ from swesbi.posterior.result import read_exact_result
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.noise import read_noise
 from swesbi.show.docs.nuisances import Nuisance, nuisances, nuisances_part, reasons_of
-from swesbi.show.docs.results import finished, of_experiment, read_experiment, read_table
+from swesbi.show.docs.results import at_length, finished, of_experiment, read_experiment, read_table
 from swesbi.show.numbers import MISSING, fixed, share
 from swesbi.show.results import records
 from swesbi.show.table import Table, markdown, of_records
@@ -80,13 +80,13 @@ def read_calibration_results(
     known = (study.cohort / "truth.csv").is_file()
     with finished():
         shown = Exact(
-            experiment=read_experiment(folder, study, name),
+            experiment=read_experiment(folder, study, name, docs),
             results={
                 s: read_exact_result(inferred / "subjects" / s / "posterior.h5")
                 for s in study.subjects_of(name)
             },
-            calibration=read_table(inferred / "calibration.csv"),
-            misspecification=read_table(inferred / "misspecification.csv"),
+            calibration=read_table(at_length(folder, docs, name, "calibration")),
+            misspecification=read_table(at_length(folder, docs, name, "misspecification")),
             identifiability=read_table(inferred / "identifiability.csv"),
             noise=read_noise(folder / "cohort" / "noise.h5"),
             truth=of_experiment(truth, name) if known else pd.DataFrame(),

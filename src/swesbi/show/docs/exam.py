@@ -1,4 +1,4 @@
-"""The generated parts on the exam: of its own page, of the page on calibration and of the README."""
+"""The generated parts on the exam: of its own page and of the page on calibration."""
 
 from __future__ import annotations
 
@@ -116,6 +116,7 @@ def page_part(results: ExamResults | None) -> str:
     sittings = [sitting for sitting in (results.cohort, results.former) if sitting is not None]
     parts = [
         f"**At {noise_of(sitting.table)}:**\n\n{_brief(sitting)}\n\n"
+        f"{markdown(generators_table(sitting.table, WHAT))}\n\n"
         f"![The exam at {noise_of(sitting.table)}](figures/{sitting.stem}.png)\n\n"
         f"{markdown(exam_table(sitting.table, WHAT))}\n\n{markdown(samplers_table(sitting.samplers, WHAT))}"
         for sitting in sittings
@@ -159,16 +160,6 @@ def calibration_part(results: ExamResults | None) -> str:
         f"{_asked(results)}, as they are [examined](exam.md), at {noise_of(results.cohort.table)}:\n\n"
         f"{_brief(results.cohort)}\n\n{markdown(exam_table(results.cohort.table, WHAT))}\n\n"
         f"{at_former}"
-    )
-
-
-def readme_part(results: ExamResults | None) -> str:
-    """Show a row a generator at the cohort's noise."""
-    if results is None:
-        return f"{NOT_SAT} [How it is set](docs/exam.md)."
-    return (
-        f"{_asked(results)}, at {noise_of(results.cohort.table)}, worst first; [all of it](docs/exam.md).\n\n"
-        f"{markdown(generators_table(results.cohort.table, WHAT))}"
     )
 
 

@@ -14,7 +14,6 @@ from swesbi.show.docs.exam import (
     ExamResults,
     calibration_part,
     page_part,
-    readme_part,
     sittings_part,
 )
 from swesbi.show.docs.ladder import PARTS as LADDER_PARTS
@@ -34,7 +33,6 @@ POPULATION_PAGE: Final = "population.md"
 LADDER_PAGE: Final = "ladder.md"
 READINGS_PAGE: Final = "readings.md"
 EXAM_PAGE: Final = "exam.md"
-README: Final = "../README.md"
 
 Pages = dict[str, dict[str, str]]
 """Texts of marked parts, by page relative to the documentation's folder, then by mark."""
@@ -56,7 +54,6 @@ def stored_pages(study: Study, docs: Path) -> Pages:
         LADDER_PAGE: {mark: part(ladder) for mark, part in LADDER_PARTS.items()},
         READINGS_PAGE: {mark: part(readings) for mark, part in READINGS_PARTS.items()},
         EXAM_PAGE: {MARK: page_part(exam), SITTINGS: sittings_part(exam)},
-        README: {MARK: readme_part(exam)},
         **shown,
     }
 
@@ -75,7 +72,7 @@ def study_pages(study: Study, docs: Path, config: str) -> Pages:
         ArtefactError: The study is not finished.
     """
     folder = Path(study.config.results)
-    results = read_results(folder, study)
+    results = read_results(folder, study, docs)
     pages = {PAGE: {mark: part(results) for mark, part in PARTS.items()}}
     if name := experiment_shown(study):
         calibration = read_calibration_results(folder, study, name, docs, config)

@@ -12,7 +12,7 @@ import pandas as pd
 
 from swesbi.checks.calibration.ranks import WEIGHTED
 from swesbi.config.study import Study
-from swesbi.show.docs.results import finished
+from swesbi.show.docs.results import at_length, finished
 from swesbi.show.figures.population import read_strata
 from swesbi.show.numbers import MISSING, fixed, share
 from swesbi.show.table import markdown, of_records
@@ -65,7 +65,7 @@ def read_population_results(folder: Path, study: Study, name: str, docs: Path) -
             settings=study.config.population_experiments[name].model_dump(mode="json"),
             interval=study.config.speed_experiments[base].exact.interval,
             cohort=read_cohort(folder / name / "cohort.csv"),
-            strata=read_strata(folder / name / "strata.csv"),
+            strata=read_strata(at_length(folder, docs, name, "strata")),
             pressures=pressures_of(_table_of_pressures(folder, study, name), name),
         )
     scaling = pd.read_csv(measured) if measured.is_file() else None

@@ -53,7 +53,7 @@ class ReproductionResults:
         return tuple(name for name in self.subjects if self.supports[name].supported)
 
 
-def read_results(folder: Path, study: Study) -> ReproductionResults:
+def read_results(folder: Path, study: Study, docs: Path) -> ReproductionResults:
     """Read what the documentation shows.
 
     Raises:
@@ -62,7 +62,7 @@ def read_results(folder: Path, study: Study) -> ReproductionResults:
     config, truth = study.config, study.cohort / "truth.csv"
     names = [name for name in config.experiments_run if name in config.feature_experiments]
     with finished():
-        experiments = tuple(read_experiment(folder, study, name) for name in names)
+        experiments = tuple(read_experiment(folder, study, name, docs) for name in names)
         return ReproductionResults(
             main=next(each for each in experiments if each.name == config.main_experiment),
             experiments=experiments,
@@ -74,15 +74,28 @@ def read_results(folder: Path, study: Study) -> ReproductionResults:
         )
 
 
-def read_experiment(folder: Path, study: Study, name: str) -> Experiment:
+def at_length(folder: Path, docs: Path, experiment: str, table: str) -> Path:
+    """Return a table of calibration as ``make full`` stored it, or else the study's own."""
+    stored = docs / "tables" / f"{experiment}_{table}.csv"
+    return stored if stored.is_file() else folder / experiment / f"{table}.csv"
+
+
+def read_experiment(folder: Path, study: Study, name: str, docs: Path) -> Experiment:
     """Read what every experiment has from the folder of a study's results.
+
+    Args:
+        folder: Results of the study.
+        study: Configuration and cohort.
+        name: The experiment.
+        docs: Folder of the documentation, which may hold its recovery from a longer run.
 
     Raises:
         FileNotFoundError: A file is missing.
     """
     own, tables = folder / name, folder / "tables"
     section = {**study.config.feature_experiments, **study.config.speed_experiments}[name]
-    recoveries = (read_table(own / f"{kind}.csv") for kind in ("recovery", "recovery_acquisition"))
+    kinds = ("recovery", "recovery_acquisition")
+    recoveries = (read_table(at_length(folder, docs, name, kind)) for kind in kinds)
     return Experiment(
         name=name,
         settings=section.model_dump(mode="json"),
