@@ -72,7 +72,7 @@ exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figu
 
 full: study ## the checks of calibration in large sizes, with the networks of the study, into results-full/ and docs/tables/
 	$(BIN)/snakemake --cores $(CORES) --configfile config/overlays/full.yaml -- checks
-	$(BIN)/python -m swesbi.model_version results-full/*/*.csv
+	$(BIN)/python -m swesbi.study.model_version results-full/*/*.csv
 	$(BIN)/python -m swesbi.show.docs --stored
 
 verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swesbi import model_version
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
-from swesbi.model_version import (
+from swesbi.study import model_version
+from swesbi.study.model_version import (
     FINGERPRINT,
     STORED,
     ModelVersionError,

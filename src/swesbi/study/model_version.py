@@ -38,7 +38,7 @@ TOLERANCE: Final = 1e-6  # relative; processors differ by far less
 STORED: Final = Path("docs/tables")
 FINGERPRINT: Final = "model_version.json"
 VERSIONS: Final = "model_versions.csv"
-RENEW: Final = "`python -m swesbi.model_version`"
+RENEW: Final = "`python -m swesbi.study.model_version`"
 SEED: Final = 1
 HEARTS: Final = 3
 LEVELS: Final = (0.5, 0.3, 0.8)
@@ -107,7 +107,7 @@ def check_version(folder: Path, found: Mapping[str, float]) -> None:
     if names := moved(stored, found):
         raise ModelVersionError(
             f"the model gives other numbers than version {version} ({len(names)} of {len(found)}, first "
-            f"{names[0]}). If that is meant, raise MODEL_VERSION in swesbi.model_version, run {RENEW}, and "
+            f"{names[0]}). If that is meant, raise MODEL_VERSION, run {RENEW}, and "
             f"make the tables of {folder / VERSIONS} again; if not, find what has changed"
         )
     if version != MODEL_VERSION:
@@ -154,7 +154,7 @@ def store_tables(folder: Path, tables: Sequence[Path]) -> None:
 def main(arguments: Sequence[str]) -> int:
     """Renew the fingerprint, or store tables with the version; return the exit code."""
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi.model_version",
+        prog="python -m swesbi.study.model_version",
         description="Renew the stored fingerprint of the model, after MODEL_VERSION was raised. With tables: "
         "store these in docs/tables, with the version of the model that made them.",
     )
