@@ -16,11 +16,11 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
-from swesbi.posterior.fitted import FittedProposal, fit_in_nearest
+from swesbi.posterior.fitted import FittedProposal, fit_in_nearest, placed_in
 from swesbi.posterior.importance import Proposal
 from swesbi.posterior.settings import asking
 from swesbi.posterior.space import LogitSpace
-from swesbi.posterior.student import StudentProposal, fitted_mixture
+from swesbi.posterior.student import StudentProposal
 from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, log_density
 
 FloatArray = NDArray[np.float64]
@@ -92,35 +92,6 @@ def test_a_fitted_proposal_s_density_integrates_to_one(prior: str) -> None:
     assert in_bounds(fitted.draw(1000, 6), joint).all()
 
 
-def two_heaps(count: int, seed: int) -> FloatArray:
-    """Draw eta (count, 3) from two normal heaps, the first with a share of 0.7."""
-    rng = np.random.default_rng(seed)
-    first = rng.random(count) < 0.7
-    centres = np.where(first[:, None], [[-3.0, 0.0, 0.0]], [[3.0, 1.0, 0.0]])
-    return np.asarray(centres + 0.5 * rng.standard_normal((count, 3)))
-
-
-def test_a_fitted_mixture_has_the_heaps_of_the_draws_and_a_density_of_its_draws() -> None:
-    mixture = fitted_mixture(two_heaps(3000, 1), np.zeros(3000), seed=2)
-    assert len(mixture.parts) > 1
-    drawn = mixture.draw(4000, np.random.default_rng(3))
-    left = drawn[:, 0] < 0.0
-    assert left.mean() == pytest.approx(0.7, abs=0.02)
-    np.testing.assert_allclose(drawn[left].mean(axis=0), [-3.0, 0.0, 0.0], atol=0.1)
-    wide = StudentProposal(np.zeros(3), np.diag([9.0, 1.0, 1.0]))
-    points = wide.draw(100_000, np.random.default_rng(4))
-    ratio = np.exp(mixture.log_density(points) - wide.log_density(points))
-    assert abs(ratio.mean() - 1.0) < 4.0 * ratio.std() / np.sqrt(len(ratio)) < 0.05
-
-
-def test_weights_count_in_a_mixture_and_few_effective_draws_give_one_part() -> None:
-    eta = two_heaps(3000, 1)
-    left_only = np.where(eta[:, 0] < 0.0, 0.0, -30.0)
-    drawn = fitted_mixture(eta, left_only, seed=2).draw(2000, np.random.default_rng(3))
-    assert (drawn[:, 0] < 0.0).mean() > 0.99
-    assert len(fitted_mixture(eta[:50], np.zeros(50), seed=2).parts) == 1
-
-
 def assert_integrates_to_one(part: Proposal, phi: FloatArray, prior: JointPriorSettings) -> None:
     """Weight draws phi (n, d) of the prior by the density: the mean of q / p is the integral of q."""
     ratio = np.exp(part.log_density(phi) - log_density(phi, prior))
@@ -136,7 +107,7 @@ def test_rounds_make_a_poor_network_efficient(prior: str, count: int, epochs: in
     model, first = proposal(prior, count, epochs)
     rounds = list(adaptive_rounds(model, asking(SETTINGS, 400), 1, first))
     assert rounds[-1].reliable
-    alone = weigh(model, rounds[-1].proposal, 2000, 0.1, 2)
+    alone = weigh(model, rounds[-1].proposal(), 2000, 0.1, 2)
     assert alone.efficiency > gain * rounds[0].weighted.efficiency > 0.0
 
 
@@ -180,5 +151,6 @@ def test_draws_too_far_apart_for_a_covariance_leave_a_space_out() -> None:
     model, first = proposal("paper")
     logit = LogitSpace(model.settings.prior)
     weighted = weigh(model, first, 2000, 0.1, 1)
-    fitted = fit_in_nearest([FarSpace(logit), logit], weighted.phi, weighted.log_weight, 1)
+    placed = [placed_in(space, weighted.phi) for space in (FarSpace(logit), logit)]
+    fitted = fit_in_nearest(placed, weighted.log_weight)
     assert fitted.space is logit

@@ -58,11 +58,13 @@ KNOWN_CLASSES: Final = (
     "swesbi.measurement.likelihood.SpeedModel",
     "swesbi.prior.JointPriorSettings",
     "swesbi.prior.NuisanceSettings",
+    "swesbi.posterior.adaptive.AdaptedDraws",
+    "swesbi.posterior.adaptive.HalvedProposals",
     "swesbi.posterior.adaptive.PriorProposal",
     "swesbi.posterior.fitted.FittedProposal",
+    "swesbi.posterior.fitted.PlacedDraws",
     "swesbi.posterior.space.LogitSpace",
     "swesbi.posterior.student.StudentProposal",
-    "swesbi.posterior.student.StudentMixture",
 )
 
 

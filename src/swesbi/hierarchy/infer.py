@@ -110,7 +110,7 @@ def infer_population(
     first: PlacedProposal | None = None
     if len(members) >= MANY:
         rough, few = model.thinned(settings.rough_draws), asking(settings.exact, GLANCE)
-        first = adapted(rough, few, integer_seed(seed, STREAM, "rough")).proposal
+        first = adapted(rough, few, integer_seed(seed, STREAM, "rough")).proposal()
     for number in range(settings.refreshes if redraw is not None else 0):
         stream = integer_seed(seed, STREAM, "glance", number)
         glance = adapted(model, asking(settings.exact, GLANCE), stream, first)
@@ -122,7 +122,7 @@ def infer_population(
             narrower, name = shrunken_prior(model, eta, subject), members[subject].subject
             anew = redraw(name, narrower, integer_seed(seed, STREAM, "anew", name, number))
             sets[subject].append(DrawSet(anew[: settings.draws], narrower))
-        model, first = _model(members, posed, sets, settings), glance.proposal
+        model, first = _model(members, posed, sets, settings), glance.proposal()
     exact, _ = exact_posterior(model, first, settings.exact, seed, STREAM)
     eta = exact.phi[: settings.shown_draws]
     return Inferred(

@@ -196,7 +196,7 @@ def _proposals(
         for size in sorted(settings.proposal_sizes):
             power = size * (2 if design == GROUPS else 1) / (WIDER * len(model.recycled))
             stream = integer_seed(seed, STREAM, arm, size)
-            first = adapted(_Tempered(model, power), rounds, stream, first).proposal
+            first = adapted(_Tempered(model, power), rounds, stream, first).proposal()
             found.append(first)
             progress.step()
     return found

@@ -3,9 +3,14 @@
 Adaptive multiple importance sampling (Cornuet, Marin, Mira and Robert 2012, Scand J Stat 39:798): draws of
 all rounds are weighted by the mixture of all proposals so far, the prior among them, so that no simulation is
 lost and no weight exceeds the largest likelihood over the prior's share. It begins with a network's posterior
-of the recording, or with the prior alone. Each further proposal is fitted to all draws so far, in the base
-space of the network's flow or in the logit of the prior's box, whichever is nearer; while few draws carry the
-weight, to a power of it below one, which leads from the prior to the posterior.
+of the recording, or with the prior alone. Each further proposal is fitted in the base space of the network's
+flow or in the logit of the prior's box, whichever is nearer; while few draws carry the weight, to a power of
+it below one, which leads from the prior to the posterior.
+
+A proposal that is fitted to a draw has a high density there, which lowers the weight of just this draw:
+tails come out too light, and neither effective draws nor k-hat show it. So draws come in two halves. Those of
+one half are drawn from, and weighted by, proposals fitted to the other half alone (the cross-fitting of
+Chernozhukov et al. 2018, Econom J 21:C1).
 """
 
 from __future__ import annotations
@@ -17,11 +22,12 @@ from typing import Final
 import numpy as np
 from scipy.special import logsumexp
 
-from swesbi.arrays import FloatArray
-from swesbi.posterior.fitted import fit_in_nearest
+from swesbi.arrays import FloatArray, IntArray
+from swesbi.posterior.fitted import FittedProposal, PlacedDraws, fit_in_nearest, placed_in
 from swesbi.posterior.importance import (
     LikelihoodModel,
     NoLikelihoodError,
+    Proposal,
     WeightedDraws,
     evidence,
     k_hat_limit,
@@ -29,12 +35,15 @@ from swesbi.posterior.importance import (
 )
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import LogitSpace, PlacedProposal, Space
-from swesbi.prior import BoxPrior, draw_prior, log_density
+from swesbi.prior import BoxPrior, draw_prior, log_density, to_logit
 from swesbi.seeds import generator, integer_seed
 
 SEARCH_DRAWS: Final = 300  # of a proposal on the way, while fewer than ``FOUND_DRAWS`` are effective
 FOUND_DRAWS: Final = 60
 LEAST_ROUND: Final = 300  # fewer are hardly worth a proposal of their own
+FARTHEST: Final = (
+    30.0  # in the logit; nearer to a face of the box double precision does not tell points apart
+)
 
 
 @dataclass(frozen=True)
@@ -67,12 +76,45 @@ class AdaptedDraws:
     Attributes:
         weighted: All draws with their weights.
         reliable: Pareto shape and effective draws are those at which rounds end.
-        proposal: What the last of them come from.
+        placed: The draws in the spaces in which proposals are fitted.
     """
 
     weighted: WeightedDraws
     reliable: bool
-    proposal: PlacedProposal
+    placed: tuple[PlacedDraws, ...]
+
+    def proposal(self) -> FittedProposal:
+        """Return a proposal fitted to all of them, for draws that are yet to come."""
+        return fit_in_nearest(self.placed, self.weighted.log_weight)
+
+
+@dataclass(frozen=True)
+class HalvedProposals:
+    """A proposal for each half of the draws, fitted to the other half."""
+
+    of_half: tuple[FittedProposal, FittedProposal]
+
+    def draw(self, each: int, seed: int) -> FloatArray:
+        """Draw phi (2 each, d), those of the first half first."""
+        return np.concatenate(
+            [proposal.draw(each, integer_seed(seed, own)) for own, proposal in enumerate(self.of_half)]
+        )
+
+    def log_density(self, placed: Sequence[PlacedDraws], half: IntArray) -> FloatArray:
+        """Return the log density of draws of these halves (n,) by the proposal of their half; shape (n,)."""
+        log_density = np.empty(len(half))
+        for own, proposal in enumerate(self.of_half):
+            of_space = next(draws for draws in placed if draws.space is proposal.space)
+            log_density[half == own] = proposal.log_density_of(of_space.of(half == own))
+        return log_density
+
+
+def fit_halves(placed: Sequence[PlacedDraws], log_weight: FloatArray, half: IntArray) -> HalvedProposals:
+    """Fit a proposal for each half (n,) of weighted draws (n,) to the other half."""
+    first, second = (
+        fit_in_nearest([draws.of(half != own) for draws in placed], log_weight[half != own]) for own in (0, 1)
+    )
+    return HalvedProposals((first, second))
 
 
 def adaptive_rounds(
@@ -89,53 +131,70 @@ def adaptive_rounds(
     Raises:
         NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
-    prior = model.settings.prior
-    parts: list[PlacedProposal] = [PriorProposal(prior)]
-    counts = [settings.first_draws]
-    spaces: list[Space] = [LogitSpace(prior)]
-    if network is not None:
-        of_prior = round(settings.prior_fraction * settings.first_draws)
-        counts = [of_prior, settings.first_draws - of_prior]
-        parts, spaces = [*parts, network], [network, *spaces]
+    first, counts = _first_proposals(model.settings.prior, network, settings)
     names = ("prior", "network")
-    phi = np.concatenate(
-        [
-            part.draw(count, integer_seed(seed, "adaptive", name))
-            for part, count, name in zip(parts, counts, names, strict=False)
-        ]
-    )
-    log_parts = [part.log_density(phi) for part in parts]
-    log_likelihood = model.log_likelihood(phi)
+    drawn = [
+        part.draw(count, integer_seed(seed, "adaptive", name))
+        for part, count, name in zip(first, counts, names, strict=False)
+    ]
+    phi, half = np.concatenate(drawn), np.concatenate([np.arange(count) % 2 for count in counts])
+    log_first = [part.log_density(phi) for part in first]
+    log_likelihood = _log_likelihood(model, phi)
+    logit = LogitSpace(model.settings.prior)
+    spaces: list[Space] = [logit] if network is None else [network, logit]
+    placed = [placed_in(space, phi) for space in spaces]
+    fitted: list[HalvedProposals] = []
     for number in range(settings.max_rounds + 1):
-        weighted = weighted_by_all(phi, log_likelihood, log_parts, counts)
+        log_fitted = [proposals.log_density(placed, half) for proposals in fitted]
+        weighted = weighted_by_all(phi, log_likelihood, [*log_first, *log_fitted], counts)
         reliable = is_reliable(weighted, settings)
-        yield AdaptedDraws(weighted, reliable, parts[-1])
+        yield AdaptedDraws(weighted, reliable, tuple(placed))
         if reliable or number == settings.max_rounds:
             return
-        stream = integer_seed(seed, "adaptive", number)
-        proposal = fit_in_nearest(spaces, phi, weighted.log_weight, stream)
-        drawn = proposal.draw(_round_size(weighted, settings), integer_seed(stream, "draws"))
-        # what is known of earlier draws is kept: each part meets the new ones, the new part meets all
-        log_parts = [
-            np.concatenate([known, part.log_density(drawn)])
-            for known, part in zip(log_parts, parts, strict=True)
+        fitted.append(fit_halves(placed, weighted.log_weight, half))
+        each = _round_size(weighted, settings)
+        more = fitted[-1].draw(each, integer_seed(seed, "adaptive", number))
+        counts.append(2 * each)
+        phi, half = np.concatenate([phi, more]), np.concatenate([half, np.repeat([0, 1], each)])
+        log_first = [
+            np.concatenate([known, part.log_density(more)])
+            for known, part in zip(log_first, first, strict=True)
         ]
-        phi = np.concatenate([phi, drawn])
-        log_likelihood = np.concatenate([log_likelihood, model.log_likelihood(drawn)])
-        parts.append(proposal)
-        counts.append(len(drawn))
-        log_parts.append(proposal.log_density(phi))
+        log_likelihood = np.concatenate([log_likelihood, _log_likelihood(model, more)])
+        placed = [draws.with_more(more) for draws in placed]
+
+
+def _log_likelihood(model: LikelihoodModel, phi: FloatArray) -> FloatArray:
+    """Return the log likelihood of phi (n, d), -inf as well at the faces of the prior's box; shape (n,).
+
+    A posterior has less than e^-30 of its mass there. But a draw from so far out is moved to the nearest
+    number, of which neither a flow nor a fitted proposal knows the density that it was drawn with.
+    """
+    eta = to_logit(phi, model.settings.prior)
+    return np.where(np.abs(eta).max(axis=1) < FARTHEST, model.log_likelihood(phi), -np.inf)
+
+
+def _first_proposals(
+    prior: BoxPrior, network: PlacedProposal | None, settings: ExactSettings
+) -> tuple[list[Proposal], list[int]]:
+    """Return what the first round draws from, and how many of each: even numbers, for two halves."""
+    draws = 2 * (settings.first_draws // 2)
+    if network is None:
+        return [PriorProposal(prior)], [draws]
+    of_prior = 2 * round(0.5 * settings.prior_fraction * draws)
+    return [PriorProposal(prior), network], [of_prior, draws - of_prior]
 
 
 def _round_size(weighted: WeightedDraws, settings: ExactSettings) -> int:
-    """Return how many draws come next: as many as are missing, if they are as effective as those so far."""
+    """Return how many draws of each half come next: what is missing, if as effective as those so far."""
     draws, most = len(weighted.phi), settings.round_draws
     effective = weighted.efficiency * draws
     if effective < FOUND_DRAWS:
-        return min(SEARCH_DRAWS, most)
+        return min(SEARCH_DRAWS, most) // 2
     missing = draws * (settings.effective_draws / effective - 1.0)
     # enough of them with a poor Pareto shape: a full round of a better proposal
-    return min(max(int(np.ceil(missing)), LEAST_ROUND), most) if missing > 0.0 else most
+    wanted = min(max(int(np.ceil(missing)), LEAST_ROUND), most) if missing > 0.0 else most
+    return wanted // 2
 
 
 def adapted(

@@ -10,21 +10,60 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swesbi.arrays import FloatArray
 from swesbi.draws import normalised
 from swesbi.posterior.space import Space
-from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_mixture, fitted_proposal
+from swesbi.posterior.student import StudentProposal, fitted_proposal
+
+
+@dataclass(frozen=True)
+class PlacedDraws:
+    """Draws as they lie in a space.
+
+    Attributes:
+        space: The space.
+        u: Where they lie in it; shape (n, d).
+        log_slope: log |du / dphi|; shape (n,).
+    """
+
+    space: Space
+    u: FloatArray
+    log_slope: FloatArray
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which have a place: far from all that a flow was trained on its map overflows; shape (n,)."""
+        return np.isfinite(self.u).all(axis=1) & np.isfinite(self.log_slope)
+
+    def of(self, rows: NDArray[np.bool_]) -> PlacedDraws:
+        """Return those of some rows (n,)."""
+        return PlacedDraws(self.space, self.u[rows], self.log_slope[rows])
+
+    def with_more(self, phi: FloatArray) -> PlacedDraws:
+        """Return these and further draws phi (m, d)."""
+        more = placed_in(self.space, phi)
+        return PlacedDraws(
+            self.space,
+            np.concatenate([self.u, more.u]),
+            np.concatenate([self.log_slope, more.log_slope]),
+        )
+
+
+def placed_in(space: Space, phi: FloatArray) -> PlacedDraws:
+    """Return draws phi (n, d) as they lie in a space."""
+    u, log_slope = space.place(phi)
+    return PlacedDraws(space, u, log_slope)
 
 
 @dataclass(frozen=True)
 class FittedProposal:
-    """A Student distribution, or a mixture of them, in a space, as a density over phi."""
+    """A Student distribution in a space, as a density over phi."""
 
-    student: StudentProposal | StudentMixture
+    student: StudentProposal
     space: Space
 
     def draw(self, draws: int, seed: int) -> FloatArray:
@@ -33,11 +72,13 @@ class FittedProposal:
 
     def log_density(self, phi: FloatArray) -> FloatArray:
         """Return log q(phi) = log q(u) + log |du / dphi| of phi (n, d); shape (n,)."""
-        u, log_slope = self.space.place(phi)
-        # far from all that a flow was trained on its map overflows; nothing is drawn there
-        known = np.isfinite(u).all(axis=1) & np.isfinite(log_slope)
-        log_density = np.full(len(phi), -np.inf)
-        log_density[known] = self.student.log_density(u[known]) + log_slope[known]
+        return self.log_density_of(placed_in(self.space, phi))
+
+    def log_density_of(self, placed: PlacedDraws) -> FloatArray:
+        """Return log q(phi) of draws that have been placed in its space; shape (n,)."""
+        known = placed.known
+        log_density = np.full(len(known), -np.inf)  # nothing is drawn where nothing can be placed
+        log_density[known] = self.student.log_density(placed.u[known]) + placed.log_slope[known]
         return log_density
 
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -49,37 +90,31 @@ class FittedProposal:
         return self.space.at(u)
 
 
-def fit_in_nearest(
-    spaces: Sequence[Space], phi: FloatArray, log_weight: FloatArray, seed: int
-) -> FittedProposal:
-    """Fit a proposal to weighted draws phi (n, d) in the space in which a Student distribution is nearest.
+def fit_in_nearest(draws: Sequence[PlacedDraws], log_weight: FloatArray) -> FittedProposal:
+    """Fit a proposal to weighted draws in the space in which a Student distribution comes nearest to them.
 
     Nearest is the largest mean log density, which is the least divergence of the posterior from the proposal,
     up to a constant.
+
+    Args:
+        draws: The same draws in every space; the last is one that all have a place in.
+        log_weight: Their log weights; shape (n,).
     """
-    placed = [_placed(space, phi, log_weight) for space in spaces]
-    best = max(range(len(spaces)), key=lambda number: placed[number].nearness)
-    return FittedProposal(fitted_mixture(placed[best].u, placed[best].log_weight, seed), spaces[best])
+    fits = [_fitted(placed, log_weight) for placed in draws]
+    best = max(range(len(fits)), key=lambda number: fits[number][1])
+    return fits[best][0]
 
 
-class _Placed(NamedTuple):
-    """Weighted draws that have a place in a space, and how near a Student distribution comes to them."""
+def _fitted(placed: PlacedDraws, log_weight: FloatArray) -> tuple[FittedProposal, float]:
+    """Return a proposal in one space, and its mean log density.
 
-    u: FloatArray
-    log_weight: FloatArray
-    nearness: float
-
-
-def _placed(space: Space, phi: FloatArray, log_weight: FloatArray) -> _Placed:
-    """Place weighted draws phi (n, d) in a space.
-
-    Nearness is -inf where they lie so far apart that their covariance is singular in double precision.
+    That is -inf where draws lie so far apart that their covariance is singular in double precision.
     """
-    u, log_slope = space.place(phi)
-    known = np.isfinite(u).all(axis=1) & np.isfinite(log_slope)
-    u, weight = u[known], log_weight[known]
+    known = placed.known
+    draws, log_weight = placed.of(known), log_weight[known]
+    proposal = FittedProposal(fitted_proposal(draws.u, log_weight), placed.space)
     try:
-        log_q = fitted_proposal(u, weight).log_density(u) + log_slope[known]
+        log_density = proposal.log_density_of(draws)
     except np.linalg.LinAlgError:
-        return _Placed(u, weight, -np.inf)
-    return _Placed(u, weight, float(normalised(weight) @ log_q))
+        return proposal, -np.inf
+    return proposal, float(normalised(log_weight) @ log_density)

@@ -54,7 +54,6 @@ LIBRARY: Final = {
     "scipy.stats.chi2.sf": "stats.chi2.sf",
     "statistics.NormalDist": "stats.NormalDist",
     "scipy.optimize.brentq": "optimize.brentq",
-    "sklearn.mixture.GaussianMixture": "mixture.GaussianMixture",
     "arviz.psislw": "paretoSmoothed",
     **{
         f"scipy.special.{name}": f"special.{name}" for name in _listed("expit log_expit logsumexp ndtr ndtri")

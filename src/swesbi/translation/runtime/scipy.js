@@ -116,60 +116,6 @@ const optimize = {
   },
 };
 
-// Expectation and maximisation of a normal mixture with full covariances.
-const mixture = {
-  GaussianMixture: (components, named) => ({
-    fit(x) {
-      const rng = np.random.default_rng(named.values.random_state), n = x.shape[0], d = x.shape[1];
-      let shares = nearestSeeds(x, components, rng), model = null, before = -Infinity;
-      for (let round = 0; round < 100; round++) {
-        model = maximised(x, shares, named.values.reg_covar);
-        const logs = np.stack(model.map((part) => {
-          const lower = np.linalg.cholesky(part.covariance), z = whitened(lower, py.sub(x, part.mean));
-          const constant = Math.log(part.weight) - np.sum(np.log(np.diag(lower))) - (d / 2) * Math.log(2 * Math.PI);
-          return py.sub(constant, py.mul(0.5, np.sum(py.mul(z, z), kw({ axis: 1 }))));
-        }));
-        const whole = special.logsumexp(logs, kw({ axis: 0 })), mean = np.mean(whole);
-        shares = np.exp(py.sub(logs, whole));
-        if (Math.abs(mean - before) < 1e-3) break;
-        before = mean;
-      }
-      return {
-        means_: np.stack(model.map((part) => part.mean)), covariances_: np.stack(model.map((part) => part.covariance)),
-        weights_: np.array(model.map((part) => part.weight)), n_: n,
-      };
-    },
-  }),
-};
-
-function maximised(x, shares, ridge) {
-  const [n, d] = x.shape;
-  return Array.from(shares, (share) => {
-    const sum = np.sum(share) + 1e-9, mean = py.div(np.matmul(share, x), sum), centred = py.sub(x, mean);
-    const covariance = py.div(np.matmul(centred.T, py.mul(centred, np.reshape(share, [n, 1]))), sum);
-    return { weight: sum / n, mean, covariance: py.add(covariance, py.mul(ridge, np.eye(d))) };
-  });
-}
-
-function nearestSeeds(x, count, rng) { // k-means++ and some rounds of k-means, as shares of 0 and 1
-  const [n, d] = x.shape, values = flat(x), sd = flat(np.std(x, kw({ axis: 0 })));
-  const apart = (i, centre) => { let sum = 0; for (let j = 0; j < d; j++) sum += ((values[i * d + j] - centre[j]) / sd[j]) ** 2; return sum; };
-  const row = (i) => values.slice(i * d, (i + 1) * d), centres = [row(Math.floor(rng.next() * n))];
-  while (centres.length < count) {
-    const sums = np.cumsum(np.array(py.range(n).map((i) => Math.min(...centres.map((c) => apart(i, c)))))), at = rng.next() * sums.data[n - 1];
-    centres.push(row(py.min(n - 1, np.searchsorted(sums, at))));
-  }
-  let nearest = [];
-  for (let round = 0; round < 20; round++) {
-    nearest = py.range(n).map((i) => centres.reduce((at, c, k) => (apart(i, c) < apart(i, centres[at]) ? k : at), 0));
-    centres.forEach((centre, k) => {
-      const own = nearest.flatMap((at, i) => (at === k ? [i] : []));
-      if (own.length) for (let j = 0; j < d; j++) centre[j] = own.reduce((sum, i) => sum + values[i * d + j], 0) / own.length;
-    });
-  }
-  return np.array(centres.map((_, k) => nearest.map((at) => Number(at === k))));
-}
-
 // arviz.psislw of one vector: Pareto smoothed importance sampling (Vehtari et al. 2024), normalised.
 function paretoSmoothed(logRatios) {
   const n = logRatios.size, top = np.max(logRatios), x = flat(logRatios).map((value) => value - top);
