@@ -139,6 +139,13 @@ def test_a_classifier_is_lost_between_equal_samples_only() -> None:
     assert classifier_accuracy(first, np.maximum(narrow, first.min(axis=0)), prior, 1) > 0.6
 
 
+def test_draws_that_a_resampling_took_several_times_are_not_recognised() -> None:
+    """Of two samples of one distribution, each of 500 draws taken four times; .62 if copies part."""
+    prior = speed_case.settings("calibrated").prior
+    first, second = (draw_prior(prior, 500, np.random.default_rng(seed)).repeat(4, axis=0) for seed in (1, 2))
+    assert classifier_accuracy(first, second, prior, 1) == pytest.approx(0.5, abs=0.06)
+
+
 def test_a_classifier_needs_equal_numbers_and_says_nothing_without_draws() -> None:
     prior = speed_case.settings().prior
     phi = draw_prior(prior, 60, np.random.default_rng(8))

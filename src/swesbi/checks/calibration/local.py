@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from sklearn.linear_model import LogisticRegression
-from sklearn.model_selection import StratifiedKFold, cross_val_score
+from sklearn.model_selection import StratifiedGroupKFold, cross_val_score
 from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 from threadpoolctl import threadpool_limits
 
@@ -59,11 +59,13 @@ def classifier_accuracy(first: FloatArray, second: FloatArray, prior: BoxPrior, 
     # far draws, of which there are few, would else decide by the squares of their distances
     standardised = np.clip((eta - eta.mean(axis=0)) / eta.std(axis=0), -FARTHEST_SD, FARTHEST_SD)
     features = StandardScaler().fit_transform(PolynomialFeatures(2).fit_transform(standardised))
-    folds = StratifiedKFold(FOLDS, shuffle=True, random_state=seed % 2**32)
+    # a weighted draw that is taken twice would be recognised, were it in two folds
+    copies = np.unique(eta, axis=0, return_inverse=True)[1]
+    folds = StratifiedGroupKFold(FOLDS, shuffle=True, random_state=seed % 2**32)
     of_second = np.arange(len(eta)) >= len(first)
     with threadpool_limits(limits=1):  # sums split over threads differ in the last bit
         classifier = LogisticRegression(C=RIDGE, max_iter=1000)
-        return float(cross_val_score(classifier, features, of_second, cv=folds).mean())
+        return float(cross_val_score(classifier, features, of_second, groups=copies, cv=folds).mean())
 
 
 @dataclass(frozen=True)
