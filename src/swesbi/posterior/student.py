@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.stats import multivariate_t
 
 from swesbi.arrays import FloatArray
-from swesbi.draws import effective_draws, normalised
+from swesbi.draws import normalised
 
 DEGREES_OF_FREEDOM: Final = 8  # heavier tails than a posterior's, so that weights stay bounded
 WIDENING: Final = 1.2  # of the covariance
@@ -52,10 +52,13 @@ def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentProposal:
 
 
 def _tempering(log_weight: FloatArray, least_effective: float) -> float:
-    finite = log_weight[np.isfinite(log_weight)]
-    wanted = min(least_effective, 0.5 * len(finite))
-    if effective_draws(normalised(finite)) >= wanted:
-        return 1.0
-    return float(
-        brentq(lambda power: effective_draws(normalised(power * finite)) - wanted, 0.0, 1.0, xtol=1e-6)
-    )
+    """Return the power of weights (n,), at most one, at which so many draws are effective."""
+    known = log_weight[np.isfinite(log_weight)]
+    relative = known - known.max()
+    wanted = min(least_effective, 0.5 * len(known))
+
+    def lacking(power: float) -> float:
+        weight = np.exp(power * relative)
+        return wanted - float(weight.sum() ** 2 / (weight**2).sum())
+
+    return 1.0 if lacking(1.0) <= 0.0 else float(brentq(lacking, 0.0, 1.0, xtol=1e-6))
