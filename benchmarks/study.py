@@ -111,6 +111,7 @@ def by_stage(jobs: pd.DataFrame) -> pd.DataFrame:
         progress.step(note=str(stage))
     table["imports_s"] = imports * table["jobs"]
     table["share"] = table["cpu_s"] / table["cpu_s"].sum()
+    table["start_up_share"] = table["start_up_s"] / table["cpu_s"].sum()
     table[BENCHMARK] = min(benchmark_s() for _ in range(3))
     return table.sort_values("cpu_s", ascending=False)
 

@@ -171,9 +171,10 @@ def weighted_posterior(
     """
     wanted = asking(settings, effective_draws)
     weighted = adapted(model, wanted, integer_seed(seed, "rounds"), network).weighted
-    posterior = certified(model, weighted, wanted, seed)
-    if posterior.sampler == "importance":
+    limit = k_hat_limit(len(weighted.phi), wanted.max_k_hat)
+    if not weight_failures(weighted, limit, wanted.min_effective_draws):
         return weighted, False
+    posterior = certified(model, weighted, wanted, seed)
     count = len(posterior.phi)
     drawn = replace(
         weighted,
