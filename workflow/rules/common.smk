@@ -70,12 +70,13 @@ config["figure_captions"] = captions()  # for report/figure.rst
 
 
 onstart:
-    stages = [
-        job.params.stage["name"]
+    # costs are stored by rule: two rules may run one stage
+    names = [
+        job.rule.name
         for job in workflow.dag.needrun_jobs()
         if "stage" in job.params.keys()
     ]
-    print(CURRENT.begun(stages, workflow.cores), file=sys.stderr)
+    print(CURRENT.begun(names, workflow.cores), file=sys.stderr)
 
 
 onsuccess:
