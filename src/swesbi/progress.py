@@ -23,20 +23,21 @@ class Progress:
     done: int = 0
     _start: float = field(default_factory=time.monotonic)
     _last: float = field(default_factory=time.monotonic)
+    _first: tuple[int, float] | None = None
 
     def step(self, count: int = 1, note: str = "") -> None:
         """Count ``count`` finished steps; ``note`` is appended to the line (a loss, say)."""
         self.done += count
         now = time.monotonic()
+        # the first step has compiled and read what all need, and says nothing of the others
+        self._first = self._first or (self.done, now)
         if self.done >= self.total or now - self._last >= self.every_s:
             self._last = now
-            LOGGER.info("%s", self._line(now - self._start, note))
+            LOGGER.info("%s", self._line(now, *self._first, note))
 
-    def _line(self, elapsed_s: float, note: str) -> str:
-        left_s = elapsed_s * (self.total - self.done) / max(self.done, 1)
-        timing = (
-            f"{elapsed_s:.0f} s"
-            if self.done >= self.total
-            else f"{elapsed_s:.0f} s, at most {left_s:.0f} s left"
-        )
+    def _line(self, now: float, first: int, first_at: float, note: str) -> str:
+        timing = f"{now - self._start:.0f} s"
+        if first < self.done < self.total:
+            left_s = (now - first_at) * (self.total - self.done) / (self.done - first)
+            timing += f", about {left_s:.0f} s left"
         return f"{self.label}: {self.unit} {self.done}/{self.total} ({timing}){' ' + note if note else ''}"
