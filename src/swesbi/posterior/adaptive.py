@@ -38,7 +38,7 @@ from swesbi.posterior.space import LogitSpace, PlacedProposal, Space
 from swesbi.prior import BoxPrior, draw_prior, log_density, to_logit
 from swesbi.seeds import generator, integer_seed
 
-SEARCH_DRAWS: Final = 300  # of a proposal on the way, while fewer than ``FOUND_DRAWS`` are effective
+SEARCH_DRAWS: Final = 600  # of a proposal on the way, while fewer than ``FOUND_DRAWS`` are effective
 FOUND_DRAWS: Final = 60
 LEAST_ROUND: Final = 300  # fewer are hardly worth a proposal of their own
 FARTHEST: Final = (

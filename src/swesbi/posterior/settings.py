@@ -75,10 +75,23 @@ DRAWS_AN_EFFECTIVE_ONE = 5
 
 
 def asking(settings: ExactSettings, effective_draws: int) -> ExactSettings:
-    """Return the same criteria for a posterior of which so many effective draws are enough."""
+    """Return the same criteria for a posterior of which so many effective draws are enough.
+
+    Chains that take over end with as many, or after a share of their longest run that corresponds to it.
+    """
     least = min(settings.min_effective_draws, effective_draws)
     first = min(settings.first_draws, max(100, DRAWS_AN_EFFECTIVE_ONE * effective_draws))
-    changed = {"effective_draws": effective_draws, "min_effective_draws": least, "first_draws": first}
+    mcmc, share = settings.mcmc, min(1.0, effective_draws / settings.mcmc.min_effective_draws)
+    shorter = {
+        "min_effective_draws": min(mcmc.min_effective_draws, effective_draws),
+        "max_steps": max(mcmc.steps, round(share * mcmc.max_steps)),
+    }
+    changed = {
+        "effective_draws": effective_draws,
+        "min_effective_draws": least,
+        "first_draws": first,
+        "mcmc": mcmc.model_copy(update=shorter),
+    }
     return settings.model_copy(update=changed)
 
 

@@ -15,7 +15,7 @@ from swesbi.draws import normalised
 DEGREES_OF_FREEDOM: Final = 8  # heavier tails than a posterior's, so that weights stay bounded
 WIDENING: Final = 1.2  # of the covariance
 RIDGE: Final = 1e-4  # least variance of a proposal, in eta
-DRAWS_A_PARAMETER: Final = 5.0  # effective ones behind a proposal; a posterior with fewer is flattened
+DRAWS_A_PARAMETER: Final = 2.5  # effective ones behind a proposal; a posterior with fewer is flattened
 
 
 @dataclass(frozen=True)
