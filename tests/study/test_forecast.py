@@ -18,9 +18,8 @@ def test_jobs_fill_the_cores_of_a_machine_of_another_speed() -> None:
     stages = ["train", *["draw"] * 80]
     assert expected_s(stages, 2, COSTS, 1.0) == pytest.approx(300.0)
     assert expected_s(stages, 2, COSTS, 1.5) == pytest.approx(450.0)
-    assert expected_s(["train", "draw"], 2, COSTS, 1.0) == pytest.approx(
-        200.0
-    )  # no run is shorter than a job
+    # no run is shorter than a job
+    assert expected_s(["train", "draw"], 2, COSTS, 1.0) == pytest.approx(200.0)
     assert expected_s(["train", "unknown"], 2, COSTS, 1.0) is None
 
 

@@ -41,9 +41,8 @@ from swesbi.seeds import generator, integer_seed
 SEARCH_DRAWS: Final = 600  # of a proposal on the way, while fewer than ``FOUND_DRAWS`` are effective
 FOUND_DRAWS: Final = 60
 LEAST_ROUND: Final = 300  # fewer are hardly worth a proposal of their own
-FARTHEST: Final = (
-    30.0  # in the logit; nearer to a face of the box double precision does not tell points apart
-)
+# In the logit. Nearer to a face of the box double precision does not tell points apart.
+FARTHEST: Final = 30.0
 
 
 @dataclass(frozen=True)
@@ -216,7 +215,8 @@ def weighted_by_all(
     Args:
         phi: Draws, those of the prior first; shape (n, d).
         log_likelihood: Of each; shape (n,).
-        log_parts: Log densities of the prior, then of each proposal, at every draw; (n,) each.
+        log_parts: Log densities at every draw, (n,) each: of the prior, then of each proposal, or of the one
+            of two that belongs to the draw's half.
         counts: Draws of the prior, and of each proposal.
 
     Raises:

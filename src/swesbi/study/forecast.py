@@ -78,10 +78,10 @@ class Run:
         self._start = time.monotonic()
 
     def begun(self, stages: Sequence[str], cores: int | None) -> str:
-        """Return the line at the start of a run that has a job for each of these stages.
+        """Return the line at the start of a run.
 
         Args:
-            stages: The stage of each job that is to run.
+            stages: The rule of each job that is to run, by which costs are stored.
             cores: Of this machine that it may use; None on a cluster, whose machines nobody has timed.
         """
         self._start = time.monotonic()
