@@ -107,8 +107,9 @@ def test_natural_waves_are_interpreted_as_the_page_says(walked: tuple[StudyCopy,
     for column, words in IN_WORDS.items():
         found = re.search(rf" {re.escape(words)} (\d+\.\d+)", answer)
         assert found, words
-        # ratios of standard deviations of some 2,000 effective draws
-        assert float(found[1]) == pytest.approx(float(table.loc["W1", column].strip("()")), abs=0.06)
+        # Ratios of standard deviations of some 2,000 effective draws, here and in the table: .032 is one
+        # Monte Carlo error.
+        assert float(found[1]) == pytest.approx(float(table.loc["W1", column].strip("()")), abs=0.1)
 
 
 @pytest.mark.slow
