@@ -85,7 +85,8 @@ def answered(study: Study, results: Path, experiment: str, count: int, folder: P
     cohort = folder / "unseen"
     made = generate(study.config, range(FIRST_UNSEEN, FIRST_UNSEEN + count))
     write(cohort, made, study.config)
-    plain = stage_settings(study, "calibration_local", experiment=experiment)
+    first = study.subjects_of(experiment)[0]
+    plain = stage_settings(study, "calibration_local", experiment=experiment, subject=first)
     settings = CalibrationLocalStageSettings.from_plain(plain)
     print(
         f"{'subject':8}{'seconds':>8}  {'verdict':12}{'k-hat':>6}{'efficiency':>11}  "
@@ -193,7 +194,8 @@ def network_alone(
 def network(study: Study, results: Path, experiment: str, count: int) -> None:
     """Print how the network alone does at contexts that it does not know."""
     files = finished_study(results, experiment, study.subjects_of(experiment))
-    plain = stage_settings(study, "calibration_local", experiment=experiment)
+    first = study.subjects_of(experiment)[0]
+    plain = stage_settings(study, "calibration_local", experiment=experiment, subject=first)
     settings = CalibrationLocalStageSettings.from_plain(plain).model
     models = [read_speed_model(path, files.noise, settings) for path in files.pooled_observations]
     flow, _ = load_spline(files.estimator)

@@ -13,12 +13,10 @@ import pandas as pd
 import pytest
 from exam_case import CONFIG, answer
 from jinja2 import ChainableUndefined
-from matplotlib.figure import Figure as Drawing
 from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import overlay, read_yaml
-from swesbi.config.slices import stage_settings
+from swesbi.config.read import read_yaml
 from swesbi.config.study import load_study
 from swesbi.exam.score import HeartAnswer
 from swesbi.exam.settings import NoiseLevel
@@ -35,8 +33,7 @@ from swesbi.show.docs.exam import (
     sittings_part,
 )
 from swesbi.show.docs.marks import PART
-from swesbi.show.figures.style import save_figure
-from swesbi.show.page.exam import ExamSection, make_exam_section, sat_exam, small_exam
+from swesbi.show.page.exam import sat_exam
 from swesbi.show.page.page import templates
 from swesbi.show.table import Strong
 from swesbi.show.tables.exam import (
@@ -289,56 +286,21 @@ def test_both_sittings_stand_beside_each_other(tmp_path: Path) -> None:
     assert cells[4:6] == ["not tested", "**40.0**"]
 
 
-def rendered(section: ExamSection | None) -> str:
-    assert section is not None
-    return templates().get_template("exam.html").render(page=SimpleNamespace(exam=section), root="../")
-
-
-def made_small(folder: Path) -> Path:
-    path = folder / "figures" / "small_exam.png"
-    save_figure(Drawing(figsize=(2.0, 1.0)), path, path.with_suffix(".pdf"))
-    return path
-
-
-def test_the_page_tells_the_small_exam_from_the_one_that_was_sat(tmp_path: Path) -> None:
-    small = small_exam(made_table(a=hearts(4, 0)), made_small(tmp_path), tmp_path / "report.html")
+def test_the_page_shows_the_exam_that_was_sat(tmp_path: Path) -> None:
     sat = sat_exam(store(tmp_path) / "exam.csv")
-    text = rendered(make_exam_section("amortised", 0.9, small, asked=True, sat=sat))
-    shipped, own = text.index("The shipped study sat the exam"), text.index("a few hearts of development")
-    assert shipped < text.index("(d) spring") < own < text.index("figures/small_exam.png")
-    assert "12 of 60" in text[shipped:own] and "not tested" in text[own:]
-    assert "(d) spring" not in text[own:]
-    assert 'href="../report/checks.html#population-amortised"' in text and "90 % intervals" in text
+    text = templates().get_template("exam.html").render(page=SimpleNamespace(exam=sat), root="../")
+    assert text.index("The shipped study sat the exam") < text.index("(d) spring")
+    assert "12 of 60" in text
 
 
 @pytest.mark.parametrize("there", [True, False])
 def test_the_section_heads_the_page_where_there_is_one(tmp_path: Path, there: bool) -> None:
-    sat = sat_exam(store(tmp_path) / "exam.csv")
-    section = make_exam_section("amortised", 0.9, None, asked=True, sat=sat) if there else None
+    section = sat_exam(store(tmp_path) / "exam.csv") if there else None
     # all but the exam is left out of this page
     page = templates().overlay(undefined=ChainableUndefined).get_template("checks.html")
     text = page.render(page={"exam": section}, here="checks", root="../")
     assert ('<a href="#exam">' in text) is there
     assert text.count('<section id="exam">') == int(there)
-
-
-def test_the_page_says_that_nothing_is_stored_only_where_it_was_asked(tmp_path: Path) -> None:
-    small = small_exam(made_table(a=hearts(4, 0)), made_small(tmp_path), tmp_path / "report.html")
-    asked, alone = (
-        rendered(make_exam_section("amortised", 0.9, small, asked, None)) for asked in (True, False)
-    )
-    assert "has not been sat" in asked and "has not been sat" not in alone
-    assert "The shipped study sat" not in asked + alone
-    assert make_exam_section("amortised", 0.9, None, asked=False, sat=None) is None
-
-
-def test_the_page_knows_whether_the_exam_is_asked_for() -> None:
-    study = load_study(SHIPPED)
-    shown = stage_settings(study, "report")["exam"]
-    assert shown == {"asked": True, "experiment": "amortised", "interval": 0.9}
-    assert study.config.exam.sat == "docs/tables/exam.csv"
-    silent = load_study(overlay(SHIPPED, {"exam": {"sat": None}}))
-    assert stage_settings(silent, "report")["exam"]["asked"] is False
 
 
 def test_make_stores_what_the_documentation_reads() -> None:

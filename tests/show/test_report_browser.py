@@ -68,8 +68,8 @@ def assert_no_trouble(page: Browser) -> None:
     assert {urlsplit(address).scheme for address in page.requests} <= {"file", "data", "blob"}
 
 
-# what a population's network learnt from, how it is calibrated, and hearts of the exam are not of the cohort
-NOT_OF_VOLUNTEERS = ("strata-amortised.png", "training-amortised.png", "small_exam.png")
+# what a population's network learnt from, and how it is calibrated, is not of the cohort
+NOT_OF_VOLUNTEERS = ("strata-amortised.png", "training-amortised.png")
 
 
 @pytest.mark.parametrize("width_px", [DESKTOP_PX, PHONE_PX])

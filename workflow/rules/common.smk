@@ -41,7 +41,6 @@ SHARDS = range(CONFIG.resources.shards_per_subject)
 PARTS = range(CONFIG.resources.population_parts)
 POPULATIONS = list(CONFIG.populations_run)
 EXAMINED = CONFIG.exam.experiment
-EXAMINED_HERE = [name for name in POPULATIONS if name == EXAMINED]
 SHOWN = [
     subject
     for subject in SUBJECTS
@@ -350,20 +349,6 @@ def exam_that_was_sat():
     return [path] if path is not None and Path(path).is_file() else []
 
 
-def small_exam_outputs():
-    """Return tables and figures of the small exam, which a study of its experiment has."""
-    return [
-        f"{RESULTS}/{path}"
-        for _ in EXAMINED_HERE
-        for path in (
-            "tables/small_exam.csv",
-            "tables/small_exam_samplers.csv",
-            "figures/small_exam.pdf",
-            "figures/small_exam.png",
-        )
-    ]
-
-
 def noise_files():
     """Return the cohort's noise, which only experiments on speeds need."""
     if not (SPEED_EXPERIMENTS or POPULATIONS):
@@ -453,7 +438,6 @@ def cohort_outputs():
         *expand(
             f"{RESULTS}/{{experiment}}/recovery_acquisition.csv", experiment=EXPERIMENTS
         ),
-        *small_exam_outputs(),
         *files_of_subjects(["ppc.png", "posterior.png"], EXPERIMENTS),
     ]
 
@@ -528,11 +512,6 @@ def linked_artefacts():
             experiment=POPULATIONS,
             file=["simulations/shard", "calibration/part"],
             part=PARTS,
-        ),
-        *expand(
-            f"{RESULTS}/{{experiment}}/small_exam/cohort/{{generator}}.h5",
-            experiment=EXAMINED_HERE,
-            generator=CONFIG.exam.small_hearts,
         ),
         *(
             f"{RESULTS}/{experiment}/subjects/{subject}/{file}"

@@ -106,6 +106,8 @@ rule epochs:
         f"{RESULTS}/benchmarks/epochs/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
+    # the longest single job behind the networks
+    priority: 90
     params:
         stage=stage("epochs"),
     message:

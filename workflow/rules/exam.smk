@@ -1,4 +1,4 @@
-"""The small exam of development: a few hearts of its own; `make exam` sits the exam itself, no part of the study."""
+"""The small exam of development: a few hearts of its own, as the exam itself (`make exam`) no part of the study."""
 
 
 rule small_exam_answers:

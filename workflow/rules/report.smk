@@ -57,8 +57,6 @@ rule report:
             f"{RESULTS}/{{experiment}}/cohort_posterior.h5",
             experiment=with_cohort_posterior(),
         ),
-        small_exam_csv=[rules.small_exam.output.table for _ in EXAMINED_HERE],
-        small_exam_png=[rules.small_exam.output.figure_png for _ in EXAMINED_HERE],
         exam_sat=exam_that_was_sat(),
         artefacts=linked_artefacts(),
     output:

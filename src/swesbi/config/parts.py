@@ -204,6 +204,13 @@ def _visits_of_experiment(study: Study, wildcards: Wildcards) -> dict[str, dict[
     }
 
 
+def _with_chains(study: Study, wildcards: Wildcards) -> bool:
+    """Return whether a subject is among those whose samplers are compared with long chains."""
+    experiment = named(study, wildcards, "experiment")
+    chains = study.config.speed_experiments[experiment].calibration.local.chains
+    return named(study, wildcards, "subject") in study.subjects_of(experiment)[:chains]
+
+
 def _title_of_experiment(study: Study, wildcards: Wildcards) -> str:
     named(study, wildcards, "experiment")
     return study.config.cohort_title
@@ -246,6 +253,7 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "name_of_population": _name_of_population,
     "refused": lambda study, by: study.refused(_name_of_population(study, by)),
     "title_of_experiment": _title_of_experiment,
+    "with_chains": _with_chains,
     "title_of_training": _title_of_training,
 }
 """Values that are no part of the configuration as it stands."""

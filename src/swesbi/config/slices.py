@@ -43,7 +43,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "exact_posterior": "experiment.exact model",
     "calibration_recordings": "experiment.exact experiment.calibration.recordings model acquisition "
     "recording",
-    "calibration_local": "experiment.exact experiment.calibration.local model",
+    "calibration_local": "experiment.exact experiment.calibration.local model with_chains",
     "calibration": "prior experiment.calibration.judgement",
     "misspecification": "experiment.misspecification.synthetic experiment.exact experiment.summary model "
     "acquisition recording",
@@ -260,11 +260,6 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return {
         "cohort_title": config.cohort_title,
         "configuration": printed,
-        "exam": {
-            "asked": config.exam.sat is not None,
-            "experiment": config.exam.experiment,
-            "interval": config.exam_interval,
-        },
         "experiments": shown,
         "main_experiment": config.main_experiment,
         "populations": populations,

@@ -77,14 +77,14 @@ DRAWS_AN_EFFECTIVE_ONE = 5
 def asking(settings: ExactSettings, effective_draws: int) -> ExactSettings:
     """Return the same criteria for a posterior of which so many effective draws are enough.
 
-    Chains that take over end with as many, or after a share of their longest run that corresponds to it.
+    Chains that take over end with as many, or after one round: they begin with weighted draws.
     """
     least = min(settings.min_effective_draws, effective_draws)
     first = min(settings.first_draws, max(100, DRAWS_AN_EFFECTIVE_ONE * effective_draws))
-    mcmc, share = settings.mcmc, min(1.0, effective_draws / settings.mcmc.min_effective_draws)
+    mcmc = settings.mcmc
     shorter = {
         "min_effective_draws": min(mcmc.min_effective_draws, effective_draws),
-        "max_steps": max(mcmc.steps, round(share * mcmc.max_steps)),
+        "max_steps": mcmc.steps,
     }
     changed = {
         "effective_draws": effective_draws,

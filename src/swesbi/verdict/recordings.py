@@ -51,9 +51,9 @@ RECORDED: Final = SEEN.place_all(artefacts.schema_of(statistics.Checks)["/"])
 def posterior_draws(
     model: SpeedModel, flow: TrainedSpline, effective_draws: int, exact: ExactSettings, seed: int
 ) -> statistics.PosteriorDraws:
-    """Infer the model's recording by so many effective draws, and predict from twice as many equal ones."""
+    """Infer the model's recording by so many effective draws, and predict from as many equal ones."""
     drawn, _ = weighted_posterior(model, flow_proposal(flow, model.recording), effective_draws, exact, seed)
-    rows = resampled_rows(drawn.weight, 2 * effective_draws, generator(seed, "predicted"))
+    rows = resampled_rows(drawn.weight, effective_draws, generator(seed, "predicted"))
     return statistics.PosteriorDraws(
         drawn.phi, drawn.weight, model.predict(drawn.phi[rows]), drawn.k_hat, drawn.efficiency
     )

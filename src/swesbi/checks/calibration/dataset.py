@@ -22,7 +22,7 @@ LABELS: Final[dict[str, Any]] = {
 }
 TWO_SAMPLES: Final = {
     "accuracy": artefacts.Variable("subject pair", "1", "accuracy of a classifier between two samplers"),
-    "draws": artefacts.Variable("subject", "1", "draws of each sampler"),
+    "draws": artefacts.Variable("subject pair", "1", "draws of each sampler; NaN: not compared"),
 }
 INFERRED: Final = artefacts.schema_of(Inferred)["/"]
 RECORDINGS: Final = {"own": INFERRED, "acquired": INFERRED}
@@ -51,7 +51,7 @@ def ranked_dataset(ranked: Ranked) -> xr.Dataset:
 
 def two_samples_dataset(subject: str, accuracy: dict[str, float], draws: int) -> xr.Dataset:
     """Return the accuracies of one subject, by pair of samplers."""
-    values = {"accuracy": [list(accuracy.values())], "draws": [draws]}
+    values = {"accuracy": [list(accuracy.values())], "draws": [[float(draws)] * len(accuracy)]}
     return artefacts.build_dataset(TWO_SAMPLES, values, {"subject": [subject], "pair": list(accuracy)})
 
 

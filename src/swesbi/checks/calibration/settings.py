@@ -37,6 +37,7 @@ class LocalSettings(Settings):
     effective_draws: int = Field(ge=10, description="effective draws given both recordings, at least")
     two_sample_draws: int = Field(ge=50, description="draws of each sampler that a classifier sees")
     mcmc: McmcSettings = Field(description="the long chains that both are compared with")
+    chains: int | None = Field(ge=0, description="subjects with long chains, the first ones; null: all")
 
     @model_validator(mode="after")
     def _check_chains(self) -> Self:

@@ -2,7 +2,8 @@
 
 Adaptive multiple importance sampling (Cornuet, Marin, Mira and Robert 2012, Scand J Stat 39:798): draws of
 all proposals are weighted by their mixture. The first proposal is the prior; each further one is fitted to
-the posterior that the bank covers worst, made wider, until every posterior of the grid is covered.
+the posterior that the bank covers worst, made wider, until every posterior of the grid is covered. Draws come
+in two halves, and proposals of one half are fitted to the other, as in :mod:`swesbi.posterior.adaptive`.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from swesbi.arrays import IntArray
 from swesbi.checks.discrepancy.cohort import GeneratedSubject
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.draws import effective_draws, normalised
@@ -61,6 +63,7 @@ class Bank:
         model: The recording's model; its own discrepancy is not used.
         pairs: The K pairs (delta, tau).
         eta: Draws; shape (n, d).
+        half: Which half each belongs to, 0 or 1; shape (n,).
         log_likelihood: log p(speeds | eta, pair); shape (K, n).
         chi2: Sum of squared standardised residuals over the measured phases; shape (K, n).
     """
@@ -68,13 +71,15 @@ class Bank:
     model: SpeedModel
     pairs: Sequence[DiscrepancySettings]
     eta: FloatArray = field(init=False)
+    half: IntArray = field(init=False)
     log_likelihood: FloatArray = field(init=False)
     chi2: FloatArray = field(init=False)
-    _proposals: list[LogitProposal] = field(default_factory=list)
+    _proposals: list[tuple[LogitProposal, LogitProposal]] = field(default_factory=list)
     _counts: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.eta = np.empty((0, len(self.prior.names)))
+        self.half = np.empty(0, dtype=np.intp)
         self.log_likelihood = np.empty((len(self.pairs), 0))
         self.chi2 = np.empty((len(self.pairs), 0))
 
@@ -94,22 +99,38 @@ class Bank:
         return len(self._proposals)
 
     def extend(self, proposal: LogitProposal, count: int, rng: np.random.Generator) -> None:
-        """Add ``count`` draws of a proposal and their simulations."""
-        eta = proposal.draw(count, rng)
+        """Add ``count`` draws of a proposal that knows nothing of the bank, and their simulations."""
+        self._extend((proposal, proposal), count, rng)
+
+    def extend_towards(self, pair: int, count: int, rng: np.random.Generator) -> None:
+        """Add ``count`` draws near the posterior of a pair: of each half, where the other half finds it."""
+        log_weight = self.log_weights()[pair]
+        first, second = (
+            fitted_proposal(self.eta[self.half != own], log_weight[self.half != own]) for own in (0, 1)
+        )
+        self._extend((first, second), count, rng)
+
+    def _extend(
+        self, of_half: tuple[LogitProposal, LogitProposal], count: int, rng: np.random.Generator
+    ) -> None:
+        counts = (count - count // 2, count // 2)
+        eta = np.concatenate([part.draw(size, rng) for part, size in zip(of_half, counts, strict=True)])
         log_likelihood, chi2 = _likelihoods(self.model, from_logit(eta, self.prior), self.pairs)
         self.eta = np.concatenate([self.eta, eta])
+        self.half = np.concatenate([self.half, np.repeat([0, 1], counts)])
         self.log_likelihood = np.concatenate([self.log_likelihood, log_likelihood], axis=1)
         self.chi2 = np.concatenate([self.chi2, chi2], axis=1)
-        self._proposals.append(proposal)
+        self._proposals.append(of_half)
         self._counts.append(count)
 
     def log_weights(self) -> FloatArray:
         """Return log of p(eta) p(speeds | eta, pair) / mixture of the proposals; shape (K, n)."""
         shares = np.log(np.array(self._counts) / len(self.eta))
-        mixture = logsumexp(
-            [q.log_density(self.eta) + share for q, share in zip(self._proposals, shares, strict=True)],
-            axis=0,
-        )
+        parts = [
+            np.where(self.half == 0, first.log_density(self.eta), second.log_density(self.eta)) + share
+            for (first, second), share in zip(self._proposals, shares, strict=True)
+        ]
+        mixture = logsumexp(parts, axis=0)
         prior = PriorProposal(self.prior).log_density(self.eta)
         return np.asarray(prior + self.log_likelihood - mixture)
 
@@ -156,7 +177,7 @@ def cover_pairs(
         worst = int(effective.argmin())
         if effective[worst] >= min_effective_draws:
             break
-        bank.extend(fitted_proposal(bank.eta, log_weights[worst]), per_round, rng)
+        bank.extend_towards(worst, per_round, rng)
 
 
 def _likelihoods(

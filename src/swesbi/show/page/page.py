@@ -12,7 +12,7 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 
 from swesbi.artefacts import ArtefactError
 from swesbi.show.numbers import with_symbols
-from swesbi.show.page.exam import ExamSection
+from swesbi.show.page.exam import SatExam
 from swesbi.show.page.figures import PagePart, figures_of, further_figures
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.page.forest import svg_symbols
@@ -108,7 +108,7 @@ class Page:
     figures: Figures
     sections: tuple[Section, ...]
     populations: tuple[PopulationSection, ...]
-    exam: ExamSection | None
+    exam: SatExam | None
     files: tuple[Table, ...]
     provenance: PageProvenance
 
@@ -120,7 +120,7 @@ def make_page(
     figures: Figures,
     sections: Sequence[Section],
     populations: Sequence[PopulationSection],
-    exam: ExamSection | None,
+    exam: SatExam | None,
     files: Sequence[Table],
     provenance: PageProvenance,
 ) -> Page:

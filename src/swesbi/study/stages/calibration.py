@@ -48,6 +48,7 @@ class CalibrationLocalStageSettings(Settings):
     model: SpeedModelSettings
     exact: ExactSettings
     local: LocalSettings
+    with_chains: bool = Field(description="whether long chains are run and compared with")
 
 
 def calibration_local(
@@ -75,7 +76,8 @@ def calibration_local(
         )
     ranked = calibrate_locally(model, flow, exact, sizes, settings.exact, origin.seed)
     network = flow_proposal(flow, model.recording)
-    accuracy = _accuracies(model, exact, network, sizes, origin.seed)
+    chains = _long_chains(model, exact, network, sizes, origin.seed) if settings.with_chains else None
+    accuracy = _accuracies(model, exact, chains, sizes, origin.seed)
     for pair, value in accuracy.items():
         LOGGER.info("%s, C2ST between %s: %.3f", model.recording.subject, pair, value)
     groups = {
@@ -86,14 +88,16 @@ def calibration_local(
 
 
 def _accuracies(
-    model: SpeedModel, exact: ExactPosterior, space: Space, sizes: LocalSettings, seed: int
+    model: SpeedModel, exact: ExactPosterior, chains: FloatArray | None, sizes: LocalSettings, seed: int
 ) -> dict[str, float]:
-    """Return the accuracy of a classifier by pair of samplers."""
+    """Return the accuracy of a classifier by pair of samplers, with long chains where there are any."""
     prior, count, subject = model.settings.prior, sizes.two_sample_draws, model.recording.subject
-    chains = _long_chains(model, exact, space, sizes, seed)
-    samples = {NETWORK: exact.npe_phi[:count], WEIGHTED: exact.phi[:count], LONG_CHAINS: chains}
+    samples = {NETWORK: exact.npe_phi[:count], WEIGHTED: exact.phi[:count]}
+    pairs = [(NETWORK, WEIGHTED)]
+    if chains is not None:
+        samples[LONG_CHAINS] = chains
+        pairs = [(NETWORK, LONG_CHAINS), (WEIGHTED, LONG_CHAINS), *pairs]
     stream = integer_seed(seed, "calibration", "c2st", subject)
-    pairs = ((NETWORK, LONG_CHAINS), (WEIGHTED, LONG_CHAINS), (NETWORK, WEIGHTED))
     return {
         f"{first} {second}": classifier_accuracy(samples[first], samples[second], prior, stream)
         for first, second in pairs

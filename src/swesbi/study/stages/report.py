@@ -11,7 +11,7 @@ from pydantic import JsonValue
 from swesbi import __version__
 from swesbi.artefacts import atomic_path
 from swesbi.base import Settings
-from swesbi.show.page.exam import ExamSection, make_exam_section, sat_exam, small_exam
+from swesbi.show.page.exam import sat_exam
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.show.page.landing import make_landing
@@ -27,24 +27,9 @@ from swesbi.show.page.sections import (
 from swesbi.show.results import Results
 from swesbi.show.tables.cohort_posterior import CohortSection, cohort_sections
 from swesbi.show.tables.exact import Exact
-from swesbi.show.tables.exam import read_exam
 from swesbi.show.tables.population import OverPopulation
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.report_inputs import read_cohort_words, read_exact, read_populations, read_results
-
-
-class ShownExamSettings(Settings):
-    """What the page says of the exam.
-
-    Attributes:
-        experiment: The experiment whose network answers it.
-        interval: Mass of its credible intervals.
-        asked: Whether the page is to show the exam that was sat.
-    """
-
-    experiment: str
-    interval: float
-    asked: bool
 
 
 class ReportSettings(Settings):
@@ -55,7 +40,6 @@ class ReportSettings(Settings):
         main_experiment: The experiment of figures 2 and 3 and of table 1.
         experiments: Section of each experiment shown, its prior as the prior itself.
         populations: Section of each experiment over a population, with the mass of its credible intervals.
-        exam: What the page says of the exam.
         configuration: The configuration as the page prints it.
     """
 
@@ -63,7 +47,6 @@ class ReportSettings(Settings):
     main_experiment: str
     experiments: dict[str, dict[str, JsonValue]]
     populations: dict[str, dict[str, JsonValue]]
-    exam: ShownExamSettings
     configuration: dict[str, JsonValue]
 
 
@@ -96,8 +79,6 @@ class ReportFiles:
         population_pngs: Their figures.
         pressures_csv: ``pressures.csv``; one file or none.
         cohort_posteriors: ``cohort_posterior.h5``.
-        small_exam_csv: ``small_exam.csv``; one file or none.
-        small_exam_png: Its figure; one file or none.
         exam_sat: Table of the exam as it was sat; one file or none.
         artefacts: All files of the study, to which the page links.
         report: Output, the landing page.
@@ -129,8 +110,6 @@ class ReportFiles:
     population_pngs: Sequence[Path]
     pressures_csv: Sequence[Path]
     cohort_posteriors: Sequence[Path]
-    small_exam_csv: Sequence[Path]
-    small_exam_png: Sequence[Path]
     exam_sat: Sequence[Path]
     artefacts: Sequence[Path]
     report: Path
@@ -153,7 +132,7 @@ def report(*, files: ReportFiles, settings: ReportSettings, origin: Origin) -> N
     sections = _sections(exact, files.exact_pngs, report, title, cohorts)
     populations = _populations(files, settings.populations, title, cohorts)
     origins = _provenance(settings, origin, files.artefacts, relative(files.configuration, report))
-    exam = _exam(settings.exam, files.small_exam_csv, files.small_exam_png, files.exam_sat, report)
+    exam = next(map(sat_exam, files.exam_sat), None)
     links = [relative(path, report) for path in files.artefacts]
     landing = make_landing(results, exact, title, links, new_subjects(report))
     cohort, shown = read_cohort_words(files.recording, title), file_groups(files.artefacts, report)
@@ -215,24 +194,6 @@ def _sections(
         )
         for each, name in named
     ]
-
-
-def _exam(
-    settings: ShownExamSettings,
-    tables: Sequence[Path],
-    pngs: Sequence[Path],
-    sat: Sequence[Path],
-    report: Path,
-) -> ExamSection | None:
-    small = [small_exam(read_exam(table), png, report) for table, png in zip(tables, pngs, strict=True)]
-    stored = [sat_exam(path) for path in sat]
-    return make_exam_section(
-        settings.experiment,
-        settings.interval,
-        next(iter(small), None),
-        settings.asked,
-        next(iter(stored), None),
-    )
 
 
 def _provenance(
