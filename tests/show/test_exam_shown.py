@@ -294,11 +294,12 @@ def test_the_page_shows_the_exam_that_was_sat(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("there", [True, False])
-def test_the_section_heads_the_page_where_there_is_one(tmp_path: Path, there: bool) -> None:
+@pytest.mark.parametrize("name", ["checks", "report"])
+def test_pages_show_the_exam_where_there_is_one(tmp_path: Path, name: str, there: bool) -> None:
     section = sat_exam(store(tmp_path) / "exam.csv") if there else None
-    # all but the exam is left out of this page
-    page = templates().overlay(undefined=ChainableUndefined).get_template("checks.html")
-    text = page.render(page={"exam": section}, here="checks", root="../")
+    # all but the exam is left out of these pages
+    page = templates().overlay(undefined=ChainableUndefined).get_template(f"{name}.html")
+    text = page.render(page={"exam": section}, here=name, root="../")
     assert ('<a href="#exam">' in text) is there
     assert text.count('<section id="exam">') == int(there)
 
