@@ -54,7 +54,7 @@ TESTS: Final[Mapping[str, str]] = {
     "config": "config/test_config study/test_new_cohort",
     "exam": "exam/test_exam_score exam/test_exam_passive",
     "explorer": "explorer/test_explorer_page",
-    "heart": "heart/test_simulate heart/test_invariants heart/test_references heart/test_closures "
+    "heart": "heart/test_simulate heart/test_invariants heart/test_references "
     "heart/test_stressed_volume",
     "networks": "networks/test_flow networks/test_cells networks/test_pool",
     "recording": "recording/test_noise recording/test_sweeps recording/test_ingest recording/test_free",
@@ -157,8 +157,6 @@ MUTANTS: Final = (
            "activation - theta.k_sr * (1.0 - activation)", "activation + theta.k_sr * (1.0 - activation)"),
     Mutant("cavity of the mid-wall sphere is too large", "heart/equations.py",
            "stretch - 0.5 * delta * inverse * inverse", "stretch + 0.5 * delta * inverse * inverse"),
-    Mutant("mitral closure one sample late", "heart/closures.py",
-           "(opening - 1 - before)", "(opening - before)"),
     Mutant("division by the prior lost in the likelihood of a population", "hierarchy/model.py",
            "draws.log_weight - log_prior]", "draws.log_weight]"),
     Mutant("truncation of the population's law lost", "hierarchy/model.py",

@@ -29,7 +29,6 @@ COMMANDS = {
     "template": "swesbi.recording.template",
     "new-subject": "swesbi.study.new_subject",
     "change": "swesbi.study.change",
-    "closures": "swesbi.study.closures",
     "plan": "swesbi.study.plan",
     "exam": "swesbi.study.exam",
     "verify": "swesbi.study.verify",

@@ -399,7 +399,7 @@ AFFECTED = {
     },
     "experiments__calibrated__identifiability__shown_draws": {"identifiability"},
     "new_subjects__margin_fraction": set(),
-    "natural_waves__contexts": set(),
+    "new_subjects__uninformative__shift": set(),
     "noise__interval": {"noise"},
     "discrepancy_study__subjects": {"discrepancy"},
     "ladder__max_rounds": {"ladder_run"},
@@ -464,8 +464,7 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
     free = settings_of(study, "free_subject")
     for stage in ("ingest", "exact_posterior", "verdict"):
         assert free[stage] == settings_of(study, stage)
-    assert free["natural_waves"]["contexts"] == SHIPPED["natural_waves"]["contexts"]
-    assert list(free["healthy"]["groups"]) == ["adults"]
+    assert free["uninformative"] == SHIPPED["new_subjects"]["uninformative"]
 
 
 def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share() -> None:

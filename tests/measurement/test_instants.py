@@ -25,9 +25,8 @@ def test_pushes_of_a_cell_share_the_models_error() -> None:
     cell = np.array([0, 0, 0, 3, 7, 7])
     se = rng.uniform(0.02, 0.1, 6)
     distance, slope = 0.1 * rng.standard_normal((5, 6)), 3.0 * rng.standard_normal((5, 6))
-    level = np.full(6, DISCREPANCY.speed_fraction)
-    errors = np.tile(se, (5, 1))
-    told = cell_innovations(distance, slope, errors, cell, level, DISCREPANCY.timing_cycle).log_density
+    errors, missed = np.tile(se, (5, 1)), (DISCREPANCY.speed_fraction, DISCREPANCY.timing_cycle)
+    told = cell_innovations(distance, slope, errors, cell, *missed).log_density
     same = cell[:, None] == cell[None]
     for row in range(5):
         moved = 0.02**2 * np.outer(slope[row], slope[row])

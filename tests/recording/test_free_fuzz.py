@@ -50,12 +50,10 @@ def answered(path: Path, declared: NoiseDeclaration, said: dict[str, object] | N
         assert str(path) in str(error)
         return False
     assert len(seen.phase) >= 2
-    phase, waves = seen.phase[seen.is_push], seen.phase[~seen.is_push]
-    assert ((phase >= 0.0) & (phase < 1.0)).all()
-    assert np.isnan(waves).all()
-    assert (np.diff(phase) >= 0.0).all()
+    assert ((seen.phase >= 0.0) & (seen.phase < 1.0)).all()
+    assert (np.diff(seen.phase) >= 0.0).all()
     assert (np.diff(seen.cell) >= 0).all()
-    assert ((seen.cell >= 0) & (seen.cell < np.where(seen.is_push, 20, 22))).all()
+    assert ((seen.cell >= 0) & (seen.cell < 20)).all()
     assert (np.isfinite(seen.relative_se) & (seen.relative_se > 0.0)).all()
     assert np.isfinite(seen.stiffness_kpa).all()
     assert seen.noise_source in SOURCES
@@ -91,22 +89,6 @@ def test_plausible_pushes_are_read_or_refused(
     path = tmp_path / "T.csv"
     lines = [",".join(map(repr, row)) for row in rows]
     path.write_text("\n".join(["time_ms,rr_ms,shear_wave_speed_m_s,se_m_s", *lines]), encoding="utf-8")
-    answered(path, NoiseDeclaration())
-
-
-@given(
-    rows=st.lists(
-        st.tuples(EVENTS, st.sampled_from(["", "40", "300"]), st.integers(0, 4), st.floats(0.3, 8.0)),
-        min_size=1,
-        max_size=10,
-    )
-)
-@settings(max_examples=100, **KNOBS)
-def test_plausible_waves_are_read_or_refused(tmp_path: Path, rows: list[tuple[str, str, int, float]]) -> None:
-    path = tmp_path / "T.csv"
-    lines = [f"{event},{time},1000,{beat},{speed!r},{speed / 9!r}" for event, time, beat, speed in rows]
-    names = "event,time_ms,rr_ms,beat,shear_wave_speed_m_s,se_m_s"
-    path.write_text("\n".join([names, *lines]), encoding="utf-8")
     answered(path, NoiseDeclaration())
 
 

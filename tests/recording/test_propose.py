@@ -108,25 +108,6 @@ def test_the_proposal_reads_a_free_running_table(
         np.testing.assert_allclose(getattr(read, name), getattr(known, name), rtol=1e-12)
 
 
-def test_the_proposal_reads_a_table_of_natural_waves(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    waves = (("MVC", 310.0), ("AVC", 390.0))
-    rows = [(beat, valve, 1010, speed) for beat in (1, 2) for valve, speed in waves]
-    path = tmp_path / "S.csv"
-    assert propose(["Valve", "RR", "SWS_1", "SWS_2", "SWS_3"]).missing == (), (
-        "no time, of a wide table either"
-    )
-    pd.DataFrame(rows, columns=["Beat", "Valve", "RR (ms)", "SWS (cm/s)"]).to_csv(path, index=False)
-    assert main(["template", "--like", str(path)]) == 0
-    shown = capsys.readouterr().out
-    assert "`event` says what set off each wave" in shown and "No column seems to be time_ms" not in shown
-    read = read_free_samples(path, 1000.0, layout_of(yaml.safe_load(shown), tmp_path / "recording.yaml"))
-    assert read.event.tolist() == ["mvc", "avc"] * 2
-    np.testing.assert_allclose(read.speed_m_s, [3.1, 3.9] * 2)
-    assert not read.is_push.any()
-
-
 def test_a_file_that_is_no_table_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "S.csv").write_text("nothing\n")
     assert main(["template", "--like", str(tmp_path / "S.csv")]) == 2

@@ -21,8 +21,6 @@ from swesbi.recording.layout import layout_of
 from swesbi.recording.reader import read_samples
 from swesbi.show.answers_table import read_answers
 from swesbi.study.answering import FREE_OUTPUTS, OUTPUTS
-from swesbi.verdict.contraction import IN_WORDS
-from swesbi.virtual_cohort.natural_waves import TOLD
 
 PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -95,21 +93,6 @@ def test_push_trains_are_answered_without_a_study(walked: tuple[StudyCopy, dict[
     assert "declared coefficient of variation, integrated out" in said
     answer = walked[0].folder / "results" / "calibrated" / "new" / "virtual_push_trains" / "A"
     assert {path.name for path in answer.iterdir()} == set(FREE_OUTPUTS.values())
-
-
-@pytest.mark.slow
-def test_natural_waves_are_interpreted_as_the_page_says(walked: tuple[StudyCopy, dict[str, str]]) -> None:
-    said = next(text for command, text in walked[1].items() if command.endswith("swesbi closures"))
-    assert said == blocks("text")[1]
-    answer = next(text for command, text in walked[1].items() if command.endswith("--subject W1"))
-    assert "waves after mvc are not interpretable" in answer
-    table = pd.read_csv(ROOT / "data" / "virtual_push_trains" / TOLD, dtype=str, index_col="subject")
-    for column, words in IN_WORDS.items():
-        found = re.search(rf" {re.escape(words)} (\d+\.\d+)", answer)
-        assert found, words
-        # Ratios of standard deviations of some 2,000 effective draws, here and in the table: .032 is one
-        # Monte Carlo error.
-        assert float(found[1]) == pytest.approx(float(table.loc["W1", column].strip("()")), abs=0.1)
 
 
 @pytest.mark.slow

@@ -15,8 +15,7 @@ from study_copy import ROOT
 
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.free_predictive import draw_pushes
-from swesbi.config.natural_waves import why_not_interpreted
-from swesbi.config.new_recordings import free_running, noise_declared, waves_alone
+from swesbi.config.new_recordings import free_running, noise_declared
 from swesbi.config.read import ConfigError, overlay, read_yaml
 from swesbi.config.refusals import context_refusal, recording_refusal
 from swesbi.config.slices import stage_settings
@@ -133,30 +132,21 @@ def test_the_workflow_asks_a_free_running_recording_once(asked: Study) -> None:
     rows = stage_settings(again, "new_answers")["asked"]
     first = again.answering_experiments[0]
     assert [row for row in rows if row["subject"] == "S-3"] == [
-        {"subject": "S-3", "experiment": first, "refused": "", "interpretable": True}
+        {"subject": "S-3", "experiment": first, "refused": ""}
     ]
     assert len([row for row in rows if row["subject"] == "S-1"]) == len(again.answering_experiments) > 1
 
 
-def test_the_workflow_knows_recordings_of_natural_waves_alone(asked: Study) -> None:
+def test_recordings_of_natural_waves_are_refused(asked: Study) -> None:
     path = asked.new_cohort / "swe" / "S-3.csv"
     path.write_text(free_case.MITRAL_WAVES)
-    assert waves_alone(asked) == {"S-3": ("mvc",)}
-    path.write_text(free_case.MITRAL_WAVES + "avc,1017,1,4.1\n")
-    assert waves_alone(asked) == {"S-3": ("mvc", "avc")}
-    (row,) = [row for row in stage_settings(asked, "new_answers")["asked"] if row["subject"] == "S-3"]
-    assert row["interpretable"] and not row["refused"], "the aortic ones are interpreted"
-    free_case.train(2).assign(event="").to_csv(path, index=False)
-    assert waves_alone(asked) == {}
-
-
-def test_waves_of_which_none_is_interpreted_have_the_reason_of_each() -> None:
-    published = (PublishedSpeed(mean_m_s=4.0, sd_m_s=0.5, volunteers=20, source="a test"),)
-    mitral, aortic = (
-        ClosureSpeeds(event, 1.0, 2.0, high, published) for event, high in (("mvc", 3.0), ("avc", 5.0))
+    assert "natural waves are not interpreted" in recording_refusal(asked, "S-3")
+    free_case.train(2).assign(event=["", "push", "AVC"] * 20 + [""] * (len(free_case.train(2)) - 60)).to_csv(
+        path, index=False
     )
-    assert "people have 4.00 (a test)" in why_not_interpreted((mitral, aortic), ["mvc"])
-    assert why_not_interpreted((mitral, aortic), ["mvc", "avc"]) == ""
+    assert "event = 'AVC': is a natural wave" in recording_refusal(asked, "S-3")
+    free_case.train(2).assign(event="").to_csv(path, index=False)
+    assert recording_refusal(asked, "S-3") == ""
 
 
 def test_pushes_that_cannot_be_used_are_a_row_of_the_workflow_and_no_job(asked: Study) -> None:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from test_closure_speeds import WAVES
 
-from swesbi.verdict.contraction import Told, contractions
+from swesbi.verdict.contraction import contractions
+from swesbi.verdict.settings import UninformativeSettings
 
+RULE = UninformativeSettings(sd_ratio=0.9, shift=0.25)
 RNG = np.random.default_rng(7)
 PRIOR = {"k_atp_per_s": np.exp(0.6 * RNG.standard_normal(4000))}
 
 
 def told(log_sd: float, shift: float) -> bool:
     posterior = {"k_atp_per_s": np.exp(shift + log_sd * RNG.standard_normal(4000))}
-    (found,) = contractions(posterior, PRIOR, WAVES)
+    (found,) = contractions(posterior, PRIOR, RULE).of_each
     assert abs(found.sd_ratio - log_sd / 0.6) < 0.05
     return found.uninformative
 
@@ -31,19 +32,15 @@ def test_one_that_is_narrower_or_elsewhere_is_not() -> None:
 def test_draws_without_a_beat_are_left_out() -> None:
     some = PRIOR["k_atp_per_s"].copy()
     some[:300] = np.nan
-    (found,) = contractions({"k_atp_per_s": some}, PRIOR, WAVES)
+    (found,) = contractions({"k_atp_per_s": some}, PRIOR, RULE).of_each
     assert found.uninformative
 
 
 def test_a_recording_is_uninformative_where_every_quantity_is() -> None:
     same = {name: PRIOR["k_atp_per_s"] for name in ("k0_kpa", "k_atp_per_s")}
     narrow = same | {"k0_kpa": same["k0_kpa"] ** 0.3}
-    all_same, one_told = (contractions(draws, same, WAVES) for draws in (same, narrow))
-    assert Told(all_same).uninformative
-    assert not Told(one_told).uninformative
-    assert not Told().uninformative
-    assert Told().reasons == ()
-    assert Told(one_told).reasons == (
-        "posterior over prior sd of the log: k_0 0.30; k_ATP 1.00, uninformative",
-    )
-    assert [test.flagged for test in Told(one_told, 0.9).tests] == [False, False]
+    all_same, one_told = (contractions(draws, same, RULE) for draws in (same, narrow))
+    assert all_same.uninformative
+    assert not one_told.uninformative
+    assert one_told.in_words == "posterior over prior sd of the log: k_0 0.30; k_ATP 1.00, uninformative"
+    assert [test.flagged for test in one_told.tests] == [False, False]

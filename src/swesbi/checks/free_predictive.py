@@ -8,11 +8,10 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.arrays import FloatArray
 from swesbi.artefacts import Part, Variable, from_groups, load, register, schema_of
 from swesbi.checks.scores import Band, band, coverage
 from swesbi.measurement.instants import FreeModel
-from swesbi.measurement.natural_waves import closure_phases
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.recording.phases import analysis_grid
 from swesbi.recording.speed import youngs_modulus_kpa
@@ -28,9 +27,6 @@ class FreePredictiveCheck:
         Band, Part("posterior_{}_kpa", "grid", "kPa", words={"noise": " of noiseless curves"})
     ]
     phase: Annotated[FloatArray, Variable("push", "1", "instants of the pushes, fraction of the beat")]
-    is_wave: Annotated[
-        BoolArray, Variable("push", "1", "1 of a natural wave, which lies at the posterior's median closure")
-    ]
     stiffness_kpa: Annotated[FloatArray, Variable("push", "kPa", "observed stiffness 3 rho c_s^2")]
     relative_se: Annotated[FloatArray, Variable("push", "1", "standard error of each speed over it")]
     pushes: Annotated[
@@ -60,16 +56,15 @@ def check_pushes(
     """
     recording, density = model.model.recording, model.settings.density_kg_m3
     grid = analysis_grid(grid_points)
-    curves, predicted, phase = _predicted(model, phi, grid)
-    prior, _, _ = _predicted(model, prior_phi, grid)
+    curves, predicted = _predicted(model, phi, grid)
+    prior, _ = _predicted(model, prior_phi, grid)
     observed = youngs_modulus_kpa(recording.speed_m_s, density)
     new = band(youngs_modulus_kpa(draw_pushes(model, predicted, rng), density), interval)
     return FreePredictiveCheck(
         grid=grid,
         prior=band(youngs_modulus_kpa(prior.speed_m_s, density), interval),
         posterior=band(youngs_modulus_kpa(curves.speed_m_s, density), interval),
-        phase=phase,
-        is_wave=np.zeros(len(phase), dtype=np.bool_) if model.waves is None else ~model.waves.is_push,
+        phase=recording.phase,
         stiffness_kpa=observed,
         relative_se=recording.relative_se,
         pushes=new,
@@ -88,28 +83,21 @@ def draw_pushes(model: FreeModel, predicted: PredictedSpeeds, rng: np.random.Gen
     _, place = np.unique(model.cell, return_inverse=True)
     level, timing = rng.standard_normal((2, count, place.max() + 1))
     own = rng.standard_normal(predicted.log_speed.shape) * model.model.recording.relative_se
-    missed = model.level * level[:, place]
+    missed = discrepancy.speed_fraction * level[:, place]
     missed = missed + discrepancy.timing_cycle * predicted.slope * timing[:, place]
     return np.asarray(np.exp(predicted.log_speed + missed + model.draw_factor(predicted, rng)[:, None] * own))
 
 
 def _predicted(
     model: FreeModel, phi: FloatArray, grid: FloatArray
-) -> tuple[PredictedSpeeds, PredictedSpeeds, FloatArray]:
-    """Return the log speeds of the draws that can be simulated, on the grid and at the pushes, and instants.
-
-    Pushes lie at their own; natural waves at the median closure of the draws.
-    """
+) -> tuple[PredictedSpeeds, PredictedSpeeds]:
+    """Return the log speeds of the draws that can be simulated, on the grid and at the pushes."""
     plain = model.model
     beats = plain.simulate(phi)
     on_grid = replace(plain, recording=replace(plain.recording, phase=grid)).predict_from(phi, beats)
     pushes = model.predict_from(phi, beats)
     good = np.flatnonzero(np.isfinite(pushes.log_speed).all(axis=1))
-    phase = plain.recording.phase.copy()
-    if model.waves is not None:
-        for event, closures in closure_phases(plain, beats).items():
-            phase[model.waves.event == event] = np.median(closures[good])
-    return on_grid.rows(good), pushes.rows(good), phase
+    return on_grid.rows(good), pushes.rows(good)
 
 
 KIND: Final = register("free_predictive", schema_of(FreePredictiveCheck))

@@ -13,7 +13,7 @@ from swesbi.checks.settings import CmaesSettings, DiscrepancyStudySettings, Vari
 from swesbi.config.experiments import Name
 from swesbi.exam.settings import ExamSettings
 from swesbi.planning.settings import PlanSettings
-from swesbi.verdict.settings import NaturalWavesSettings
+from swesbi.verdict.settings import UninformativeSettings
 
 
 class CmaesStudySettings(Settings):
@@ -64,13 +64,6 @@ class PlanChoiceSettings(PlanSettings):
     experiment: Name = Field(description="an experiment over a population")
 
 
-class NaturalWavesChoiceSettings(NaturalWavesSettings):
-    """When natural waves are interpreted, on the healthy hearts of one population."""
-
-    experiment: Name = Field(description="an experiment over a population")
-    group: str = Field(description="the group of its population that is healthy")
-
-
 class NewSubjectsSettings(Settings):
     """Recordings that the trained network answers without being trained on them."""
 
@@ -86,6 +79,7 @@ class NewSubjectsSettings(Settings):
     noise_level: float = Field(
         gt=0.0, lt=0.5, description="of the test that a recording has the pool's noise"
     )
+    uninformative: UninformativeSettings = Field(description="when a recording has told nothing")
 
 
 class ResourceSettings(Settings):

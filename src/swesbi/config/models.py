@@ -19,7 +19,6 @@ from swesbi.config.beside import (
     DiscrepancyChoiceSettings,
     ExamChoiceSettings,
     LadderChoiceSettings,
-    NaturalWavesChoiceSettings,
     NewSubjectsSettings,
     PlanChoiceSettings,
     ReadingsChoiceSettings,
@@ -216,12 +215,6 @@ def check_kinds(config: Config) -> None:
         ("readings", config.readings.experiment, config.feature_experiments, "of kind features"),
         ("exam", config.exam.experiment, config.population_experiments, "over a population"),
         ("plan", config.plan.experiment, config.population_experiments, "over a population"),
-        (
-            "natural_waves",
-            config.natural_waves.experiment,
-            config.population_experiments,
-            "over a population",
-        ),
     )
     for section, name, known, kind in asked:
         if name not in known:
@@ -243,14 +236,6 @@ def check_plan(config: Config) -> None:
             f"plan.studies.recycled_draws = {plan.studies.recycled_draws}, but posteriors keep {kept} draws "
             "(changes.exact.draws, and exact.draws of the experiment)"
         )
-
-
-def check_natural_waves(config: Config) -> None:
-    """Natural waves are judged on a group that the population has."""
-    waves = config.natural_waves
-    groups = config.population_experiments[waves.experiment].population.groups
-    if waves.group not in groups:
-        raise ValueError(f"natural_waves.group = {waves.group!r}: the population has {', '.join(groups)}")
 
 
 def check_sensitivity(config: Config) -> None:
@@ -283,7 +268,6 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_population_experiments,
     check_kinds,
     check_plan,
-    check_natural_waves,
     check_sensitivity,
     check_ladder,
 )
@@ -326,7 +310,6 @@ class Config(Settings):
     changes: ChangeSettings
     change_groups: ChangeGroupsSettings
     plan: PlanChoiceSettings
-    natural_waves: NaturalWavesChoiceSettings
     new_subjects: NewSubjectsSettings
     resources: ResourceSettings
 

@@ -48,29 +48,6 @@ def free_running(study: Study) -> tuple[str, ...]:
     return tuple(subject for subject in study.new_rows if _is_free(study, subject))
 
 
-def waves_alone(study: Study) -> dict[str, tuple[str, ...]]:
-    """Return which natural waves a recording has that has nothing else, by subject outside the study.
-
-    Reads every recording with a column of events; those that cannot be used are not among them.
-    """
-    from swesbi.recording.columns import EVENT, EVENTS
-    from swesbi.recording.foreign import placed_by
-    from swesbi.recording.free_samples import read_free_samples
-
-    found = {}
-    for subject in free_running(study):
-        path, layout = study.new_recording(subject), study.new_layout_of(subject)
-        if EVENT not in placed_by(path, layout):
-            continue
-        try:
-            samples = read_free_samples(path, study.config.recording.density_kg_m3, layout, subject)
-        except RecordingError:
-            continue
-        if not samples.is_push.any():
-            found[subject] = tuple(event for event in EVENTS if (samples.event == event).any())
-    return found
-
-
 def _is_free(study: Study, subject: str) -> bool:
     try:
         return is_free_running(study, subject)

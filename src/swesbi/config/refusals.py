@@ -11,7 +11,6 @@ from swesbi.config.new_recordings import (
     quality_of,
 )
 from swesbi.config.study import Study
-from swesbi.recording.columns import EVENT
 from swesbi.recording.problems import RecordingError
 
 
@@ -43,8 +42,7 @@ def network_of_pushes(
 ) -> tuple[str, str]:
     """Return the first experiment whose network can answer a free-running recording, or none and why.
 
-    Only the network of a population takes any set of pushes, and must know such a heart. Natural waves have
-    no instant that it could be shown.
+    Only the network of a population takes any set of pushes, and must know such a heart.
 
     Args:
         study: The study.
@@ -52,11 +50,6 @@ def network_of_pushes(
         experiments: Those that may answer.
         lacking: Why the network of an experiment is not there; empty where it is, or will be.
     """
-    # reading tables imports pandas
-    from swesbi.recording.foreign import placed_by
-
-    if EVENT in placed_by(study.new_recording(subject), study.new_layout_of(subject)):
-        return "", "has natural waves, which no network takes"
     able = [name for name in experiments if name in study.config.population_experiments]
     reasons = [] if able else [f"{' and '.join(experiments)} has no network that takes pushes"]
     for name in able:

@@ -255,7 +255,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     }
     # where results lie, how the work is split and who else is answered change no result of the study
     printed = config.to_plain()
-    for key in ("resources", "results", "new_subjects", "natural_waves", "changes", "change_groups", "plan"):
+    for key in ("resources", "results", "new_subjects", "changes", "change_groups", "plan"):
         del printed[key]
     return {
         "cohort_title": config.cohort_title,

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from swesbi.config.natural_waves import closures_under, natural_waves_of, why_not_interpreted
-from swesbi.config.new_recordings import free_running, noise_declared, quality_of, waves_alone
+from swesbi.config.new_recordings import free_running, noise_declared, quality_of
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
 from swesbi.config.read import ConfigError
@@ -68,11 +67,12 @@ def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[st
     subject = wildcard(wildcards, "subject")
     _as_outside(parts, study, subject)
     checked = (
-        "predictive_draws=experiment.predictive.draws predictive_interval=experiment.predictive.interval"
+        "predictive_draws=experiment.predictive.draws predictive_interval=experiment.predictive.interval "
+        "new_subjects.uninformative"
     )
     noise = {"noise": noise_declared(study, subject).to_plain()}
     sheet = _sheet(study, wildcards, fields)
-    return parts | noise | sheet | natural_waves_of(study.config) | fields(study.outside, wildcards, checked)
+    return parts | noise | sheet | fields(study.outside, wildcards, checked)
 
 
 def _free_subject_of_population(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
@@ -93,33 +93,16 @@ def _new_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str
         subject: network_of_pushes(study, subject, experiments)[0] or experiments[0]
         for subject in free_running(study)
     }
-    meaningless = _meaningless_waves(study, once, fields)
     rows = [
         {
             "subject": subject,
             "experiment": name,
-            "refused": refused.get((name, subject), meaningless.get(subject, "")),
-            "interpretable": (name, subject) in refused or subject not in meaningless,
+            "refused": refused.get((name, subject), ""),
         }
         for subject in (*study.new_rows, *study.new_refused)
         for name in ([once[subject]] if subject in once else experiments)
     ]
     return {"asked": rows}
-
-
-def _meaningless_waves(study: Study, asked: Mapping[str, str], fields: Fields) -> dict[str, str]:
-    """Return of which recordings outside the study nothing is interpreted, and why.
-
-    Args:
-        study: The study.
-        asked: Experiment under which each free-running recording is answered.
-        fields: Gives the experiment's model.
-    """
-    reasons = {}
-    for subject, waves in waves_alone(study).items():
-        model = fields(study, {"experiment": asked[subject]}, "model")["model"]
-        reasons[subject] = why_not_interpreted(closures_under(study.config, model), waves)
-    return {subject: reason for subject, reason in reasons.items() if reason}
 
 
 def _person_change(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:

@@ -14,19 +14,13 @@ and those of different cells none. With one push a cell that is the variance of 
 (``likelihood.log_speed_sd``). Nothing is averaged: of pushes of one instant and of equal, known errors the
 mean of log c is sufficient, so that their likelihood is that of the mean in all but a factor without phi.
 
-Natural waves have no instant s_i but that of the model's own closure, and what the model misses of them
-is larger (``natural_waves``): the waves of an event are a cell of their own, in which delta^2 + omega^2
-stands in the place of delta^2.
-
 Where the errors are declared and not known, lambda is one factor of all of them with log lambda ~ N(0, v^2),
 and the likelihood is the integral over it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from types import MappingProxyType
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -35,15 +29,12 @@ from scipy.special import logsumexp
 from swesbi.arrays import FloatArray, IntArray
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
-from swesbi.measurement.natural_waves import NaturalWaves, predict_at_closures
 from swesbi.measurement.shared_error import Innovations
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
-from swesbi.recording.columns import PUSH
 from swesbi.recording.free_observation import FreeObservation
 
 WIDEST_STEP: Final = 0.25
 REACH: Final = 6.0  # standard deviations of log lambda to either side
-NO_WAVES: Final[Mapping[str, float]] = MappingProxyType({})
 
 
 def cell_innovations(
@@ -51,7 +42,7 @@ def cell_innovations(
     slope: FloatArray,
     se: FloatArray,
     cell: IntArray,
-    level: FloatArray,
+    speed_fraction: float,
     timing_cycle: float,
 ) -> Innovations:
     """Standardise n rows of p data, each datum given those before it in its row.
@@ -64,7 +55,7 @@ def cell_innovations(
         slope: d log c / ds of each row; shape (n, p).
         se: Standard deviations of the own errors; shape (n, p).
         cell: Cell of each datum, those of one side by side; shape (p,).
-        level: delta, in a cell of natural waves sqrt(delta^2 + omega^2); shape (p,), one for a cell.
+        speed_fraction: delta.
         timing_cycle: tau.
     """
     z, sd = np.empty_like(distance), np.empty_like(distance)
@@ -74,10 +65,10 @@ def cell_innovations(
             mean_n, mean_m, cross = (np.zeros(len(distance)) for _ in range(3))
             var_n, var_m = np.ones(len(distance)), np.ones(len(distance))
         timing = timing_cycle * slope[:, i]
-        gain_n = var_n * level[i] + cross * timing
-        gain_m = cross * level[i] + var_m * timing
-        sd[:, i] = np.sqrt(se[:, i] ** 2 + level[i] * gain_n + timing * gain_m)
-        z[:, i] = (distance[:, i] - level[i] * mean_n - timing * mean_m) / sd[:, i]
+        gain_n = var_n * speed_fraction + cross * timing
+        gain_m = cross * speed_fraction + var_m * timing
+        sd[:, i] = np.sqrt(se[:, i] ** 2 + speed_fraction * gain_n + timing * gain_m)
+        z[:, i] = (distance[:, i] - speed_fraction * mean_n - timing * mean_m) / sd[:, i]
         gain_n, gain_m = gain_n / sd[:, i], gain_m / sd[:, i]
         mean_n, mean_m = mean_n + gain_n * z[:, i], mean_m + gain_m * z[:, i]
         var_n, var_m, cross = var_n - gain_n**2, var_m - gain_m**2, cross - gain_n * gain_m
@@ -113,39 +104,24 @@ class FreeModel:
             alone where no two share a cell.
         cell: Cell of each push; shape (p,).
         noise_log_sd: v, of the factor of all errors; 0 where they are known.
-        waves: Which of the p are natural waves, whose phase in the recording is NaN; None: all are pushes.
     """
 
     model: SpeedModel
     cell: IntArray
     noise_log_sd: float
-    waves: NaturalWaves | None = None
 
     @property
     def settings(self) -> SpeedModelSettings:
         """The settings of the model, its prior among them."""
         return self.model.settings
 
-    @property
-    def level(self) -> FloatArray:
-        """Standard deviation of what the model misses of each log speed, one for a cell; (p,)."""
-        delta = np.full(len(self.cell), self.settings.discrepancy.speed_fraction)
-        return delta if self.waves is None else np.hypot(delta, self.waves.shared_log_sd)
-
     def predict(self, phi: FloatArray) -> PredictedSpeeds:
         """Return the noiseless log speeds of phi (n, d), and their slopes; (n, p), NaN where it failed."""
-        if self.waves is None:
-            return self.model.predict(phi)
-        return self.predict_from(phi, self.model.simulate(phi))
+        return self.model.predict(phi)
 
     def predict_from(self, phi: FloatArray, beats: Beats) -> PredictedSpeeds:
         """Return the same from simulated beats of phi."""
-        if self.waves is None:
-            return self.model.predict_from(phi, beats)
-        recording = self.model.recording
-        pushes = replace(recording, phase=recording.phase[self.waves.is_push])
-        at_pushes = replace(self.model, recording=pushes).predict_from(phi, beats)
-        return self.waves.behind(at_pushes, predict_at_closures(self.model, phi, beats))
+        return self.model.predict_from(phi, beats)
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
@@ -170,28 +146,20 @@ class FreeModel:
         recording = self.model.recording
         distance = np.log(recording.speed_m_s) - predicted.log_speed
         se = np.reshape(factor, (-1, 1)) * recording.relative_se + np.zeros_like(distance)
-        timing_cycle = self.settings.discrepancy.timing_cycle
-        return cell_innovations(distance, predicted.slope, se, self.cell, self.level, timing_cycle)
+        missed = self.settings.discrepancy
+        return cell_innovations(
+            distance, predicted.slope, se, self.cell, missed.speed_fraction, missed.timing_cycle
+        )
 
 
-def free_model(
-    observed: FreeObservation, settings: SpeedModelSettings, wave_log_sd: Mapping[str, float] = NO_WAVES
-) -> FreeModel:
+def free_model(observed: FreeObservation, settings: SpeedModelSettings) -> FreeModel:
     """Build the model of a free-running recording.
-
-    Args:
-        observed: The recording.
-        settings: Of the model.
-        wave_log_sd: omega of each event whose waves are inferred from; those of others are left out.
 
     Raises:
         ValueError: A reference beat does not become periodic.
     """
-    kept = observed.is_push | np.isin(observed.event, list(wave_log_sd))
-    alone = np.empty((int(kept.sum()), 0))
+    alone = np.empty((len(observed.phase), 0))
     recording = SpeedRecording(
-        observed.context, observed.phase[kept], observed.speed_m_s[kept], observed.relative_se[kept], alone
+        observed.context, observed.phase, observed.speed_m_s, observed.relative_se, alone
     )
-    event = observed.event[kept]
-    waves = None if (event == PUSH).all() else NaturalWaves(event, dict(wave_log_sd))
-    return FreeModel(speed_model(recording, settings), observed.cell[kept], observed.noise_log_sd, waves)
+    return FreeModel(speed_model(recording, settings), observed.cell, observed.noise_log_sd)

@@ -21,7 +21,6 @@ from swesbi.recording.cohort import (
     examine_subjects,
     find_recording,
 )
-from swesbi.recording.events import in_words
 from swesbi.recording.foreign import is_free
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation, ingest_free
@@ -51,8 +50,8 @@ HEADER: Final = (
 )
 FREE_HEADER: Final = ("subject", "pushes", "rejected", "beats", "SE of c_s", "E (kPa)", "errors")
 FREE_LEGEND: Final = (
-    "Free-running: pushes: accepted, each at an instant of its own; mvc, avc: natural waves. beats: that\n"
-    "they lie in. SE of c_s: relative standard error of a speed, median; errors: what it is told from."
+    "Free-running: pushes: accepted, each at an instant of its own. beats: that they lie in.\n"
+    "SE of c_s: relative standard error of a speed, median; errors: what it is told from."
 )
 LEGEND: Final = (
     "phases: measured of gated. SE of c_s: standard error of a phase's mean shear-wave speed, median and\n"
@@ -224,7 +223,7 @@ def _free_row(observed: FreeObservation) -> tuple[str, ...]:
     reasons = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count)
     return (
         observed.subject,
-        ", ".join(filter(None, [str(int(observed.is_push.sum())), in_words(observed.event)])),
+        str(len(observed.phase)),
         str(sum(observed.rejected.values())),
         str(observed.beats),
         f"{float(np.median(relative)):.1%}",

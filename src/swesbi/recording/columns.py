@@ -22,9 +22,8 @@ TIME: Final = "time_ms"
 STANDARD_ERROR: Final = "se_m_s"
 EVENT: Final = "event"
 PUSH: Final = "push"
-EVENTS: Final = ("mvc", "avc")
-"""What set off a natural wave: closure of the mitral and of the aortic valve."""
+"""The one word in ``EVENT``: waves that the heart sets off itself are refused."""
 FREE_REQUIRED: Final = (TIME, "rr_ms")
 FREE_OPTIONAL: Final = ("beat", "repeat", STANDARD_ERROR, "fit_r2", "status", EVENT)
 FREE_COLUMNS: Final = (*FREE_REQUIRED, SPEED, *FREE_OPTIONAL)
-"""Of a free-running recording: it has instants in place of phases, or events that the heart itself times."""
+"""Of a free-running recording: it has instants in place of phases."""

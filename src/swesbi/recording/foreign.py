@@ -65,10 +65,6 @@ class Wanted:
 
 GATED: Final = Wanted(COLUMNS)
 FREE: Final = Wanted((*FREE_REQUIRED, SPEED), FREE_OPTIONAL)
-WITH_EVENTS: Final = Wanted(
-    ("rr_ms", EVENT, SPEED), (TIME, *(name for name in FREE_OPTIONAL if name != EVENT))
-)
-"""Of natural waves, which need no time; pushes may stand beside them."""
 PHASE: Final = "phase_index"
 
 
@@ -90,13 +86,13 @@ class Cells:
 
 
 def is_free(path: Path, layout: TableLayout) -> bool:
-    """Tell whether a recording is free-running: instants or events, no phases; none that cannot be read."""
+    """Tell whether a recording is free-running: instants, no phases; none that cannot be read."""
     return has_no_phases(placed_by(path, layout))
 
 
 def has_no_phases(places: Sequence[str]) -> bool:
     """Tell whether columns of ``placed_by`` are those of a free-running recording."""
-    return PHASE not in places and (TIME in places or EVENT in places)
+    return PHASE not in places and TIME in places
 
 
 def placed_by(path: Path, layout: TableLayout) -> tuple[str, ...]:

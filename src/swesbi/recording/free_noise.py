@@ -87,14 +87,7 @@ def _check_all(
     if missing.size:
         index = np.flatnonzero(accepted)[missing[0]]
         value = samples.se_m_s[index] if column == STANDARD_ERROR else samples.fit_r2[index]
-        where = f"of the {_named(samples, int(index))} ({missing.size} of {accepted.sum()} pushes)"
+        where = f"of the push at time_ms {samples.time_ms[index]:g} ({missing.size} of {accepted.sum()} pushes)"
         text = "" if np.isnan(value) else f"{value:g}"
         remedy = "give it, or another status than ok"
         raise RecordingError(Problem(samples.source, f"{where} {reason}", remedy, column=column, value=text))
-
-
-def _named(samples: FreeSamples, index: int) -> str:
-    """Return which push or natural wave a row is, in words."""
-    if samples.is_push[index]:
-        return f"push at time_ms {samples.time_ms[index]:g}"
-    return f"{samples.event[index]} wave of beat {samples.beat[index]}"

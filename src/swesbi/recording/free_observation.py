@@ -1,7 +1,4 @@
-"""What a free-running recording shows: a speed at each instant of the cycle at which a push was accepted.
-
-And a speed of each natural wave, which has no instant: it lies where the model's own valve closes.
-"""
+"""What a free-running recording shows: a speed at each instant of the cycle at which a push was accepted."""
 
 from __future__ import annotations
 
@@ -10,13 +7,12 @@ from pathlib import Path
 from typing import Annotated, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.arrays import FloatArray, IntArray
 from swesbi.artefacts import Part, Variable, register, schema_of
 from swesbi.context import Context
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
-from swesbi.recording.columns import EVENTS, PUSH, TIME
+from swesbi.recording.columns import TIME
 from swesbi.recording.free_noise import NoiseSource, free_noise
 from swesbi.recording.free_samples import FreeSamples, free_rejection
 from swesbi.recording.ingest import other_heart_rate, other_unit
@@ -32,25 +28,22 @@ LATEST_IN_S: Final = 5.0  # of times in s, none is later: an RR interval has 500
 
 @dataclass(frozen=True)
 class FreeObservation:
-    """The accepted pushes of one subject, in the order of their instants, then natural waves; p rows.
+    """The accepted pushes of one subject, in the order of their instants; p rows.
 
-    The model's error is one for all pushes of a cell of the cycle, and for all waves of an event, which have
-    a cell of their own (``measurement.instants``). ``clinical`` is what was measured beside the speeds.
+    The model's error is one for all pushes of a cell of the cycle (``measurement.instants``). ``clinical`` is
+    what was measured beside the speeds.
     """
 
     context: Annotated[Context, Part(group="context")]
     phase: Annotated[
         FloatArray,
-        Variable("push", "1", "instant of the push, fraction of its own beat from the R peak; NaN of a wave"),
+        Variable("push", "1", "instant of the push, fraction of its own beat from the R peak"),
     ]
     time_ms: Annotated[FloatArray, Variable("push", "ms", "time of the push since the R peak of its beat")]
     rr_ms: Annotated[FloatArray, Variable("push", "ms", "RR interval of that beat")]
     beat: Annotated[IntArray, Variable("push", "1", "number of the beat, 0 where the file has none")]
     repeat: Annotated[IntArray, Variable("push", "1", "number of the train, 0 where the file has none")]
     cell: Annotated[IntArray, Variable("push", "1", "cell of the cycle in which the model has one error")]
-    event: Annotated[
-        NDArray[np.str_], Variable("push", "1", "push, or whose closure set off the wave: mvc or avc")
-    ]
     speed_m_s: Annotated[FloatArray, Variable("push", "m s-1", "shear-wave speed c_s")]
     relative_se: Annotated[
         FloatArray, Variable("push", "1", "standard error over speed; its prior median where declared")
@@ -78,11 +71,6 @@ class FreeObservation:
     def subject(self) -> str:
         """The subject's name."""
         return self.context.subject
-
-    @property
-    def is_push(self) -> BoolArray:
-        """Which rows are pushes, and not natural waves; (p,)."""
-        return np.asarray(self.event == PUSH)
 
     @property
     def beats(self) -> int:
@@ -122,16 +110,13 @@ def ingest_free(
     accepted, counts = verdict == ACCEPTED, np.bincount(verdict + 1, minlength=len(REASONS) + 1)
     if accepted.sum() < LEAST_PUSHES:
         told = ", ".join(f"{reason} {n}" for reason, n in zip(REASONS, counts[1:], strict=True) if n)
-        what = "pushes" if samples.is_push.all() else "pushes and natural waves"
-        reason = f"{int(accepted.sum())} {what} are acceptable of {len(verdict)} ({told or 'no other'})"
+        reason = f"{int(accepted.sum())} pushes are acceptable of {len(verdict)} ({told or 'no other'})"
         remedy = f"an answer needs {LEAST_PUSHES}: record again"
         raise RecordingError(Problem(samples.source, reason, remedy))
     _check_plausible(samples, samples.speed_m_s[accepted], context, settings)
     noise = free_noise(samples, accepted, declared)
-    cell = _cells(samples, settings.phases)
-    # a cell of waves has a number above every phase, and so comes behind all pushes
-    place = np.where(samples.is_push, samples.phase, cell)
-    order = np.argsort(place[accepted], kind="stable")
+    cell = np.minimum((samples.phase * settings.phases).astype(np.int64), settings.phases - 1)
+    order = np.argsort(samples.phase[accepted], kind="stable")
     chosen = np.flatnonzero(accepted)[order]
     return FreeObservation(
         context=context,
@@ -141,7 +126,6 @@ def ingest_free(
         beat=samples.beat[chosen],
         repeat=samples.repeat[chosen],
         cell=cell[chosen],
-        event=samples.event[chosen],
         speed_m_s=samples.speed_m_s[chosen],
         relative_se=noise.relative_se[order],
         stiffness_kpa=youngs_modulus_kpa(samples.speed_m_s[chosen], settings.density_kg_m3),
@@ -150,13 +134,6 @@ def ingest_free(
         samples_rejected=counts[1:],
         clinical=clinical,
     )
-
-
-def _cells(samples: FreeSamples, phases: int) -> IntArray:
-    """Return the cell of the cycle of each push, and behind those one of each event; shape (N,)."""
-    of_push = np.minimum((np.nan_to_num(samples.phase) * phases).astype(np.int64), phases - 1)
-    of_wave = phases + np.argmax(samples.event[:, None] == np.array(EVENTS), axis=1)
-    return np.where(samples.is_push, of_push, of_wave)
 
 
 def _check_plausible(
@@ -173,7 +150,7 @@ def _check_plausible(
 
 def _other_unit_of_time(samples: FreeSamples) -> Problem | None:
     """Return what is wrong where all times can be such in seconds alone."""
-    latest = float(np.max(samples.time_ms, initial=0.0, where=np.isfinite(samples.time_ms)))
+    latest = float(np.max(samples.time_ms, initial=0.0))
     if not 0.0 < latest < LATEST_IN_S:
         return None
     reason = f"the latest push is {latest:g} ms after its R peak"
@@ -202,5 +179,4 @@ def same_free_recording(one: FreeObservation, other: FreeObservation) -> bool:
         return False
     names = ("time_ms", "rr_ms", "beat", "repeat", "speed_m_s", "relative_se")
     pairs = [(getattr(one, name), getattr(other, name)) for name in names]
-    same_values = all(np.array_equal(mine, its, equal_nan=True) for mine, its in pairs)
-    return same_values and np.array_equal(one.event, other.event)
+    return all(np.array_equal(mine, its) for mine, its in pairs)

@@ -1,7 +1,4 @@
-"""A free-running recording as it was read: pushes at any instants of any beats, and which are accepted.
-
-Natural waves, which the closure of a valve sets off, may stand beside them, or alone.
-"""
+"""A free-running recording as it was read: pushes at any instants of any beats, and which are accepted."""
 
 from __future__ import annotations
 
@@ -22,11 +19,12 @@ from swesbi.recording.columns import (
     STATUS_OK,
     TIME,
 )
-from swesbi.recording.events import check_waves, read_event, read_times_ms
-from swesbi.recording.foreign import FREE, WITH_EVENTS, placed_by
+from swesbi.recording.foreign import FREE
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.phases import LATEST_BEAT_PHASE
 from swesbi.recording.reader import (
+    NATURAL_WAVE,
+    NO_NATURAL_WAVES,
     OWN_FORM,
     SPEED_RANGE_M_S,
     read_columns,
@@ -37,11 +35,12 @@ from swesbi.recording.reader import (
 )
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.settings import RecordingSettings
-from swesbi.recording.table import TextTable
+from swesbi.recording.table import MISSING, TextTable
 
 SEVERAL: Final = (
     "give a push one row, the mean of its samples, or say by `beat` and `repeat` which of several it is"
 )
+A_TIME: Final = "give the time since the R peak of the push's beat in ms"
 OWN_BEAT: Final = (
     "give the time since the R peak that begins the push's own beat, and number the beats in `beat`"
 )
@@ -49,10 +48,10 @@ OWN_BEAT: Final = (
 
 @dataclass(frozen=True)
 class FreeSamples:
-    """Columns of a free-running recording, each of shape (N,), N attempted pushes and waves in any order.
+    """Columns of a free-running recording, each of shape (N,), N attempted pushes in any order.
 
     Attributes:
-        time_ms: Time of the push since the R peak of its beat; NaN of a natural wave that has none.
+        time_ms: Time of the push since the R peak of its beat.
         rr_ms: RR interval of that beat.
         beat: Which beat; 0 where the file does not say.
         repeat: Which of several trains; 0 where the file does not say.
@@ -60,7 +59,6 @@ class FreeSamples:
         se_m_s: Its standard error; NaN where none is given.
         fit_r2: R2 of the wave fit; NaN where there was none.
         status: "ok" or one of ``FAILED_STATUSES``.
-        event: "push", or what set off a natural wave, one of ``EVENTS``.
         columns: Which optional columns the file has.
         source: Where the samples come from, for messages.
     """
@@ -73,22 +71,13 @@ class FreeSamples:
     se_m_s: FloatArray
     fit_r2: FloatArray
     status: NDArray[np.str_]
-    event: NDArray[np.str_]
     columns: tuple[str, ...] = ()
     source: str = "samples in memory"
 
     @property
-    def is_push(self) -> BoolArray:
-        """Which rows are pushes, and not natural waves; (N,)."""
-        return np.asarray(self.event == PUSH)
-
-    @property
     def phase(self) -> FloatArray:
-        """Instant of each push as a fraction of its own beat, time / RR modulo the beat, in [0, 1); (N,).
-
-        NaN of a natural wave, whose instant is the model's.
-        """
-        return np.where(self.is_push, (self.time_ms / self.rr_ms) % 1.0, np.nan)
+        """Instant of each push as a fraction of its own beat, time / RR modulo the beat, in [0, 1); (N,)."""
+        return np.asarray((self.time_ms / self.rr_ms) % 1.0)
 
     def beats_rr_ms(self) -> FloatArray:
         """Return the RR interval of each beat: the median over its pushes; beats of a train in order."""
@@ -110,17 +99,14 @@ def read_free_samples(
         subject: Whose rows are wanted of a table of several.
 
     Raises:
-        RecordingError: The table is malformed, a value is impossible, or a push is given twice or lies
-            beyond the end of its beat; it lists every problem with file, row, column and value.
+        RecordingError: The table is malformed, a value is impossible, a row is a natural wave, or a push is
+            given twice or lies beyond the end of its beat; it lists every problem with file, row, column and value.
     """
-    table = read_columns(path, layout, subject, WITH_EVENTS if EVENT in placed_by(path, layout) else FREE)
+    table = read_columns(path, layout, subject, FREE)
     has = tuple(name for name in FREE_OPTIONAL if name in table.cells)
-    event = read_event(table)
-    if TIME in table.cells:
-        names = [name for name in ("repeat", "beat", TIME) if name in table.cells]
-        table.unique(names, among=event == PUSH)
-    check_waves(table, event)
-    time = read_times_ms(table, event)
+    _only_pushes(table)
+    table.unique([name for name in ("repeat", "beat", TIME) if name in table.cells])
+    time = table.number(TIME, 0, 5000, A_TIME)
     rr = read_rr_ms(table)
     late = time >= LATEST_BEAT_PHASE * rr
     table.flag(TIME, late, "lies after the end of its beat (time_ms / rr_ms)", OWN_BEAT)
@@ -128,11 +114,16 @@ def read_free_samples(
     repeat = _numbered(table, "repeat", "number the trains from 0 or 1")
     speed = read_speed(table, density_kg_m3)
     samples = FreeSamples(
-        time, rr, beat, repeat, speed, _errors(table, speed), _fit(table), _status(table), event, has,
-        str(path),
+        time, rr, beat, repeat, speed, _errors(table, speed), _fit(table), _status(table), has, str(path)
     )  # fmt: skip
     table.finish()
     return samples
+
+
+def _only_pushes(table: TextTable) -> None:
+    if EVENT in table.cells:
+        words = np.char.lower(np.char.strip(np.asarray(table.cells[EVENT], dtype=np.str_)))
+        table.flag(EVENT, ~np.isin(words, (PUSH, *MISSING)), NATURAL_WAVE, NO_NATURAL_WAVES)
 
 
 def _numbered(table: TextTable, column: str, remedy: str) -> IntArray:

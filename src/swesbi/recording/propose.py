@@ -11,11 +11,8 @@ from typing import Final
 from swesbi.recording.cohort import EXCEL
 from swesbi.recording.columns import (
     COLUMNS,
-    EVENT,
-    EVENTS,
     FREE_REQUIRED,
     MODULUS,
-    PUSH,
     SPEED,
     STANDARD_ERROR,
     TIME,
@@ -50,7 +47,6 @@ OF_FREE: Final[Mapping[str, tuple[str, ...]]] = {
     SPEED: WORDS[SPEED],
     "fit_r2": WORDS["fit_r2"],
     "status": WORDS["status"],
-    EVENT: ("event", "valve", "closure"),
 }
 """The same of a free-running recording."""
 GATED_WORDS: Final = ("phase", "gate", "trigger", "delay")
@@ -69,10 +65,6 @@ NO_ERRORS: Final = (
     f"# No column seems to be {STANDARD_ERROR}: without repeats, nothing tells the errors of the speeds. Say "
     "`noise: { fit_points: 12 }`\n# where fit_r2 is that of a line through so many points, or declare "
     "`noise: { cv_fraction: 0.1, cv_log_sd: 0.3 }`."
-)
-OF_WAVES: Final = (
-    f"# `{EVENT}` says what set off each wave: {', '.join(EVENTS)} for closure of the mitral and the aortic "
-    f"valve, {PUSH} for a push."
 )
 NO_DEVIATIONS: Final = (
     "A standard deviation is no standard error: divide it by the root of the number of samples, and call it "
@@ -93,7 +85,7 @@ class Proposal:
         missing: Columns that the file does not seem to have.
         unused: Columns that are of no use.
         spreads: Columns that seem to be standard errors or deviations, and are not used.
-        free: Whether it seems to be free-running: it has times or events, and no phases or delays.
+        free: Whether it seems to be free-running: it has times, and no phases or delays.
     """
 
     columns: Mapping[str, str]
@@ -141,7 +133,7 @@ def propose(names: Sequence[str]) -> Proposal:
     stated = {column: wide[1][0] if wide and name == wide[0] else name for column, name in columns.items()}
     units = {column: unit for column, name in stated.items() if (unit := _unit(column, name))}
     needed = FREE_REQUIRED if free else NEEDED
-    not_needed = ({"sample"} if wide else set()) | ({TIME} if EVENT in columns else set())
+    not_needed = {"sample"} if wide else set()
     missing = [name for name in needed if name not in columns and name not in not_needed]
     if not any(name in columns for name in MEASURED):
         missing.append(SPEED)
@@ -151,7 +143,7 @@ def propose(names: Sequence[str]) -> Proposal:
 def _is_free(names: Sequence[str]) -> bool:
     """Tell whether columns seem to be those of a free-running recording."""
     words = {word for name in names for word in _words(name)}
-    return not words & set(GATED_WORDS) and bool(words & {*OF_FREE[TIME], *OF_FREE[EVENT]})
+    return not words & set(GATED_WORDS) and bool(words & {*OF_FREE[TIME]})
 
 
 def _wide(names: Sequence[str]) -> tuple[str, list[str]] | None:
@@ -218,9 +210,7 @@ def _of_kind(proposal: Proposal) -> list[str]:
     """Return what is to be known of a free-running recording."""
     if not proposal.free:
         return []
-    told = [AS_FREE] if TIME in proposal.columns else []
-    told += [OF_WAVES] if EVENT in proposal.columns else []
-    return told if STANDARD_ERROR in proposal.columns else [*told, NO_ERRORS]
+    return [AS_FREE] if STANDARD_ERROR in proposal.columns else [AS_FREE, NO_ERRORS]
 
 
 def _quoted(text: str) -> str:

@@ -27,11 +27,10 @@ ASK_FREE: Final = (
     "networks and the experiments of the paper need gated phases; `swesbi new-subject` answers it without a "
     "network; in a study's own cohort leave it out of `subjects`"
 )
-GATED_EVENT: Final = "stands beside phase_index: the heart times a natural wave itself, and no gate does"
-NO_PHASES: Final = (
-    "leave phase_index and trigger_delay_ms out, and give pushes by time_ms; or keep natural waves in a "
-    "recording of their own"
-)
+NATURAL_WAVE: Final = "is a natural wave, which the heart sets off itself: the model does not interpret it"
+NO_NATURAL_WAVES: Final = "leave natural waves out; a push has `push` there, or nothing"
+EVENT_HERE: Final = "says what set off each wave, of a recording without time_ms"
+NO_EVENT: Final = "natural waves are not interpreted: leave them out, and this column of gated pushes too"
 SPEED_RANGE_M_S: Final = (0.05, 30.0)
 
 
@@ -62,7 +61,7 @@ def read_samples(
     if has_no_phases(places):
         raise RecordingError(Problem(str(path), NOT_GATED, ASK_FREE))
     if EVENT in places:
-        raise RecordingError(Problem(str(path), GATED_EVENT, NO_PHASES, column=EVENT))
+        raise RecordingError(Problem(str(path), EVENT_HERE, NO_EVENT, column=EVENT))
     return samples_of(read_columns(path, layout, subject), phases, density_kg_m3)
 
 

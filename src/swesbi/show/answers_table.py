@@ -22,7 +22,7 @@ FIRST: Final = {
     "subject": "name in subjects.csv",
     "experiment": "whose network answered: of the study's cohort, or of a population",
     "status": "verdict: supported, strained or unsupported, of a free-running recording no verdict or "
-    "uninformative; refused, not interpretable: there is no answer",
+    "uninformative; refused: there is no answer",
     "reason": "tests that speak against the model, or why there is no answer",
     "interval_mass": "probability that lies between the limits of each interval; 1",
 }
@@ -43,7 +43,6 @@ class Asked:
         answer: What it answered; None where it is refused.
         interval_mass: Of the answer's credible intervals; NaN without one.
         refused: The reason; empty where there is an answer.
-        status: What stands in the place of a verdict where there is no answer.
     """
 
     subject: str
@@ -51,7 +50,6 @@ class Asked:
     answer: Answer | None
     interval_mass: float
     refused: str = ""
-    status: str = REFUSED
 
 
 def explanations() -> dict[str, str]:
@@ -73,7 +71,7 @@ def answers_table(asked: Sequence[Asked]) -> pd.DataFrame:
 def _row(asked: Asked) -> Mapping[str, object]:
     row: dict[str, object] = {"subject": asked.subject, "experiment": asked.experiment}
     if asked.answer is None:
-        return row | {"status": asked.status, "reason": " ".join(asked.refused.split())}
+        return row | {"status": REFUSED, "reason": " ".join(asked.refused.split())}
     answer = asked.answer
     values = [*answer.phi.T.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
     said = {"status": answer.status, "reason": answer.reason, "interval_mass": asked.interval_mass}

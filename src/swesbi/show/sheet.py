@@ -16,7 +16,6 @@ from swesbi.context import Context
 from swesbi.draws import median_and_interval
 from swesbi.posterior.result import ExactResult
 from swesbi.recording.clinical import ClinicalMeasures
-from swesbi.recording.events import in_words as events_in_words
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation
 from swesbi.recording.observation import Observation
@@ -154,12 +153,10 @@ def recorded_free(observed: FreeObservation) -> Recorded:
     """Return the quality of a free-running recording, and what its errors are told from."""
     median = as_percent(round(float(np.median(observed.relative_se)), 3))
     beats = f" in {observed.beats} beats" if observed.beats > 1 else ""
-    told = events_in_words(observed.event)
-    waves = f"; natural waves: {told}, drawn at the median closure" if told else ""
     errors = f"{SOURCES[observed.noise_source]}, {median} in the median"
     return Recorded(
-        summary=f"free-running{beats}{waves}; errors: {errors}",
-        unit="speeds" if told else "pushes",
+        summary=f"free-running{beats}; errors: {errors}",
+        unit="pushes",
         more="pushes",
         accepted=len(observed.phase),
         rejected={reason: n for reason, n in observed.rejected.items() if n},

@@ -12,7 +12,6 @@ from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactResult
 from swesbi.prior import ParameterPrior
 from swesbi.recording.clinical import ClinicalMeasures
-from swesbi.recording.events import in_words
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
@@ -60,12 +59,8 @@ def pressures_text(clinical: ClinicalMeasures, result: ExactResult, prior: Seque
 def free_text(observed: FreeObservation) -> str:
     """Say what a free-running recording consists of, and what its errors are told from."""
     median = 100.0 * float(np.median(observed.relative_se))
-    pushes = int(observed.is_push.sum())
-    own = [f"{pushes} pushes at instants of their own"] if pushes else []
-    waves = in_words(observed.event)
-    valves = [f"natural waves where the model's own valves close: {waves}"] if waves else []
     errors = f"errors: {SOURCES[observed.noise_source]}, {median:.1f} % in the median"
-    return "; ".join([*own, *valves, errors])
+    return f"{len(observed.phase)} pushes at instants of their own; {errors}"
 
 
 def _line(result: ExactResult, j: int, prior: ParameterPrior) -> str:

@@ -34,7 +34,6 @@ from swesbi.study.answering import (
     trained_for_pushes,
 )
 from swesbi.study.finished import answering_stage, check_finished, finished_experiment
-from swesbi.verdict.answers import NOT_INTERPRETABLE, REFUSED
 
 LOGGER: Final = logging.getLogger("swesbi")
 EXIT_REFUSED: Final = 2
@@ -74,14 +73,6 @@ class Given:
     experiment: str
     folder: Path
     note: str
-
-
-@dataclass(frozen=True)
-class Refusal:
-    """Why a subject has no answer, and what stands in the place of its verdict."""
-
-    reason: str
-    status: str = REFUSED
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -142,7 +133,7 @@ def _answer_all(request: Request) -> int:
     if not request.force:
         check_table(_tables(request)["table"], (*study.new_rows, *study.new_refused))
     given: dict[str, Given] = {}
-    refused = {subject: Refusal(reason) for subject, reason in study.new_refused.items()}
+    refused = dict(study.new_refused)
     for subject in study.new_rows:
         try:
             given[subject] = _answer(request, subject, request.out / subject if request.out else None)
@@ -151,14 +142,14 @@ def _answer_all(request: Request) -> int:
         except ValueError as error:
             if _is_everyones(error):
                 raise
-            refused[subject] = Refusal(str(error), _status_of(error))
+            refused[subject] = str(error)
             LOGGER.warning("subject %s is refused", subject)
         else:
             print("\n".join(filter(None, [given[subject].note, _text(study, subject, given[subject])])))
     paths = _write_table(request, given, refused)
     print(f"\n{len(given)} answered, {len(refused)} refused; {paths['table'].resolve()}, .xlsx")
-    for subject, refusal in refused.items():
-        print(f"refused: {subject}: {refusal.reason}")
+    for subject, reason in refused.items():
+        print(f"refused: {subject}: {reason}")
     return EXIT_REFUSED if refused else 0
 
 
@@ -191,15 +182,8 @@ def _is_everyones(error: ValueError) -> bool:
     return isinstance(error, OtherNetworkError)
 
 
-def _status_of(error: ValueError) -> str:
-    """Return what stands in the place of a verdict where a subject has no answer."""
-    from swesbi.verdict.closure_speeds import NotInterpretableError
-
-    return NOT_INTERPRETABLE if isinstance(error, NotInterpretableError) else REFUSED
-
-
 def _write_table(
-    request: Request, given: Mapping[str, Given], refused: Mapping[str, Refusal]
+    request: Request, given: Mapping[str, Given], refused: Mapping[str, str]
 ) -> Mapping[str, Path]:
     """Write ``answers.csv`` and ``answers.xlsx``, the subjects in the order of the cohort."""
     from swesbi.show.answers_table import Asked, answers_table, write_answers
@@ -214,8 +198,7 @@ def _write_table(
             rows.append(answered(subject, experiment, made / OUTPUTS["posterior"], made / OUTPUTS["support"]))
         else:
             asked = ", ".join(request.experiments)
-            refusal = refused[subject]
-            rows.append(Asked(subject, asked, None, float("nan"), refusal.reason, refusal.status))
+            rows.append(Asked(subject, asked, None, float("nan"), refused[subject]))
     write_answers(answers_table(rows), paths["table"], paths["workbook"])
     return paths
 

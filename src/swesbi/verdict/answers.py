@@ -33,9 +33,7 @@ UNSUPPORTED: Final = "unsupported"
 NO_VERDICT: Final = "no verdict"
 """Of a recording without null distributions, where nothing else speaks against the model."""
 UNINFORMATIVE: Final = "uninformative"
-"""Of natural waves that leave every quantity as the prior has it."""
-NOT_INTERPRETABLE: Final = "not interpretable"
-"""Of natural waves whose speeds in health the model does not make; there is no answer."""
+"""Of a free-running recording that leaves every quantity as the prior has it."""
 STATUSES: Final = (SUPPORTED, STRAINED, UNSUPPORTED)
 SHOWN_TESTS: Final = 3
 TEST_LABELS: Final = {

@@ -1,6 +1,6 @@
 """What a recording has told: the posterior of each quantity beside its prior, on the logarithm.
 
-Two speeds cannot tell four parameters. The ratio of standard deviations says which of them they narrow, and a
+A few speeds cannot tell four parameters. The ratio of standard deviations says which of them they narrow, and a
 shift of the median which of them they move; of what neither narrows nor moves the answer is the prior.
 """
 
@@ -15,7 +15,7 @@ import numpy as np
 from swesbi.arrays import FloatArray
 from swesbi.heart.simulate import Beats
 from swesbi.parameters import PHI, REPORTED
-from swesbi.verdict.settings import NaturalWavesSettings
+from swesbi.verdict.settings import UninformativeSettings
 from swesbi.verdict.support import SupportTest
 
 ATTAINED: Final = "attained_kpa"
@@ -62,6 +62,34 @@ class Contraction:
         )
 
 
+@dataclass(frozen=True)
+class Contractions:
+    """What a recording has told of each quantity.
+
+    Attributes:
+        of_each: Of each quantity.
+        limit: Ratio of standard deviations from which on a quantity may be as the prior has it.
+    """
+
+    of_each: tuple[Contraction, ...]
+    limit: float
+
+    @property
+    def uninformative(self) -> bool:
+        """Whether the recording leaves every quantity as the prior has it."""
+        return all(one.uninformative for one in self.of_each)
+
+    @property
+    def in_words(self) -> str:
+        """All of them in a line."""
+        return f"posterior over prior sd of the log: {'; '.join(one.in_words for one in self.of_each)}"
+
+    @property
+    def tests(self) -> tuple[SupportTest, ...]:
+        """The contractions as entries of ``support.json``."""
+        return tuple(one.test(self.limit) for one in self.of_each)
+
+
 def quantities(phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
     """Return draws of theta, the passive scale and the attained stiffness, by name; NaN where a beat failed.
 
@@ -74,48 +102,18 @@ def quantities(phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
 
 
 def contractions(
-    posterior: Mapping[str, FloatArray], prior: Mapping[str, FloatArray], settings: NaturalWavesSettings
-) -> tuple[Contraction, ...]:
+    posterior: Mapping[str, FloatArray], prior: Mapping[str, FloatArray], settings: UninformativeSettings
+) -> Contractions:
     """Compare draws of the posterior with draws of the prior, quantity by quantity."""
-    return tuple(_contraction(name, draws, prior[name], settings) for name, draws in posterior.items())
+    of_each = tuple(_contraction(name, draws, prior[name], settings) for name, draws in posterior.items())
+    return Contractions(of_each, settings.sd_ratio)
 
 
 def _contraction(
-    name: str, posterior: FloatArray, prior: FloatArray, settings: NaturalWavesSettings
+    name: str, posterior: FloatArray, prior: FloatArray, settings: UninformativeSettings
 ) -> Contraction:
     after, before = np.log(posterior), np.log(prior)
     sd = np.nanstd(before)
     ratio, shift = float(np.nanstd(after) / sd), float((np.nanmedian(after) - np.nanmedian(before)) / sd)
-    as_before = ratio >= settings.uninformative_sd_ratio and abs(shift) <= settings.uninformative_shift
+    as_before = ratio >= settings.sd_ratio and abs(shift) <= settings.shift
     return Contraction(name, ratio, shift, as_before)
-
-
-@dataclass(frozen=True)
-class Told:
-    """What natural waves have told; nothing, where there are none.
-
-    Attributes:
-        contractions: Of each quantity.
-        limit: Ratio of standard deviations from which on a quantity may be as the prior has it.
-        left_out: Why waves of an event are not interpreted, a sentence each.
-    """
-
-    contractions: tuple[Contraction, ...] = ()
-    limit: float = 1.0
-    left_out: tuple[str, ...] = ()
-
-    @property
-    def uninformative(self) -> bool:
-        """Whether the waves leave all as the prior has it."""
-        return bool(self.contractions) and all(one.uninformative for one in self.contractions)
-
-    @property
-    def reasons(self) -> tuple[str, ...]:
-        """What is said of them, in sentences."""
-        found = "; ".join(one.in_words for one in self.contractions)
-        return (*self.left_out, *((f"posterior over prior sd of the log: {found}",) if found else ()))
-
-    @property
-    def tests(self) -> tuple[SupportTest, ...]:
-        """The contractions as entries of ``support.json``."""
-        return tuple(one.test(self.limit) for one in self.contractions)

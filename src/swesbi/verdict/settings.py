@@ -141,43 +141,12 @@ class SupportSettings(Settings):
         return self
 
 
-class PublishedSpeed(Settings):
-    """Speed of natural waves in healthy volunteers, as somebody has measured it."""
+class UninformativeSettings(Settings):
+    """When a recording has left a quantity as the prior has it."""
 
-    source: str = Field(min_length=1, description="who, where")
-    volunteers: int = Field(ge=1, description="how many")
-    mean_m_s: Positive = Field(description="their mean")
-    sd_m_s: Positive = Field(description="standard deviation between them")
-
-
-class ClosureSettings(Settings):
-    """Natural waves of one valve: what the model misses of them, and what was measured of people."""
-
-    wave_log_sd: float = Field(
-        gt=0,
-        lt=1,
-        description="sd of the log of what all waves of a recording share, beside the model's error",
-    )
-    published: tuple[PublishedSpeed, ...] = Field(min_length=1, description="in healthy volunteers")
-
-
-class NaturalWavesSettings(Settings):
-    """When speeds of natural waves are interpreted, and when an answer says something."""
-
-    mvc: ClosureSettings = Field(description="closure of the mitral valve")
-    avc: ClosureSettings = Field(description="closure of the aortic valve")
-    central_mass: float = Field(
-        gt=0, lt=1, description="mass of the prior predictive about its median that must hold published means"
-    )
-    contexts: int = Field(ge=1, description="healthy hearts of the prior predictive")
-    draws_per_context: int = Field(ge=1, description="draws of the prior in each")
-    uninformative_sd_ratio: float = Field(
+    sd_ratio: float = Field(
         gt=0, le=1, description="posterior over prior sd of a log, from which on it may be as the prior's"
     )
-    uninformative_shift: Positive = Field(
+    shift: Positive = Field(
         description="largest shift of the median of a log, over its prior sd, that leaves it as the prior's"
     )
-
-    def closure(self, event: str) -> ClosureSettings:
-        """Return the settings of an event, one of ``EVENTS``."""
-        return {"mvc": self.mvc, "avc": self.avc}[event]

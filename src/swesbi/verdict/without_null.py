@@ -6,7 +6,7 @@ the posterior predicts, whose tolerances are declared, and the posterior predict
 That one is conservative: under the model, P(p <= a) <= 2 a (Meng 1994, Ann Stat 22:1142), so it is held
 against half a level.
 Where they do not speak against the model, there is no verdict: what they do not see, nobody has looked at.
-Of natural waves it is said besides what they have told, and which of them mean nothing.
+A recording that leaves every quantity as the prior has it is called uninformative.
 """
 
 from __future__ import annotations
@@ -23,9 +23,8 @@ from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactResult
-from swesbi.recording.columns import PUSH
 from swesbi.verdict.answers import NO_VERDICT, UNINFORMATIVE
-from swesbi.verdict.contraction import Told
+from swesbi.verdict.contraction import Contractions
 from swesbi.verdict.nulls import Verdict
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.support import Support, SupportTest
@@ -35,7 +34,7 @@ WHY_NONE: Final = (
     "a free-running recording has no null distributions to be judged by, and neither residuals nor "
     "what else was measured speak against the model"
 )
-WHY_UNINFORMATIVE: Final = "the natural waves leave every quantity as the prior has it"
+WHY_UNINFORMATIVE: Final = "the pushes leave every quantity as the prior has it"
 
 
 def residual_test(
@@ -85,8 +84,8 @@ def support_without_null(
     residuals: SupportTest,
     volumes: Sequence[SupportTest],
     ejection: Sequence[SupportTest],
+    contractions: Contractions,
     rule: RuleSettings,
-    waves: Told | None = None,
 ) -> Support:
     """Put together what is said of a recording that has no null distributions.
 
@@ -97,13 +96,12 @@ def support_without_null(
         residuals: As of :func:`residual_test`.
         volumes: Predicted volumes beside the measured ones.
         ejection: The predicted ejection time likewise, where one was measured.
+        contractions: The posterior of each quantity beside its prior.
         rule: Levels and limits.
-        waves: What natural waves have told, where there are any.
     """
-    waves = waves or Told()
     status = grade(grade_of_residuals(residuals, rule), volumes, ejection, rule.volumes.unsupported_abs_z)
     flagged = [test for test in (residuals, *volumes, *ejection) if test.flagged]
-    unspoken = (UNINFORMATIVE, WHY_UNINFORMATIVE) if waves.uninformative else (NO_VERDICT, WHY_NONE)
+    unspoken = (UNINFORMATIVE, WHY_UNINFORMATIVE) if contractions.uninformative else (NO_VERDICT, WHY_NONE)
     word = status.word if status else unspoken[0]
     found = "; ".join(f"{test.name.replace('_', ' ')}: {test.detail}" for test in flagged) or unspoken[1]
     unsure = () if exact.converged else (exact.reasons,)
@@ -111,28 +109,20 @@ def support_without_null(
     median = np.median(exact.npe_phi, axis=0)
     return Support(
         max_abs_z=float(z.max()),
-        worst_component=_named(model, int(np.argmax(z))),
+        worst_component=f"push at {model.model.recording.phase[int(np.argmax(z))]:.3f} of its beat",
         in_prior_draws=len(exact.npe_phi),
         candidate_draws=len(exact.npe_phi),
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
         supported=status != Verdict.UNSUPPORTED,
         verdict=f"{word}: {found}",
-        reasons=(*(f"{test.name}: {test.detail}" for test in flagged), *unsure, *waves.reasons),
+        reasons=(*(f"{test.name}: {test.detail}" for test in flagged), *unsure, contractions.in_words),
         status=word,
-        tests=(residuals, *volumes, *ejection, *waves.tests),
+        tests=(residuals, *volumes, *ejection, *contractions.tests),
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,
         sampler=exact.sampler,
         answer=answer_of(exact),
     )
-
-
-def _named(model: FreeModel, index: int) -> str:
-    """Return which push or natural wave a row is, in words."""
-    event = PUSH if model.waves is None else str(model.waves.event[index])
-    if event != PUSH:
-        return f"{event} wave"
-    return f"push at {model.model.recording.phase[index]:.3f} of its beat"
 
 
 def grade_of_residuals(test: SupportTest, rule: RuleSettings) -> Verdict:

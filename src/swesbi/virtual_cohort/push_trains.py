@@ -1,7 +1,7 @@
 """Free-running recordings of virtual volunteers: ``python -m swesbi.virtual_cohort.push_trains FOLDER``.
 
 What most cardiac elastography records: pushes at an even rate over not quite two beats of varying length,
-with no gating, no repeats, and about half of the pushes lost; or natural waves, one or two speeds a beat.
+with no gating, no repeats, and about half of the pushes lost.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from swesbi.recording.columns import SPEED, STATUS_OK, TIME
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.speed import shear_wave_speed_m_s
 from swesbi.seeds import generator
-from swesbi.virtual_cohort import natural_waves as waves
-from swesbi.virtual_cohort.files import stored_table, write_csv, write_text
+from swesbi.virtual_cohort.files import write_csv, write_text
 from swesbi.virtual_cohort.readme import truth_table
 from swesbi.virtual_cohort.settings import ACQUISITION_SEED
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, TruthCurve, simulate_truth
@@ -40,7 +39,7 @@ acquisition_seed: {seed}
 noise: {{ cv_fraction: {error:g}, cv_log_sd: {log_sd:g} }} # no repeats tell it: declared, and integrated out
 """
 README: Final = """\
-# Virtual push trains and natural waves
+# Virtual push trains
 
 **Nobody was measured.** These are simulated recordings without gating and without repeats.
 
@@ -49,53 +48,19 @@ record them: {rate:g} pushes a second over {beats:g} beats, beats that vary by {
 {lost:.0f} % of the pushes without a wave, an error of {error:.0f} % of each speed. The noise is independent
 from push to push; that of a held probe is not.
 
-**W1 to W6** have natural waves alone: the speed after each closure of the mitral (`mvc`) and of the aortic
-valve (`avc`) in {wave_beats} beats, {waves_lost:.0f} % of them missing, an error of {wave_error:.0f} % of
-each, and {guided:.0f} % (standard deviation of the logarithm) that all waves of a closure share, as guided
-waves would. They lie between two of the eight whose parameters the prior holds, in heart, wall and
-circulation.
-
 | file | content |
 |---|---|
-| `subjects.csv` | contexts, of A to H as in `data/virtual_volunteers` |
+| `subjects.csv` | contexts, as in `data/virtual_volunteers` |
 | `swe/<subject>.csv` | one row a push: time since the R peak of its beat, RR, beat, speed, status |
-| `swe/W<number>.csv` | one row a closure: event, RR, beat, speed, status |
 | `recording.yaml` | what is declared of the errors |
 | `truth.csv` | the parameters that made the recordings; nothing that infers reads it |
 
 The volunteers' physiology is richer than the model's ([their README](../virtual_volunteers/README.md)), so
 its best parameters need not equal these.
 
-{found}Made by `python -m swesbi.virtual_cohort.push_trains data/virtual_push_trains`; a test makes them again
+Made by `python -m swesbi.virtual_cohort.push_trains data/virtual_push_trains`; a test makes them again
 and compares every byte.
 """
-FOUND: Final = """\
-## What natural waves told
-
-`{told}`: the standard deviation of the logarithm of each quantity, posterior over prior, in brackets
-where the answer says *uninformative*, and of how many of the four parameters the 90 % interval holds the
-truth (`benchmarks/natural_waves.py` says how it is made):
-
-{table}
-
-Waves after mitral closure are [not interpretable](../../docs/own-data.md#natural-waves) and left out of all
-six. They are as the model has them, since the volunteers' mechanics are of its kind; people have faster ones.
-So the speed of one instant is left, known to a fifth: it narrows the attained stiffness and, less, k_0, and
-leaves the passive scale and k_SR to the prior.
-
-"""
-COLUMNS: Final = {
-    "subject": "subject",
-    "speeds": "speeds after aortic closure",
-    "attained_kpa": "attained stiffness",
-    "k0_kpa": "k_0",
-    "k_atp_per_s": "k_ATP",
-    "k_sr_per_s": "k_SR",
-    "passive_scale_kpa": "a",
-    "status": "status",
-    "truth_inside": "truths inside, of 4",
-}
-
 
 def push_train(truth: Truth, seed: int) -> pd.DataFrame:
     """Return the push train of a volunteer, a row a push; each volunteer has a stream of its own."""
@@ -132,41 +97,17 @@ def record_train(curve: TruthCurve, context: Context, rng: np.random.Generator) 
 
 
 def write_push_trains(folder: Path, seed: int) -> None:
-    """Write contexts, push trains, natural waves, truth and README into ``folder``.
-
-    If ``natural_waves.csv`` lies there, the README shows it.
-    """
+    """Write contexts, push trains, truth and README into ``folder``."""
     (folder / "swe").mkdir(parents=True, exist_ok=True)
-    trains = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
-    closing = [simulate_truth(volunteer) for volunteer in waves.wave_volunteers(seed)]
-    for recorded, record in ((trains, push_train), (closing, waves.natural_waves)):
-        for truth in recorded:
-            write_csv(folder / "swe" / f"{truth.volunteer.context.subject}.csv", record(truth, seed))
-    truths = [*trains, *closing]
+    truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
+    for truth in truths:
+        write_csv(folder / "swe" / f"{truth.volunteer.context.subject}.csv", push_train(truth, seed))
     contexts = pd.DataFrame([asdict(truth.volunteer.context) for truth in truths])
     write_csv(folder / "subjects.csv", contexts.astype(object))
     write_csv(folder / "truth.csv", truth_table(truths))
     write_text(folder / "recording.yaml", RECORDING.format(seed=seed, error=ERROR, log_sd=ERROR_LOG_SD))
-    write_text(folder / "README.md", _readme(stored_table(folder / waves.TOLD)))
-
-
-def _readme(told: pd.DataFrame | None) -> str:
-    shares = {
-        "jitter": RR_JITTER,
-        "lost": LOST,
-        "error": ERROR,
-        "waves_lost": waves.LOST,
-        "wave_error": waves.ERROR,
-        "guided": waves.GUIDED,
-    }
-    percent = {name: 100.0 * share for name, share in shares.items()}
-    found = "" if told is None else FOUND.format(told=waves.TOLD, table=_in_markdown(told))
-    return README.format(rate=PUSHES_PER_S, beats=BEATS, wave_beats=waves.BEATS, found=found, **percent)
-
-
-def _in_markdown(told: pd.DataFrame) -> str:
-    cells = [list(COLUMNS.values()), ["---"] * len(COLUMNS), *told[list(COLUMNS)].to_numpy().tolist()]
-    return "\n".join(f"| {' | '.join(row)} |" for row in cells)
+    percent = {"jitter": 100.0 * RR_JITTER, "lost": 100.0 * LOST, "error": 100.0 * ERROR}
+    write_text(folder / "README.md", README.format(rate=PUSHES_PER_S, beats=BEATS, **percent))
 
 
 def main() -> None:

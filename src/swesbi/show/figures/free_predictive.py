@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
-from swesbi.arrays import FloatArray
 from swesbi.checks.free_predictive import FreePredictiveCheck
 from swesbi.show.figures.recording import MEAN
 from swesbi.show.figures.style import POSTERIOR, PRIOR, STATUS_COLORS, new_figure, style, titled
 from swesbi.show.numbers import as_percent
 from swesbi.verdict.answers import status
 from swesbi.verdict.support import Support
-
-WAVE: Final[dict[str, Any]] = {"label": "natural wave ± SE, at its closure", "fmt": "D", "mfc": "white"}
-APART: Final = 0.008
 
 
 def draw_free_check(
@@ -41,28 +36,14 @@ def draw_free_check(
             axes.plot(check.grid, band.median, color=colour, ls=line, label=f"{name} median")
             label = f"{name} {mass} band, noiseless"
             axes.fill_between(check.grid, band.low, band.high, color=colour, alpha=0.25, lw=0, label=label)
-        place = _side_by_side(check)
         look: dict[str, Any] = {"color": POSTERIOR, "lw": 2.2, "alpha": 0.3}
-        what = "speed" if check.is_wave.any() else "push"
-        axes.vlines(place, check.pushes.low, check.pushes.high, label=f"new {what}, {mass} PI", **look)
+        axes.vlines(check.phase, check.pushes.low, check.pushes.high, label=f"new push, {mass} PI", **look)
         se = 2.0 * check.relative_se * check.stiffness_kpa
-        for chosen, own in ((~check.is_wave, {"label": "push ± SE"}), (check.is_wave, WAVE)):
-            if chosen.any():
-                axes.errorbar(place[chosen], check.stiffness_kpa[chosen], se[chosen], **{**MEAN, **own})
+        axes.errorbar(check.phase, check.stiffness_kpa, se, **{**MEAN, "label": "push ± SE"})
         axes.set(xlabel="cycle fraction $s$", ylabel="$E = 3\\rho c_s^2$ (kPa)", xlim=(0.0, 1.0))
         axes.set_ylim(0.0, 1.3 * max(check.stiffness_kpa.max(), check.pushes.high.max()))
-        several = "speeds" if check.is_wave.any() else "pushes"
-        inside = f"{as_percent(round(check.coverage, 2))} of {len(check.phase)} {several} in their intervals"
+        inside = f"{as_percent(round(check.coverage, 2))} of {len(check.phase)} pushes in their intervals"
         title = titled(f"{subject}, predictive check", cohort_title)
         figure.suptitle("\n".join([title, f"{status(support)}; {inside}", f"errors: {errors}"]), fontsize=8.0)
         figure.legend(loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.8)
     return figure
-
-
-def _side_by_side(check: FreePredictiveCheck) -> FloatArray:
-    """Return where pushes and waves are drawn: the waves of a closure, which have one place, in a row."""
-    place = check.phase.copy()
-    for closure in np.unique(place[check.is_wave]):
-        waves = check.is_wave & (place == closure)
-        place[waves] += APART * (np.arange(waves.sum()) - 0.5 * (waves.sum() - 1))
-    return place

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from pydantic import Field
 
+from swesbi.arrays import FloatArray
 from swesbi.artefacts import save, to_groups, write_json
 from swesbi.base import Level, Settings
 from swesbi.checks.free_predictive import KIND as PREDICTIVE
 from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
 from swesbi.heart.periodic import Status
-from swesbi.heart.simulate import Beats
 from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import FlowProposal, free_proposal
@@ -38,11 +38,10 @@ from swesbi.study.stages.other_network import check_network
 from swesbi.study.stages.sheet import OF_POPULATION, OF_PRIOR, SheetSettings, save_sheet_of_pushes
 from swesbi.study.stages.subject_figures import ExactSubjectFiguresSettings, save_exact_posterior
 from swesbi.study.stages.verdict import VerdictStageSettings
-from swesbi.verdict.closure_speeds import closure_speeds, interpretable
 from swesbi.verdict.context import check_declared
-from swesbi.verdict.contraction import Told, contractions, quantities
+from swesbi.verdict.contraction import contractions, quantities
 from swesbi.verdict.ejection import ejection_tests
-from swesbi.verdict.settings import NaturalWavesSettings
+from swesbi.verdict.settings import UninformativeSettings
 from swesbi.verdict.support import Support
 from swesbi.verdict.volumes import volume_tests
 from swesbi.verdict.without_null import residual_test, support_without_null
@@ -63,8 +62,7 @@ class FreeSubjectStageSettings(Settings):
     sheet: SheetSettings
     predictive_draws: int = Field(ge=1, description="posterior draws of the predictive check")
     predictive_interval: Level = Field(description="mass of its intervals")
-    natural_waves: NaturalWavesSettings
-    healthy: PopulationSettings
+    uninformative: UninformativeSettings
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,6 @@ def free_subject(
 
     Raises:
         RecordingError: The recording is malformed, has too few pushes, or nothing tells its errors.
-        NotInterpretableError: It has natural waves alone, and none of them can be interpreted.
         NoLikelihoodError: Every simulation fails.
         ArtefactError: A file cannot be written.
     """
@@ -155,15 +152,20 @@ def _answer(
     origin: Origin,
 ) -> None:
     observed = _observed(recording, settings)
-    wave_log_sd, left_out = _waves(observed, settings, origin)
     save(files.observation, to_groups(observed), origin.provenance(KIND, settings))
-    model = free_model(observed, settings.exact_posterior.model, wave_log_sd)
+    model = free_model(observed, settings.exact_posterior.model)
     exact, network = infer(model)
     write_posterior(files.posterior, exact, network, settings.exact_posterior, origin)
     result = read_exact_result(files.posterior)
-    judged = _judged(model, result, observed, left_out, settings, origin)
+    # drawn, since what the posterior began with may be a network's
+    prior = draw_prior(
+        model.settings.prior,
+        settings.predictive_draws,
+        generator(origin.seed, STREAM, origin.subject, "prior curves"),
+    )
+    judged = _judged(model, result, prior, observed, settings, origin)
     write_json(files.support, judged.to_json())
-    check = _checked(model, result, settings, origin)
+    check = _checked(model, result, prior, settings, origin)
     save(files.predictive, to_groups(check), origin.provenance(PREDICTIVE, settings))
     LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
     start = PRIOR_DRAWS if network is None else NETWORK_ALONE
@@ -191,38 +193,25 @@ def _observed(recording: Path, settings: FreeSubjectStageSettings) -> FreeObserv
     return ingest_free(samples, context, quality, settings.noise, ingestion.clinical.to_measures())
 
 
-def _waves(
-    observed: FreeObservation, settings: FreeSubjectStageSettings, origin: Origin
-) -> tuple[dict[str, float], tuple[str, ...]]:
-    """Return what the model misses of the waves that are interpreted, by event, and why others are not."""
-    if observed.is_push.all():
-        return {}, ()
-    waves, model = settings.natural_waves, settings.exact_posterior.model
-    outcome = closure_speeds(model, settings.healthy, waves, origin.seed)
-    events, left_out = interpretable(observed, outcome)
-    return {event: waves.closure(event).wave_log_sd for event in events}, left_out
-
-
 def _checked(
-    model: FreeModel, exact: ExactResult, settings: FreeSubjectStageSettings, origin: Origin
+    model: FreeModel,
+    exact: ExactResult,
+    prior: FloatArray,
+    settings: FreeSubjectStageSettings,
+    origin: Origin,
 ) -> FreePredictiveCheck:
     measurement = settings.exact_posterior.model.measurement
     rng = generator(origin.seed, STREAM, origin.subject, "new pushes")
-    draws = settings.predictive_draws
-    # drawn, since what the posterior began with may be a network's
-    prior = draw_prior(
-        model.settings.prior, draws, generator(origin.seed, STREAM, origin.subject, "prior curves")
-    )
     return check_pushes(
-        model, exact.phi[:draws], prior, settings.predictive_interval, measurement.grid_points, rng
+        model, exact.phi[: settings.predictive_draws], prior, settings.predictive_interval, measurement.grid_points, rng
     )
 
 
 def _judged(
     model: FreeModel,
     exact: ExactResult,
+    prior: FloatArray,
     observed: FreeObservation,
-    left_out: tuple[str, ...],
     settings: FreeSubjectStageSettings,
     origin: Origin,
 ) -> Support:
@@ -237,20 +226,6 @@ def _judged(
     ejection = ejection_tests(beats, period_s, observed.clinical, sd_ms, judging.ejection_time)
     volumes = volume_tests(plain, exact.phi, beats, rule.volumes)
     residuals = residual_test(model, predicted, rule, rng)
-    waves = _told(model, exact, beats, left_out, settings.natural_waves)
-    return support_without_null(model, exact, predicted, residuals, volumes, ejection, rule, waves)
-
-
-def _told(
-    model: FreeModel,
-    exact: ExactResult,
-    beats: Beats,
-    left_out: tuple[str, ...],
-    settings: NaturalWavesSettings,
-) -> Told:
-    """Return what a recording with natural waves has told; of pushes alone nothing is said."""
-    if model.waves is None:
-        return Told(left_out=left_out)
-    prior = quantities(exact.npe_phi, model.model.simulate(exact.npe_phi))
-    found = contractions(quantities(exact.phi, beats), prior, settings)
-    return Told(found, settings.uninformative_sd_ratio, left_out)
+    before = quantities(prior, plain.simulate(prior))
+    contracted = contractions(quantities(exact.phi, beats), before, settings.uninformative)
+    return support_without_null(model, exact, predicted, residuals, volumes, ejection, contracted, rule)

@@ -11,21 +11,17 @@ from swesbi.base import Settings
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.show.answers_table import Asked, answers_table, write_answers
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.answers import NOT_INTERPRETABLE, REFUSED, read_answer
+from swesbi.verdict.answers import read_answer
 
 LOGGER = logging.getLogger("swesbi")
 
 
 class AskedSubject(Settings):
-    """One subject asked of one experiment, and why it is refused; an empty reason: it is answered.
-
-    Of a recording that is not ``interpretable`` the model can make nothing: natural waves, and no pushes.
-    """
+    """One subject asked of one experiment, and why it is refused; an empty reason: it is answered."""
 
     subject: str
     experiment: str
     refused: str
-    interpretable: bool = True
 
 
 class NewAnswersStageSettings(Settings):
@@ -66,8 +62,7 @@ def new_answers(
 
 def unanswered(one: AskedSubject) -> Asked:
     """Return the row of a subject who has no answer."""
-    status = REFUSED if one.interpretable else NOT_INTERPRETABLE
-    return Asked(one.subject, one.experiment, None, float("nan"), one.refused, status)
+    return Asked(one.subject, one.experiment, None, float("nan"), one.refused)
 
 
 def answered(subject: str, experiment: str, posterior: Path, support: Path) -> Asked:

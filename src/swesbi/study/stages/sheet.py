@@ -107,15 +107,13 @@ def save_sheet_of_pushes(
         curve_free(read_free_predictive(predictive)),
     )
     among = population, ()
-    # what more natural waves would buy is not told: their error is one for all of an event
-    cell = model.cell if model.waves is None else None
-    _save(sheet, model.model, cell, (posterior, support), recorded, curve, among, (), settings)
+    _save(sheet, model.model, model.cell, (posterior, support), recorded, curve, among, (), settings)
 
 
 def _save(
     sheet: Path,
     model: SpeedModel,
-    cell: IntArray | None,
+    cell: IntArray,
     answer: tuple[Path, Path],
     recorded: Recorded,
     curve: ShownCurve,
@@ -142,13 +140,13 @@ def _save(
 
 
 def _more(
-    model: SpeedModel, cell: IntArray | None, result: ExactResult, settings: SheetSettings
+    model: SpeedModel, cell: IntArray, result: ExactResult, settings: SheetSettings
 ) -> MoreRepeats | None:
     """Return what more repeats would buy, by draws spread over those of the posterior.
 
-    None of a posterior that has not converged, whose widths mean nothing, and without cells.
+    None of a posterior that has not converged, whose widths mean nothing.
     """
-    if cell is None or not result.converged:
+    if not result.converged:
         return None
     rows = np.linspace(0, len(result.phi) - 1, min(settings.draws, len(result.phi))).astype(np.int64)
     return more_repeats(model, cell, result.phi[rows], settings.difference_step)
