@@ -1,10 +1,12 @@
 # The whole study: `snakemake --cores 2`. One subject: `snakemake --cores 2 results/paper/subjects/A/ppc.png`.
+from pathlib import Path
+
 from snakemake.utils import min_version
 
 min_version("9.0")
 
 
-configfile: "config.yaml"
+configfile: str(Path(workflow.basedir) / "config.yaml")
 
 
 report: "workflow/report/study.rst"

@@ -54,8 +54,7 @@ TESTS: Final[Mapping[str, str]] = {
     "config": "config/test_config study/test_new_cohort",
     "exam": "exam/test_exam_score exam/test_exam_passive",
     "explorer": "explorer/test_explorer_page",
-    "heart": "heart/test_simulate heart/test_invariants heart/test_references "
-    "heart/test_stressed_volume",
+    "heart": "heart/test_simulate heart/test_invariants heart/test_references heart/test_stressed_volume",
     "networks": "networks/test_flow networks/test_cells networks/test_pool",
     "recording": "recording/test_noise recording/test_sweeps recording/test_ingest recording/test_free",
     "show": "show/test_report_page show/test_report_exact",

@@ -169,7 +169,7 @@ SUBJECT_TABLE = {
     "subject twice": Case(subjects(FIRST, FIRST + "\n" + FIRST), "row 3, column 'subject': 'S-1' repeats"),
     "subject in two spellings": Case(
         subjects(FIRST, FIRST + "\n" + FIRST.lower().replace("f", "F", 1)),
-        "row 3.*'s-1' differs .* case only",
+        "row 3.*'s-1' differs .* in case, zeros",
     ),
     "row too short": Case(subjects(FIRST, FIRST[:-4]), "row 2: has 7 cells, the header has 8; .*complete"),
     "text in a number": Case(context("hr_bpm", "fast"), "row 2, column 'hr_bpm': 'fast' is not a number"),

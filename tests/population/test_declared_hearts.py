@@ -23,7 +23,8 @@ STUDY: Final = load_study(read_yaml(ROOT / "config.yaml"))
 AMORTISED: Final = STUDY.config.population_experiments["amortised"]
 DECLARED: Final = AMORTISED.population.declared_range
 CORNERS: Final = list(product(DECLARED.hr_bpm, DECLARED.lvedv_ml, DECLARED.relative_thickness))
-LEAST_RECORDINGS: Final = 200  # coverage of 90 % to 4.2 points (two standard errors)
+FULL: Final = read_yaml(ROOT / "config" / "overlays" / "full.yaml")
+LEAST_RECORDINGS: Final = 400  # coverage of 90 % to 3.0 points (two standard errors)
 
 
 def corner(hr_bpm: float, lvedv_ml: float, relative_thickness: float) -> Context:
@@ -52,8 +53,8 @@ def test_what_the_relative_thickness_refuses_has_next_to_no_cavity() -> None:
     assert np.median(sphere.end_diastolic_volume_ml) < 0.3 * 35.0
 
 
-def test_each_stratum_of_the_calibration_holds_enough_recordings() -> None:
-    number = AMORTISED.calibration.own
+def test_each_stratum_of_the_full_calibration_has_enough_recordings() -> None:
+    number = FULL["population_experiments"]["amortised"]["calibration"]["own"]
     drawn = draw_population(range(number), AMORTISED.population, STUDY.config.seed, "fresh", STREAM)
     # The noise levels, drawn from other streams, are cut into thirds of their logarithm.
     levels = np.exp(np.linspace(*np.log(AMORTISED.conditions.relative_se), number))

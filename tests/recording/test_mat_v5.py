@@ -1,4 +1,4 @@
-"""The reader of MATLAB 5 files agrees with SciPy's, and stays within bounds where the file does not."""
+"""MATLAB files before 7.3 are read as SciPy reads them, and refused by what they are."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import struct
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.io import loadmat, savemat
 
-from swesbi.recording.mat_v5 import read_mat_v5
-from swesbi.recording.mat_values import MatValueError
+from swesbi.recording.mat_child import read_mat_v5
+from swesbi.recording.mat_table import read_mat_table
+from swesbi.recording.problems import RecordingError
 
 DOUBLE, INT8, INT32, UINT32 = 9, 1, 5, 6
 KINDS = ["f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "?"]
@@ -67,30 +70,57 @@ def test_either_byte_order(tmp_path: Path, order: str) -> None:
     np.testing.assert_array_equal(read_mat_v5(tmp_path / "S.mat", ["x"])["x"], [1.5, -2.0, 1e300])
 
 
+@pytest.mark.parametrize("version", [5, 7.3])
+def test_an_array_of_structs_is_read_as_the_struct_of_its_columns(tmp_path: Path, version: float) -> None:
+    """What table2struct(T) writes without 'ToScalar': one struct a row."""
+    rows = [(1.5, "ok"), (2.5, "no_wave"), (np.nan, "ok")]
+    path = tmp_path / "S.mat"
+    if version == 5:
+        savemat(path, {"T": np.array(rows, dtype=[("x", object), ("status", object)])})
+    else:
+        with h5py.File(path, "w", userblock_size=512) as file:
+            group = file.create_group("T")
+            group.attrs["MATLAB_class"] = np.bytes_("struct")
+            for name, column in zip(("x", "status"), zip(*rows, strict=True), strict=True):
+                group.create_dataset(name, data=references(file, name, column), dtype=h5py.ref_dtype)
+        path.write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + path.read_bytes()[128:])
+    table = read_mat_table(path, ("x", "status"))
+    assert table.cells["x"].tolist() == ["1.5", "2.5", "NaN"]
+    assert table.cells["status"].tolist() == ["ok", "no_wave", "ok"]
+
+
+def references(file: h5py.File, name: str, values: tuple[object, ...]) -> NDArray[np.object_]:
+    """One dataset a value, as MATLAB lays out the field of an array of structs."""
+    found = np.empty((1, len(values)), dtype=h5py.ref_dtype)
+    for index, value in enumerate(values):
+        text = isinstance(value, str)
+        data = (
+            np.frombuffer(value.encode("utf-16-le"), "<u2")[:, None] if isinstance(value, str) else [[value]]
+        )
+        cell = file.create_dataset(f"#refs#/{name}{index}", data=data)
+        cell.attrs["MATLAB_class"] = np.bytes_("char" if text else "double")
+        found[0, index] = cell.ref
+    return found
+
+
+@pytest.mark.parametrize("kept", [100, 128, 150, 400])
+def test_a_file_that_is_cut_off_is_refused(tmp_path: Path, kept: int) -> None:
+    savemat(tmp_path / "S.mat", {"x": np.random.default_rng(1).uniform(size=500)}, do_compression=True)
+    (tmp_path / "S.mat").write_bytes((tmp_path / "S.mat").read_bytes()[:kept])
+    with pytest.raises(RecordingError, match=r"cannot be read as a .mat file|lacks the columns x"):
+        read_mat_table(tmp_path / "S.mat", ("x",))
+
+
 @pytest.mark.parametrize(
-    ("matrix", "message"),
+    ("value", "message"),
     [
-        (doubles("<", b"x", [1.0, 2.0], (3, 1)), "x with 2 of 3 values"),
-        (doubles("<", b"x", [1.0], (-1, 1)), "an array of dimensions .-1, 1."),
-        (doubles("<", b"x", [1.0], (2**31 - 1, 2**31 - 1)), "x: is an array of 2147483647 x 2147483647"),
-        (doubles("<", b"x", [1.0] * 4, (2, 2)), "x: is an array of 2 x 2; save one value"),
-        (doubles("<", b"x", [1.0], (1, 1))[:-4], "it ends within"),
-        (struct.pack("<IIII", UINT32, 8, 6, 0), "an array without its flags, dimensions and name"),
-        (element("<", UINT32, struct.pack("<II", 17, 0)) + element("<", INT8, b"x") * 2, "MATLAB object"),
-        (b"\xff" * 64, "it ends within a value"),
+        (np.eye(2), "x': is an array of 2 x 2; save one value"),
+        (np.array([1j, 2.0]), "is complex"),
+        (sparse.eye_array(3), "is a sparse matrix"),
+        (np.zeros(6_000_000, dtype=np.int8), "has more values than a recording"),
     ],
 )
-def test_what_does_not_follow_the_format_is_refused(tmp_path: Path, matrix: bytes, message: str) -> None:
-    (tmp_path / "S.mat").write_bytes(file("<", matrix))
-    with pytest.raises(MatValueError, match=message):
-        read_mat_v5(tmp_path / "S.mat", ["x"])
-
-
-def test_a_value_that_swells_beyond_reason_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    savemat(tmp_path / "S.mat", {"x": np.zeros(100_000)}, do_compression=True)
-    assert (tmp_path / "S.mat").stat().st_size < 2000
-    monkeypatch.setattr("swesbi.recording.mat_v5.MAX_BYTES", 10_000)
-    with pytest.raises(MatValueError, match="cut off, or larger than a recording can be"):
-        read_mat_v5(tmp_path / "S.mat", ["x"])
+def test_what_is_no_vector_is_refused_by_what_it_is(tmp_path: Path, value: object, message: str) -> None:
+    savemat(tmp_path / "S.mat", {"x": value}, do_compression=True)
+    with pytest.raises(RecordingError, match=message):
+        read_mat_table(tmp_path / "S.mat", ("x",))

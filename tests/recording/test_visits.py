@@ -107,11 +107,11 @@ def test_names_that_look_like_numbers_stay_as_they_are(table: Path) -> None:
             r"row 3, column 'group': 'b' is not the group in the first row of the same",
         ),
         (ALL, ("P,1,a", "P,2,"), r"row 3, column 'group': '' is not the group in the first row"),
-        (ALL, ("P,1,", "p,2,"), r"row 3, column 'person': 'p' differs from an earlier person in upper and"),
+        (ALL, ("P,1,", "p,2,"), r"row 3, column 'person': 'p' differs from an earlier person in case, zeros"),
         (
             ALL,
             ("P,,drug", "Q,,Drug"),
-            r"row 3, column 'group': 'Drug' differs from an earlier group in upper",
+            r"row 3, column 'group': 'Drug' differs from an earlier group in case",
         ),
         ("person", ("s-1", ""), r"row 3, column 'subject': 'S-1' is the name of a person in other rows"),
         ("Person", ("P",), "column 'Person': is not read, and looks like person; call it person, or by"),

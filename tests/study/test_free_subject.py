@@ -31,8 +31,6 @@ from swesbi.recording.free_observation import KIND, ingest_free
 from swesbi.recording.free_samples import read_free_samples
 from swesbi.study.answering import OtherAnswerError, check_untouched
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.closure_speeds import ClosureSpeeds
-from swesbi.verdict.settings import PublishedSpeed
 from swesbi.verdict.without_null import residual_test
 
 FloatArray = NDArray[np.float64]
@@ -144,7 +142,7 @@ def test_recordings_of_natural_waves_are_refused(asked: Study) -> None:
     free_case.train(2).assign(event=["", "push", "AVC"] * 20 + [""] * (len(free_case.train(2)) - 60)).to_csv(
         path, index=False
     )
-    assert "event = 'AVC': is a natural wave" in recording_refusal(asked, "S-3")
+    assert "column 'event': 'AVC' is a natural wave" in recording_refusal(asked, "S-3")
     free_case.train(2).assign(event="").to_csv(path, index=False)
     assert recording_refusal(asked, "S-3") == ""
 

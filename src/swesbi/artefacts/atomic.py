@@ -140,9 +140,16 @@ def is_alive(process: int) -> bool:
     return True
 
 
+def _umask() -> int:
+    """Return which permissions new files of this process do not get; it can only be read by setting it."""
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
 def _settle(temporary: Path) -> None:
     """Have the content on the disk before the name points to it, so that a power cut leaves no empty file."""
-    temporary.chmod(0o644)
+    temporary.chmod(0o666 & ~_umask())
     with temporary.open("rb") as file:
         os.fsync(file.fileno())
 

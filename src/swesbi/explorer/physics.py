@@ -22,6 +22,8 @@ OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.seeds", "integer_seed"): "seeds.integer_seed",
     ("swesbi.recording.table", "read_bytes"): "files.read_bytes",
     ("swesbi.recording.table", "_records"): "csvRecords",
+    ("swesbi.recording.table", "_with_plain_names"): "asWritten",
+    ("swesbi.recording.table", "spelling"): "spelling",
 }
 """What JavaScript has of its own: streams of random numbers, files that were handed over, rows of CSV."""
 LANES: Final = 1

@@ -224,6 +224,8 @@ def weighted_by_all(
     """
     shares = np.array(counts)[:, None] / len(phi)
     log_ratio = log_parts[0] + log_likelihood - logsumexp(np.stack(log_parts), axis=0, b=shares)
+    # a draw whose density a flow cannot give in double precision has no weight, and spoils no other
+    log_ratio = np.where(np.isnan(log_ratio), -np.inf, log_ratio)
     if not np.isfinite(log_ratio).any():
         raise NoLikelihoodError(
             f"none of {len(phi)} draws has a likelihood: every simulation failed; check the context"

@@ -91,6 +91,8 @@ def smooth(log_ratio: FloatArray) -> tuple[FloatArray, float]:
     Returns:
         Logarithms of the weights, which sum to one, and the Pareto shape k-hat.
     """
+    if log_ratio.min() == log_ratio.max():  # the best weights there are, of which a tail cannot be fitted
+        return np.full(len(log_ratio), -np.log(len(log_ratio))), 0.0
     import arviz  # two seconds with pyplot, and most who import this module only read posteriors
 
     log_weight, k_hat = arviz.psislw(log_ratio)  # type: ignore[no-untyped-call]

@@ -21,11 +21,14 @@ from swesbi.recording.cohort import (
     examine_subjects,
     find_recording,
 )
-from swesbi.recording.foreign import is_free
+from swesbi.recording.components import RepeatLevels
+from swesbi.recording.foreign import is_free, rows_by_name
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation, ingest_free
 from swesbi.recording.free_samples import FreeSamples, free_rejection, read_free_samples
 from swesbi.recording.ingest import ingest
+from swesbi.recording.layout import TableLayout
+from swesbi.recording.noise import check_together
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.protocol import Protocol, own_protocol, read_protocol, with_own_phases
@@ -68,11 +71,13 @@ class Checked:
         samples: The raw recording, N samples.
         verdict: Index of the reason for which each sample is rejected, -1 where accepted; shape (N,).
         observation: The observed curve.
+        levels: Its repeats, by which the noise of the cohort is estimated.
     """
 
     samples: Samples
     verdict: IntArray
     observation: Observation
+    levels: RepeatLevels
 
 
 @dataclass(frozen=True)
@@ -130,7 +135,9 @@ def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) 
     checked = [_collect(problems, partial(check, name)) for name in table.names]
     gated = tuple(subject for subject in checked if isinstance(subject, Checked))
     free = tuple(subject for subject in checked if isinstance(subject, CheckedFree))
-    notes = () if protocol.layout.table.file else _notes(cohort, table.names)
+    problems.extend(_noise(cohort, gated))
+    shared = protocol.layout.table.file
+    notes = _nobodys(cohort / shared, protocol.layout, table.names) if shared else _notes(cohort, table.names)
     return CohortReport(gated, protocol.origin, tuple(problems), notes, table.visits, free)
 
 
@@ -173,7 +180,7 @@ def _check(
     levels = levels_by(protocol.repeats_are, samples, verdict == ACCEPTED)
     if isinstance(levels, SweepLevels) and not is_crossed(levels):
         raise RecordingError(Problem(str(path), NOT_CROSSED, ONE_NUMBER, column="repeat"))
-    return Checked(samples, verdict, observation)
+    return Checked(samples, verdict, observation, levels)
 
 
 def _check_free(
@@ -187,9 +194,22 @@ def _check_free(
     return CheckedFree(samples, free_rejection(samples, settings), observation)
 
 
+def _noise(cohort: Path, gated: Sequence[Checked]) -> list[Problem]:
+    """Return why the recordings together do not tell their noise, by which the study weighs them."""
+    kinds = {type(subject.levels) for subject in gated}
+    if len(kinds) != 1:  # none, or of several protocols, which no study pools
+        return []
+    try:
+        check_together([subject.levels for subject in gated])
+    except ValueError as error:
+        remedy = "give every sample of every repeat as it was measured"
+        return [Problem(str(cohort / RECORDINGS), f"{error}", remedy)]
+    return []
+
+
 def _recorded(cohort: Path) -> tuple[str, ...]:
     """Return the subjects that have a recording, whatever ``subjects.csv`` says."""
-    files = (path for path in _files(cohort) if path.suffix in SUFFIXES and is_subject(path.stem))
+    files = (path for path in _files(cohort) if path.suffix.lower() in SUFFIXES and is_subject(path.stem))
     return tuple(dict.fromkeys(path.stem for path in files))
 
 
@@ -198,6 +218,18 @@ def _notes(cohort: Path, names: tuple[str, ...]) -> tuple[str, ...]:
     if not unused:
         return ()
     return (f"{cohort / RECORDINGS}: not used, since subjects.csv does not name them: {', '.join(unused)}",)
+
+
+def _nobodys(path: Path, layout: TableLayout, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Say whose rows of a shared table are of no subject; nothing of a table that cannot be read."""
+    try:
+        rows = rows_by_name(path, layout)
+    except RecordingError:
+        return ()
+    others = [f"{name} ({count} rows)" for name, count in rows.items() if name not in names]
+    if not others:
+        return ()
+    return (f"{path}: not used, since subjects.csv does not name them: {', '.join(others)}",)
 
 
 def _files(cohort: Path) -> list[Path]:

@@ -15,9 +15,10 @@ from swesbi.recording.clinical import CLINICAL_NAMES, ClinicalRow
 from swesbi.recording.clinical_columns import clinical_rows
 from swesbi.recording.problems import Problem, RecordingError, listed, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
-from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
+from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table, stood_before
 from swesbi.recording.visit_columns import visit_rows
 from swesbi.recording.visits import VISIT_NAMES, Visit
+from swesbi.seeds import spawn_key
 
 CONTEXT_COLUMNS: Final = tuple(ContextRow.model_fields)
 REMEDIES: Final = {
@@ -114,6 +115,10 @@ def _check_names(table: TextTable) -> None:
     """Subjects are named once, and not alike: folders of results may ignore upper and lower case."""
     table.unique(["subject"])
     table.spelled_once("subject")
+    names = table.cells["subject"].tolist()
+    words = [str(spawn_key(name)) for name in names]
+    alike = stood_before([words]) & ~stood_before([names])
+    table.flag("subject", alike, "names the same random numbers as an earlier one", "rename one")
 
 
 def _context_row(table: TextTable, index: int, numbers: Mapping[str, Any]) -> ContextRow | None:
@@ -164,7 +169,7 @@ def find_recording(cohort: Path, subject: str, shared: str | None = None) -> Pat
         check_file(cohort / shared, cohort)
         return cohort / shared
     stem = cohort / RECORDINGS / subject
-    files = [path for path in _with_suffixes(stem, SUFFIXES) if path.exists() or path.is_symlink()]
+    files = [path for path in _named(stem) if path.suffix.lower() in SUFFIXES]
     if len(files) > 1:
         reason = f"there is {files[1].name} beside {files[0].name}"
         raise RecordingError(Problem(str(files[0]), reason, "keep the one that counts"))
@@ -189,14 +194,20 @@ def check_file(path: Path, cohort: Path) -> None:
         raise RecordingError(Problem(str(path), "is no regular file", "put the file itself there"))
 
 
+def _named(stem: Path) -> list[Path]:
+    """Return the files of a name with any suffix, in upper or lower case."""
+    folder = stem.parent
+    return sorted(path for path in folder.iterdir() if path.stem == stem.name) if folder.is_dir() else []
+
+
 def _with_suffixes(stem: Path, suffixes: Sequence[str]) -> list[Path]:
     return [stem.with_name(stem.name + suffix) for suffix in suffixes]
 
 
 def _absent(stem: Path) -> Problem:
     """Return what to say of a recording that is not there; a workbook in its place gets a hint."""
-    for path in _with_suffixes(stem, WORKBOOKS):
-        if path.exists():
+    for path in _named(stem):
+        if path.suffix.lower() in WORKBOOKS:
             return Problem(str(path), "is a workbook", SAVE_AS_CSV)
     wanted = ", ".join(path.name for path in _with_suffixes(stem, SUFFIXES))
     reason = f"there is no file {wanted}"

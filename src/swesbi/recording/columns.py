@@ -8,6 +8,9 @@ STATUS_OK: Final = "ok"
 FAILED_STATUSES: Final = ("no_wave", "motion", "low_r2", "bound_hit")
 SPEED: Final = "shear_wave_speed_m_s"
 MODULUS: Final = "youngs_modulus_kpa"
+SHEAR_MODULUS: Final = "shear_modulus_kpa"
+MEASURED: Final = (SPEED, MODULUS, SHEAR_MODULUS)
+"""What a recording measures, one of these."""
 COLUMNS: Final = (
     "phase_index",
     "trigger_delay_ms",

@@ -7,7 +7,8 @@ refused later is told with the file's own column and value.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -23,24 +24,34 @@ from swesbi.recording.columns import (
     EVENT,
     FREE_OPTIONAL,
     FREE_REQUIRED,
+    MEASURED,
     MODULUS,
+    SHEAR_MODULUS,
     SPEED,
+    STANDARD_ERROR,
     TIME,
 )
 from swesbi.recording.layout import (
     COUNTED,
-    MEASURED,
-    SHEAR_MODULUS,
     SUBJECT,
-    UNITS,
     TableLayout,
 )
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.table import Place, TextTable, below_names, column_of, csv_rows, with_decimal_points
+from swesbi.recording.table import (
+    NUMBER,
+    Place,
+    TextTable,
+    below_names,
+    column_of,
+    csv_rows,
+    in_one_line,
+    spelling,
+    with_decimal_points,
+)
+from swesbi.recording.units import MODULUS_UNITS, UNITS, unit_of
 from swesbi.recording.workbook import sheet_rows
 
-NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?", re.ASCII)
 SEE_LAYOUT: Final = "correct the key `columns` of recording.yaml, or the table"
 THREE: Final = "3"  # E = 3 mu of an incompressible, isotropic tissue
 
@@ -103,10 +114,10 @@ def placed_by(path: Path, layout: TableLayout) -> tuple[str, ...]:
     names = {column: str(layout.source(column)) for column in (PHASE, TIME, EVENT)}
     try:
         if path.suffix.lower() == ".mat":
-            known = list(read_mat_table(path, (), tuple(names.values())).cells)
+            known = _names_in_mat(path, tuple(names.values()))
         else:
             rows, _ = _rows(path, layout)
-            known = [cell.strip() for cell in (rows[0][1] if rows else [])]
+            known = [in_one_line(cell) for cell in (rows[0][1] if rows else [])]
     except RecordingError as error:
         # a vector that cannot be used is there all the same
         known = [problem.column for problem in error.problems if problem.column]
@@ -126,42 +137,61 @@ def read_foreign(path: Path, layout: TableLayout, subject: str, wanted: Wanted =
         RecordingError: The file is no such table, lacks a column or has no row of the subject.
     """
     table, sources = _source(path, layout, wanted)
+    units = {
+        column: unit
+        for column, names in sources.items()
+        if column in UNITS and (unit := unit_of(path, column, names, layout.units.get(column)))
+    }
     own = _of_subject(table, layout, subject)
     melted = _melted(table, own, sources)
-    understood = _understood(melted, layout, wanted)
-    unit = {column: layout.units[column] for column in layout.units}
+    understood = _understood(melted, layout, units, wanted)
 
     def place(index: int, column: str) -> Place:
-        source = SHEAR_MODULUS if column == MODULUS and layout.measured == SHEAR_MODULUS else column
+        source = SHEAR_MODULUS if column == MODULUS and SHEAR_MODULUS in sources else column
         if column in layout.values or source not in melted.columns:
             text = str(layout.values.get(column, ""))
             return Place(f"table.values.{column} of recording.yaml", text)
         name, text = melted.columns[source].iloc[index], melted.written[source].iloc[index]
-        read_as = f"read in {unit[source]} as {column} " if source in unit else ""
+        read_as = f"read in {units[source]} as {column} " if source in units else ""
         return Place(str(name), str(text), read_as)
 
     columns = {str(name): column_of(understood[name]) for name in understood}
-    return TextTable(table.source, columns, melted.rows, unit=table.unit, place=place)
+    return TextTable(
+        table.source, columns, melted.rows, unit=table.unit, place=place, error_unit=units.get(STANDARD_ERROR)
+    )
 
 
 def _source(path: Path, layout: TableLayout, wanted: Wanted) -> tuple[TextTable, dict[str, tuple[str, ...]]]:
     """Return the columns of the file that are used, as text, and which of them each of ours is."""
     columns = [*wanted.required, *((SUBJECT,) if SUBJECT in layout.columns else ())]
-    columns = [layout.measured if name == SPEED else name for name in columns if name not in layout.values]
+    columns = [name for name in columns if name not in layout.values]
     optional = [name for name in wanted.optional if name not in layout.values]
     if path.suffix.lower() == ".mat":
+        measured = _measured(layout, _names_in_mat(path, MEASURED))
+        columns = [measured if name == SPEED else name for name in columns]
         named = {column: _single(path, layout.source(column)) for column in (*columns, *optional)}
         table = read_mat_table(
             path, [named[column] for column in columns], [named[column] for column in optional]
         )
         return table, {column: (name,) for column, name in named.items() if name in table.cells}
     rows, decimal_comma = _rows(path, layout)
-    known = [cell.strip() for cell in (rows[0][1] if rows else [])]
+    known = [in_one_line(cell) for cell in (rows[0][1] if rows else [])]
+    columns = [_measured(layout, known) if name == SPEED else name for name in columns]
     # one that may be missing must be there all the same where the layout says what it is called
     columns += [name for name in optional if name in layout.columns or name in known]
     sources = {column: _matching(path, column, layout.source(column), known) for column in columns}
     table = below_names(path, rows, list(dict.fromkeys(name for names in sources.values() for name in names)))
     return (with_decimal_points(table, _texts(sources)) if decimal_comma else table), sources
+
+
+def _measured(layout: TableLayout, known: Sequence[str]) -> str:
+    """Return what was measured: as the layout says, or else by this project's own names in the table."""
+    own = [name for name in MEASURED if name in known]
+    return own[0] if len(own) == 1 and not set(MEASURED) & set(layout.columns) else layout.measured
+
+
+def _names_in_mat(path: Path, names: Sequence[str]) -> list[str]:
+    return list(read_mat_table(path, (), names).cells)
 
 
 def _rows(path: Path, layout: TableLayout) -> tuple[list[tuple[int, list[str]]], bool]:
@@ -215,7 +245,34 @@ def _of_subject(table: TextTable, layout: TableLayout, subject: str) -> pd.DataF
         listed = ", ".join(known[:10]) + (", ..." if len(known) > 10 else "")
         remedy = f"write the name as in subjects.csv; it has {listed}"
         raise RecordingError(Problem(table.source, "has no row", remedy, column=name, value=subject))
+    _check_whose(table, name, subject)
     return own
+
+
+def _check_whose(table: TextTable, name: str, subject: str) -> None:
+    """Refuse a shared table with rows that may be a subject's: without a name, or spelled nearly so.
+
+    Raises:
+        RecordingError: There are such rows.
+    """
+    names = table.cells[name]
+    table.flag(name, names == "", "has no name, so it is nobody's row", "write the name in every row")
+    like = [
+        other for other in dict.fromkeys(names) if other != subject and spelling(other) == spelling(subject)
+    ]
+    reason = f"differs from {subject} in case, zeros, blanks or signs only"
+    table.flag(name, np.isin(names, like), reason, "write one name in one way, or rename one of two persons")
+    table.finish()
+
+
+def rows_by_name(path: Path, layout: TableLayout) -> dict[str, int]:
+    """Return how many rows of a shared table are of each name.
+
+    Raises:
+        RecordingError: The table cannot be read.
+    """
+    table, _ = _source(path, layout, Wanted(()))
+    return dict(Counter(table.cells[str(layout.source(SUBJECT))].tolist()))
 
 
 def _melted(table: TextTable, own: pd.DataFrame, sources: dict[str, tuple[str, ...]]) -> Cells:
@@ -239,14 +296,17 @@ def _melted(table: TextTable, own: pd.DataFrame, sources: dict[str, tuple[str, .
     return Cells(cells, cells, columns, rows)
 
 
-def _understood(melted: Cells, layout: TableLayout, wanted: Wanted) -> pd.DataFrame:
+def _understood(melted: Cells, layout: TableLayout, units: Mapping[str, str], wanted: Wanted) -> pd.DataFrame:
     """Return the cells in this project's columns, units, words and numbers."""
     cells = melted.cells.copy()
-    for column, unit in layout.units.items():
-        if column in cells:
-            cells[column] = cells[column].map(_times(UNITS[column][unit]))
+    for column, unit in units.items():
+        cells[column] = cells[column].map(_times(UNITS[column][unit]))
+    if "fit_r2" in cells:
+        cells["fit_r2"] = cells["fit_r2"].map(_fraction)
     if SHEAR_MODULUS in cells:
         cells[MODULUS] = cells.pop(SHEAR_MODULUS).map(_times(THREE))
+        if units.get(STANDARD_ERROR) in MODULUS_UNITS:
+            cells[STANDARD_ERROR] = cells[STANDARD_ERROR].map(_times(THREE))
     if layout.table.statuses and "status" in cells:
         cells["status"] = cells["status"].map(lambda word: layout.table.statuses.get(word, word))
     if layout.table.first_phase and "phase_index" in cells:
@@ -271,13 +331,19 @@ def _times(factor: str) -> Callable[[str], str]:
     return _arithmetic(lambda number: number * Decimal(factor))
 
 
+def _fraction(text: str) -> str:
+    """Return a number that has its own per cent sign as a fraction; other text stays as it is."""
+    number = text.removesuffix("%").rstrip()
+    return _times("0.01")(number) if text.endswith("%") else text
+
+
 def _less(first: int) -> Callable[[str], str]:
     return _arithmetic(lambda number: number - first)
 
 
 def _arithmetic(change: Callable[[Decimal], Decimal]) -> Callable[[str], str]:
     def changed(text: str) -> str:
-        if not NUMBER.fullmatch(text):
+        if not re.fullmatch(NUMBER, text):
             return text
         number = change(Decimal(text))
         return format(number.normalize(), "f") if abs(number.adjusted()) < 30 else str(number)

@@ -87,7 +87,9 @@ def _check_all(
     if missing.size:
         index = np.flatnonzero(accepted)[missing[0]]
         value = samples.se_m_s[index] if column == STANDARD_ERROR else samples.fit_r2[index]
-        where = f"of the push at time_ms {samples.time_ms[index]:g} ({missing.size} of {accepted.sum()} pushes)"
+        where = (
+            f"of the push at time_ms {samples.time_ms[index]:g} ({missing.size} of {accepted.sum()} pushes)"
+        )
         text = "" if np.isnan(value) else f"{value:g}"
         remedy = "give it, or another status than ok"
         raise RecordingError(Problem(samples.source, f"{where} {reason}", remedy, column=column, value=text))

@@ -23,6 +23,7 @@ from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 from swesbi.recording.speed import youngs_modulus_kpa
 
 LEAST_PUSHES: Final = 2
+LATEST_IN_PERCENT: Final = 110.0  # no train of pushes ends so soon after the R peak
 LATEST_IN_S: Final = 5.0  # of times in s, none is later: an RR interval has 5000 ms at most
 
 
@@ -116,7 +117,9 @@ def ingest_free(
     _check_plausible(samples, samples.speed_m_s[accepted], context, settings)
     noise = free_noise(samples, accepted, declared)
     cell = np.minimum((samples.phase * settings.phases).astype(np.int64), settings.phases - 1)
-    order = np.argsort(samples.phase[accepted], kind="stable")
+    # rows may come in any order, and several at one instant
+    keys = (samples.speed_m_s, samples.time_ms, samples.beat, samples.repeat, samples.phase)
+    order = np.lexsort([key[accepted] for key in keys])
     chosen = np.flatnonzero(accepted)[order]
     return FreeObservation(
         context=context,
@@ -151,6 +154,10 @@ def _check_plausible(
 def _other_unit_of_time(samples: FreeSamples) -> Problem | None:
     """Return what is wrong where all times can be such in seconds alone."""
     latest = float(np.max(samples.time_ms, initial=0.0))
+    if LATEST_IN_S <= latest <= LATEST_IN_PERCENT:
+        reason = f"the latest push is {latest:g} ms after its R peak: these can be per cent of the beat"
+        remedy = f"give them in ms, or as a fraction of rr_ms times rr_ms; the column is {TIME}"
+        return Problem(samples.source, reason, remedy, column=TIME)
     if not 0.0 < latest < LATEST_IN_S:
         return None
     reason = f"the latest push is {latest:g} ms after its R peak"

@@ -35,11 +35,14 @@ from swesbi.recording.reader import (
 )
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.speed import PA_PER_KPA
 from swesbi.recording.table import MISSING, TextTable
+from swesbi.recording.units import MODULUS_UNITS, SPEED_UNITS
 
 SEVERAL: Final = (
     "give a push one row, the mean of its samples, or say by `beat` and `repeat` which of several it is"
 )
+MOST_IN_OTHER_UNITS: Final = 1e4  # kPa, or times the speed
 A_TIME: Final = "give the time since the R peak of the push's beat in ms"
 OWN_BEAT: Final = (
     "give the time since the R peak that begins the push's own beat, and number the beats in `beat`"
@@ -100,7 +103,8 @@ def read_free_samples(
 
     Raises:
         RecordingError: The table is malformed, a value is impossible, a row is a natural wave, or a push is
-            given twice or lies beyond the end of its beat; it lists every problem with file, row, column and value.
+            given twice or lies beyond the end of its beat; it lists every problem with file, row, column and
+            value.
     """
     table = read_columns(path, layout, subject, FREE)
     has = tuple(name for name in FREE_OPTIONAL if name in table.cells)
@@ -114,8 +118,17 @@ def read_free_samples(
     repeat = _numbered(table, "repeat", "number the trains from 0 or 1")
     speed = read_speed(table, density_kg_m3)
     samples = FreeSamples(
-        time, rr, beat, repeat, speed, _errors(table, speed), _fit(table), _status(table), has, str(path)
-    )  # fmt: skip
+        time,
+        rr,
+        beat,
+        repeat,
+        speed,
+        _errors(table, speed, density_kg_m3),
+        _fit(table),
+        _status(table),
+        has,
+        str(path),
+    )
     table.finish()
     return samples
 
@@ -132,12 +145,20 @@ def _numbered(table: TextTable, column: str, remedy: str) -> IntArray:
     return table.integer(column, 0, 1_000_000, remedy)
 
 
-def _errors(table: TextTable, speed_m_s: FloatArray) -> FloatArray:
-    """Return the standard errors: more than nothing and, of a speed that is to be used, below it."""
+def _errors(table: TextTable, speed_m_s: FloatArray, density_kg_m3: float) -> FloatArray:
+    """Return the standard errors in m/s: more than nothing and, of a speed that is to be used, below it.
+
+    Of what was measured in kPa they are, to first order, dc = dE / (6 rho c), since E = 3 rho c^2.
+    """
     if STANDARD_ERROR not in table.cells:
         return np.full(len(table.rows), np.nan)
     remedy = "give the standard error of the speed in m/s"
-    error = table.number(STANDARD_ERROR, 0.0, SPEED_RANGE_M_S[1], remedy, may_be_empty=True)
+    highest = SPEED_RANGE_M_S[1] if table.error_unit in (None, *SPEED_UNITS) else MOST_IN_OTHER_UNITS
+    error = table.number(STANDARD_ERROR, 0.0, highest, remedy, may_be_empty=True)
+    if table.error_unit in MODULUS_UNITS:
+        error = PA_PER_KPA * error / (6.0 * density_kg_m3 * speed_m_s)
+    elif table.error_unit == "%":
+        error = error * speed_m_s
     table.flag(STANDARD_ERROR, error == 0.0, "is no standard error", f"{remedy}, or leave it empty")
     table.flag(STANDARD_ERROR, error >= speed_m_s, "is not smaller than the speed", f"{remedy}; check units")
     return error

@@ -38,6 +38,19 @@ class Groups:
         """Return the median of each group over values (n,); shape (G,)."""
         return np.array([np.median(values[self.of == group]) for group in range(len(self.first))])
 
+    def unwrapped(self, phase: FloatArray) -> FloatArray:
+        """Return phases (n,) of period 1 of which those of a group lie together; (n,).
+
+        A group that lies within half a period stays as it is. Another one spans the seam of the cycle, and
+        what of it lies behind the seam is moved on by a period.
+        """
+        spans = self.largest(phase) + self.largest(-phase) >= 0.5
+        return np.where(spans[self.of] & (phase < 0.5), phase + 1.0, phase)
+
+    def largest(self, values: FloatArray) -> FloatArray:
+        """Return the largest of each group over values (n,); shape (G,)."""
+        return np.array([np.max(values[self.of == group]) for group in range(len(self.first))])
+
     def scatter(self, values: FloatArray) -> FloatArray:
         """Return the sum of squared deviations from the mean of each group, over values (n,); shape (G,)."""
         return self.sums((values - self.means(values)[self.of]) ** 2)

@@ -57,11 +57,18 @@ def incomplete(
 
 
 def _advice(samples: Samples, settings: RecordingSettings) -> str:
-    """Return what to do about a recording of which nothing is accepted; one repeat a phase never is."""
-    repeats = count_by_repeat(samples, np.ones(samples.repeat.shape, dtype=np.bool_), settings.phases)
-    most, needed = int((repeats > 0).sum(axis=1).max()), settings.min_repeats_per_phase
-    if most >= needed:
+    """Return what to do about a recording of which nothing is accepted, by the rule that cannot be met."""
+    counts = count_by_repeat(samples, np.ones(samples.repeat.shape, dtype=np.bool_), settings.phases)
+    most, needed = int((counts > 0).sum(axis=1).max()), settings.min_repeats_per_phase
+    largest, least = int(counts.sum(axis=1).max()), settings.min_samples_per_phase
+    if most >= needed and largest >= least:
         return "record again"
+    if most >= needed:
+        return (
+            f"a phase needs {least} samples (recording.min_samples_per_phase), and none has more than "
+            f"{largest}: "
+            "give every sample of a repeat, or lower it in an overlay"
+        )
     return (
         f"a phase needs {needed} repeats (recording.min_repeats_per_phase), by which errors are told, and "
         f"none has more than {most}: record each phase again, or number in `repeat` those that there are"
@@ -200,6 +207,9 @@ def ingest(
     phase, speed, error = located[order], speeds.speed_m_s[order], speeds.speed_se_m_s[order]
     measured = ~np.isnan(speed)
     raise_any(incomplete(phase, measured, settings, samples.source))
+    if speed[measured].min() == speed[measured].max():
+        reason = f"every phase has the same speed, {speed[measured][0]:g} m/s: no beat looks so"
+        raise RecordingError(Problem(samples.source, reason, "check what the column holds", column=SPEED))
     stiffness = youngs_modulus_kpa(speed, settings.density_kg_m3)
     return Observation(
         context=context,

@@ -18,36 +18,24 @@ from swesbi.recording.columns import (
     COLUMNS,
     FAILED_STATUSES,
     FREE_COLUMNS,
+    MEASURED,
     MODULUS,
+    SHEAR_MODULUS,
     SPEED,
     STATUS_OK,
     TIME,
 )
 from swesbi.recording.columns import STANDARD_ERROR as FREE_STANDARD_ERROR
 from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.table import in_one_line
+from swesbi.recording.units import UNITS
 
 SUBJECT: Final = "subject"
-SHEAR_MODULUS: Final = "shear_modulus_kpa"
-MEASURED: Final = (SPEED, MODULUS, SHEAR_MODULUS)
 STANDARD_ERROR: Final = "shear_wave_speed_se_m_s"
 COUNTED: Final = "counted"
 COUNTABLE: Final = ("phase_index", "sample")
 ALL_COLUMNS: Final = tuple(dict.fromkeys((*COLUMNS, *FREE_COLUMNS)))
 STATUSES: Final = (STATUS_OK, *FAILED_STATUSES)
-SPEED_UNITS: Final = {"m/s": "1", "cm/s": "0.01", "mm/s": "0.001"}
-MODULUS_UNITS: Final = {"kPa": "1", "Pa": "0.001"}
-TIME_UNITS: Final = {"ms": "1", "s": "1000"}
-UNITS: Final[Mapping[str, Mapping[str, str]]] = {
-    SPEED: SPEED_UNITS,
-    MODULUS: MODULUS_UNITS,
-    SHEAR_MODULUS: MODULUS_UNITS,
-    "trigger_delay_ms": TIME_UNITS,
-    "rr_ms": TIME_UNITS,
-    TIME: TIME_UNITS,
-    FREE_STANDARD_ERROR: SPEED_UNITS,
-    "fit_r2": {"1": "1", "%": "0.01"},
-}
-"""What a number in each unit is multiplied by for the column's own, as text that is exact in decimals."""
 WIDE: Final = (SPEED, MODULUS, SHEAR_MODULUS, "fit_r2", "status")
 """Columns of which a table may have several, one a sample."""
 
@@ -85,7 +73,7 @@ class TableLayout(Settings):
 
     @property
     def measured(self) -> str:
-        """The column of what was measured."""
+        """The column of what was measured, where the layout says which."""
         return next((name for name in MEASURED if name in self.columns), SPEED)
 
     @property
@@ -97,7 +85,8 @@ class TableLayout(Settings):
 
     def source(self, column: str) -> str | tuple[str, ...]:
         """Return what the tables call a column of this project: as it does, where nothing is said."""
-        return self.columns.get(column, column)
+        names = self.columns.get(column, column)
+        return in_one_line(names) if isinstance(names, str) else tuple(map(in_one_line, names))
 
 
 def layout_of(plain: Mapping[str, Any], path: Path) -> TableLayout:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.arrays import FloatArray, TextArray
-from swesbi.recording.mat_v5 import read_mat_v5
+from swesbi.recording.mat_child import read_mat_v5
 from swesbi.recording.mat_values import SAVE_AGAIN, TEXTS, MatValueError, Vector, damaged, read_vectors
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.table import TextTable, check_names, read_bytes, shortest
@@ -40,6 +40,8 @@ class Item:
         """What it is, as of any ``MatVariable``: MATLAB notes the class, and whether it is empty."""
         if not isinstance(self.item, h5py.Dataset):
             return "object" if self.name == OBJECTS else "struct"
+        if h5py.check_ref_dtype(self.item.dtype) and "MATLAB_class" not in self.item.attrs:
+            return "cell"  # a field of an array of structs
         noted = self.item.attrs.get("MATLAB_class", b"double")
         kind = noted.decode("ascii", "replace") if isinstance(noted, bytes) else str(noted)
         if self._is_empty or (kind in NUMERIC and self.item.dtype.kind in "biuf"):

@@ -21,6 +21,7 @@ REFUSED: Final = {
     "struct": ("is a struct", NUMBERS),
     "sparse": ("is a sparse matrix", NUMBERS),
     "complex": ("is complex", NUMBERS),
+    "too large": ("has more values than a recording", "keep one value a sample, no images or raw data"),
     "object": ("is a MATLAB object, not plain values", NO_TABLE),
 }
 
@@ -69,7 +70,7 @@ class MatVariable(Protocol):
         """Return the cells of a cell array."""
 
     def fields(self) -> Mapping[str, MatVariable]:
-        """Return the fields of a struct; none of an array of structs."""
+        """Return the fields of a struct; of an array of structs each is a cell array."""
 
 
 def read_vectors(variables: Mapping[str, MatVariable], names: Sequence[str]) -> dict[str, Vector]:
@@ -107,11 +108,14 @@ def _vector(variable: MatVariable) -> Vector:
         raise MatValueError(variable.name, reason, remedy)
     if 0 not in shape and sum(size != 1 for size in shape) > 1:
         raise MatValueError(variable.name, f"is an array of {' x '.join(map(str, shape))}", VECTOR)
-    return (
-        np.array([_text(cell) for cell in variable.cells()], np.str_)
-        if kind == "cell"
-        else variable.numbers()
-    )
+    if kind == "number":
+        return variable.numbers()
+    cells = variable.cells()
+    if cells and all(cell.kind == "number" and math.prod(cell.shape) <= 1 for cell in cells):
+        return np.array(
+            [value for cell in cells for value in (cell.numbers() if cell.numbers().size else [np.nan])]
+        )
+    return np.array([_text(cell) for cell in cells], np.str_)
 
 
 def _text(cell: MatVariable) -> str:

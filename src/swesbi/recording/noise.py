@@ -16,6 +16,7 @@ from swesbi.arrays import FloatArray, IntArray
 from swesbi.recording.components import (
     ComponentEstimate,
     RepeatLevels,
+    check_levels,
     fit_components,
     joined,
     log_restricted_likelihood,
@@ -74,7 +75,7 @@ class CohortNoise:
 
     Attributes:
         pooled: Components common to all recordings.
-        by_subject: Those of each recording alone; for comparison, not used for standard errors.
+        by_subject: Those of each recording alone, NaN where it does not tell them; for comparison alone.
         interval: Of all of them.
         homogeneity_p: By the likelihood ratio; NaN for one recording.
     """
@@ -120,18 +121,33 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
         interval: Mass of the profile-likelihood intervals.
 
     Raises:
-        ValueError: There is no recording, or only some are of sweeps, or a component cannot be told; the
-            message says of whom.
+        ValueError: There is no recording, or only some are of sweeps, or all do not tell a component.
     """
     if not recordings:
         raise ValueError("there is no recording to estimate noise from")
-    fits = {name: _fit_one(name, levels, interval) for name, levels in recordings.items()}
-    pooled, top = _fit_one("all subjects", _together(tuple(recordings.values())), interval)
-    freedom = len(pooled.parts) * (len(fits) - 1)
-    ratio = 2.0 * (sum(alone for _, alone in fits.values()) - top)
-    p_value = float(chi2.sf(max(ratio, 0.0), freedom)) if freedom else float(np.nan)
+    try:
+        pooled, top = _fit(_together(tuple(recordings.values())), interval)
+    except ValueError as error:
+        who = "all subjects" if len(recordings) > 1 else next(iter(recordings))
+        raise ValueError(f"{who}: {error}") from None
+    fits = {name: _fit_alone(levels, interval) for name, levels in recordings.items()}
+    told = {name: levels for name, levels in recordings.items() if np.isfinite(fits[name][1])}
+    freedom = len(pooled.parts) * (len(told) - 1)
+    if len(told) < len(fits) and freedom > 0:
+        top = _fit(_together(tuple(told.values())), interval)[1]
+    ratio = 2.0 * (sum(fits[name][1] for name in told) - top)
+    p_value = float(chi2.sf(max(ratio, 0.0), freedom)) if freedom > 0 else float(np.nan)
     by_subject = {name: estimate for name, (estimate, _) in fits.items()}
     return CohortNoise(pooled, by_subject, interval, p_value)
+
+
+def check_together(recordings: Sequence[RepeatLevels]) -> None:
+    """Refuse recordings that do not tell the noise of a cohort together.
+
+    Raises:
+        ValueError: Only some are of sweeps, or all together do not tell a component.
+    """
+    check_levels(_together(recordings))
 
 
 def _together(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
@@ -141,11 +157,14 @@ def _together(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
     return joined_sweeps(sweeps) if sweeps else joined(recordings)
 
 
-def _fit_one(name: str, levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, float]:
+def _fit_alone(levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, float]:
+    """Return the components of one recording and the maximum of its likelihood; NaN where it cannot."""
     try:
         return _fit(levels, interval)
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
+    except ValueError:
+        none = ComponentEstimate(np.nan, np.nan, np.nan, np.nan)
+        sweep = none if isinstance(levels, SweepLevels) else None
+        return NoiseEstimate(none, none, levels.repeats, levels.samples, sweep), np.nan
 
 
 def _fit(levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, float]:
@@ -279,9 +298,12 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
         interval: Mass of the intervals that are fitted along the way.
 
     Raises:
-        ValueError: A component of the recording cannot be told.
+    Returns:
+        NaN where the recording does not tell a component.
     """
-    own, top = _fit(levels, interval)
+    own, top = _fit_alone(levels, interval)
+    if np.isnan(top):
+        return NoiseComparison(own.components, np.nan, np.nan)
     ratio = max(0.0, 2.0 * (top - _log_likelihood(levels, cohort)))
     return NoiseComparison(own.components, ratio, float(chi2.sf(ratio, len(own.parts))))
 

@@ -132,25 +132,6 @@ def slope_cycle(cycle_phase: FloatArray, curves: FloatArray, phase: FloatArray) 
     return np.asarray(np.einsum("...m,pm->...p", curves, weights, optimize=False))
 
 
-def sample_each(
-    cycle_phase: FloatArray, curves: FloatArray, phase: FloatArray, derivative: int = 0
-) -> FloatArray:
-    """Evaluate each of n simulated cycles at a phase of its own, by the spline of :func:`sample_cycle`.
-
-    Args:
-        cycle_phase: Phases of the simulated cycle in [0, 1), ascending; shape (M,).
-        curves: Cycles; shape (n, M).
-        phase: Where to evaluate each; shape (n,).
-        derivative: 0 for the value, 1 for its slope per cycle.
-
-    Returns:
-        Values of shape (n,); NaN where the phase, or the cycle, is.
-    """
-    # as many sets of weights as cycles, which nobody asks for again: not kept
-    weights = _weights_at(cycle_phase.tobytes(), np.nan_to_num(phase), derivative)
-    return np.where(np.isnan(phase), np.nan, np.einsum("nm,nm->n", curves, weights))
-
-
 def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArray:
     """Interpolate values at some phases onto the analysis grid by periodic, monotone PCHIP.
 

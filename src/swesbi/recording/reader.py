@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -12,6 +13,7 @@ from swesbi.arrays import FloatArray, IntArray
 from swesbi.recording.cohort import EXCEL, SUFFIXES, WORKBOOKS
 from swesbi.recording.columns import EVENT, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
 from swesbi.recording.foreign import GATED, Wanted, has_no_phases, placed_by, read_foreign
+from swesbi.recording.groups import grouped
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
@@ -31,6 +33,8 @@ NATURAL_WAVE: Final = "is a natural wave, which the heart sets off itself: the m
 NO_NATURAL_WAVES: Final = "leave natural waves out; a push has `push` there, or nothing"
 EVENT_HERE: Final = "says what set off each wave, of a recording without time_ms"
 NO_EVENT: Final = "natural waves are not interpreted: leave them out, and this column of gated pushes too"
+OTHER_GATE: Final = 0.85  # of the distance of two gates; samples binned by phase lie within one
+SAME_GATE: Final = "correct the label or the delay; a label stands for one gate, in every repeat"
 SPEED_RANGE_M_S: Final = (0.05, 30.0)
 
 
@@ -56,13 +60,22 @@ def read_samples(
     Raises:
         RecordingError: The table is malformed, a value is impossible or a sample is given twice; it lists
             every problem with file, row, column and value.
+
+    Returns:
+        The samples by phase, repeat and sample, whatever the order of the rows.
     """
     places = placed_by(path, layout)
     if has_no_phases(places):
         raise RecordingError(Problem(str(path), NOT_GATED, ASK_FREE))
     if EVENT in places:
         raise RecordingError(Problem(str(path), EVENT_HERE, NO_EVENT, column=EVENT))
-    return samples_of(read_columns(path, layout, subject), phases, density_kg_m3)
+    return _in_order(samples_of(read_columns(path, layout, subject), phases, density_kg_m3))
+
+
+def _in_order(samples: Samples) -> Samples:
+    order = np.lexsort((samples.sample, samples.repeat, samples.phase_index))
+    columns = {name: value[order] for name, value in vars(samples).items() if name != "source"}
+    return replace(samples, **columns)
 
 
 def samples_of(table: TextTable, phases: int, density_kg_m3: float) -> Samples:
@@ -74,7 +87,8 @@ def samples_of(table: TextTable, phases: int, density_kg_m3: float) -> Samples:
         density_kg_m3: Density rho behind a Young's modulus.
 
     Raises:
-        RecordingError: A value is impossible, or a sample is given twice.
+        RecordingError: A value is impossible, a sample is given twice, or a row lies at another gate than
+            its phase.
     """
     table.unique(["phase_index", "repeat", "sample"])
     phase_index = _phase_index(table, phases)
@@ -85,7 +99,34 @@ def samples_of(table: TextTable, phases: int, density_kg_m3: float) -> Samples:
     speed = read_speed(table, density_kg_m3)
     r2, status = read_fit_r2(table), read_status(table)
     table.finish()
+    check_gates(table, phase_index, delay, rr, phases)
     return Samples(phase_index, delay, rr, repeat, sample, speed, r2, status, table.source)
+
+
+def check_gates(
+    table: TextTable, phase_index: IntArray, delay_ms: FloatArray, rr_ms: FloatArray, phases: int
+) -> None:
+    """Refuse rows whose label contradicts their time: nearly a gate or more from others of their phase.
+
+    Gates follow the R peak by a time or by a share of the beat, so a row is refused that is off in both.
+
+    Args:
+        table: The recording, N rows.
+        phase_index: Label of each row; shape (N,).
+        delay_ms: Its delay; shape (N,).
+        rr_ms: Its RR interval; shape (N,).
+        phases: Number P of gated phases.
+
+    Raises:
+        RecordingError: There is such a row.
+    """
+    gates = grouped(phase_index)
+    share = gates.unwrapped(delay_ms / rr_ms)
+    off = np.abs(share - gates.medians(share)[gates.of]) * phases
+    off_ms = np.abs(delay_ms - gates.medians(delay_ms)[gates.of]) * phases / np.median(rr_ms)
+    wrong = (off >= OTHER_GATE) & (off_ms >= OTHER_GATE)
+    table.flag("trigger_delay_ms", wrong, "lies about a gate from other rows of its phase_index", SAME_GATE)
+    table.finish()
 
 
 def read_columns(path: Path, layout: TableLayout, subject: str, wanted: Wanted = GATED) -> TextTable:

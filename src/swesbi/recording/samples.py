@@ -56,8 +56,11 @@ class Samples:
 
     @property
     def beat_phase(self) -> FloatArray:
-        """Phase of each sample in its own beat, trigger delay / RR, not wrapped; shape (N,)."""
-        return self.trigger_delay_ms / self.rr_ms
+        """Phase of each sample in its own beat, trigger delay / RR, beside those of its gate; shape (N,).
+
+        Of a gate at the R peak some lie at the end of a beat and some at the beginning of the next.
+        """
+        return grouped(self.phase_index).unwrapped(self.trigger_delay_ms / self.rr_ms)
 
     @property
     def median_rr_ms(self) -> float:

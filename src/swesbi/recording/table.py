@@ -7,6 +7,7 @@ import difflib
 import io
 import re
 import stat
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -26,13 +27,20 @@ MAX_BYTES: Final = 256 * 1024**2
 EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
 DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+NUMBER: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
 SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
+BEGINS_WITH_A_NUMBER: Final = rf"\s*{NUMBER}\s*[,;\t]"
 HEADER: Final = "name them in the first row, separated by commas (or semicolons)"
 
 
 def shortest(value: float) -> str:
     """Return 7 for 7.0, and otherwise the shortest text that Python reads back as the same number."""
     return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else repr(value).replace("nan", "NaN")
+
+
+def in_one_line(name: str) -> str:
+    """Return the name of a column without line breaks and needless blanks."""
+    return " ".join(name.split())
 
 
 @dataclass(frozen=True)
@@ -56,6 +64,7 @@ class TextTable:
         ignored: Columns of the file that are not used.
         problems: Grows with every check; :meth:`finish` raises them together.
         place: Of a translated table: where a cell, by its index and column, stands in the file.
+        error_unit: Unit of its standard errors, where they are in none of speeds.
     """
 
     source: str
@@ -65,6 +74,7 @@ class TextTable:
     ignored: tuple[str, ...] = ()
     problems: list[Problem] = field(default_factory=list)
     place: Callable[[int, str], Place] | None = None
+    error_unit: str | None = None
 
     def number(
         self, column: str, low: float, high: float, remedy: str, *, may_be_empty: bool = False
@@ -97,11 +107,9 @@ class TextTable:
         self.flag(column, wrong, f"is none of {options}", "write one of them, in this spelling")
         return text
 
-    def unique(self, columns: Sequence[str], among: BoolArray | None = None) -> None:
-        """Refuse rows that repeat the ``columns`` of an earlier one; of all, or ``among`` those chosen."""
-        chosen = np.ones(len(self.rows), dtype=np.bool_) if among is None else among
-        repeated = np.zeros(len(self.rows), dtype=np.bool_)
-        repeated[chosen] = stood_before(self.cells[name][chosen] for name in columns)
+    def unique(self, columns: Sequence[str]) -> None:
+        """Refuse rows that repeat the ``columns`` of an earlier one by their values: 1 and 1.0 are one."""
+        repeated = stood_before(_by_value(self.cells[name]) for name in columns)
         self.flag(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row", "keep one")
 
     def refuse_lookalikes(
@@ -125,10 +133,10 @@ class TextTable:
                 self.problems.append(Problem(self.source, reason, remedy, column=ignored))
 
     def spelled_once(self, column: str) -> None:
-        """Refuse a text that differs from an earlier one in upper and lower case only."""
+        """Refuse a text that differs from an earlier one in case, zeros, blanks or signs only."""
         text = self.cells[column].tolist()
-        alike = stood_before([[cell.lower() for cell in text]]) & ~stood_before([text])
-        reason = f"differs from an earlier {column} in upper and lower case only"
+        alike = stood_before([[spelling(cell) for cell in text]]) & ~stood_before([text])
+        reason = f"differs from an earlier {column} in case, zeros, blanks or signs only"
         self.flag(column, alike, reason, "rename one")
 
     def flag(self, column: str, wrong: BoolArray, reason: str, remedy: str) -> None:
@@ -156,6 +164,17 @@ class TextTable:
             RecordingError: There is at least one.
         """
         raise_any(self.problems)
+
+
+def spelling(name: str) -> str:
+    """Return what of a name counts: letters in one case, numbers without zeros before them, signs between."""
+    without = re.sub(r"(?<![0-9])[\W_]+|[\W_]+(?![0-9])", "", name.lower())
+    return re.sub(r"(?<![0-9])0+(?=[0-9])", "", re.sub(r"[\W_]+", "-", without))
+
+
+def _by_value(cells: TextArray) -> list[str]:
+    """Return texts (n,) of which those of equal numbers are equal."""
+    return [f"{float(cell):.15g}" if re.fullmatch(NUMBER, cell) else cell for cell in cells]
 
 
 def stood_before(columns: Iterable[Iterable[str]]) -> BoolArray:
@@ -214,17 +233,49 @@ def read_table(
 def csv_rows(path: Path) -> tuple[Iterator[tuple[int, list[str]]], bool]:
     """Return the rows of a CSV file of unknown columns, and whether commas in it may be decimal.
 
-    The delimiter is the one that splits most rows into most cells.
+    The delimiter is the one that splits most rows into equally many cells: behind semicolons decimal commas
+    do that too, but not in the row of names.
 
     Raises:
         RecordingError: The file is missing, a workbook, not UTF-8 or no CSV.
     """
     text = _text(path)
-    lines = [line for line in text.splitlines()[:SNIFFED_ROWS] if not line.startswith(COMMENT)]
-    delimiter = max(
-        DELIMITERS, key=lambda sign: sorted(line.count(sign) for line in lines)[len(lines) // 2 :]
-    )
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith(COMMENT)]
+    delimiter = _by_rows(lines[:SNIFFED_ROWS])
     return _records(path, text, delimiter), delimiter != ","
+
+
+def _by_rows(lines: Sequence[str]) -> str:
+    """Return the delimiter that splits most lines into equally many cells."""
+
+    def alike(sign: str) -> tuple[int, int]:
+        counts = Counter(map(len, csv.reader(lines, delimiter=sign)))
+        for few in (0, 1):
+            counts.pop(few, None)
+        cells, rows = max(counts.items(), key=lambda item: (item[1], item[0]), default=(0, 0))
+        return rows, cells
+
+    return max(DELIMITERS, key=alike)
+
+
+def _with_plain_names(text: str) -> str:
+    """Return a text whose names of columns stand in a line of their own: neither behind ``#`` nor ``sep=``.
+
+    Where the first line that is no comment begins with a number, the comment before it names the columns.
+    Excel's line on the delimiter becomes a comment. Lines keep their places.
+    """
+    lines = text.splitlines(keepends=True)
+    if lines and lines[0].lower().startswith("sep="):
+        lines[0] = COMMENT + lines[0]
+    first = next(
+        (place for place, line in enumerate(lines) if line.strip() and not line.startswith(COMMENT)), 0
+    )
+    before = lines[first - 1] if first else ""
+    if before.startswith(COMMENT) and re.match(BEGINS_WITH_A_NUMBER, lines[first]):
+        cells, names = (len(re.split(r"[,;\t]", line)) for line in (lines[first], before))
+        if cells == names > 1:
+            lines[first - 1] = before.lstrip(f"{COMMENT} ")
+    return "".join(lines)
 
 
 def below_names(
@@ -243,7 +294,7 @@ def below_names(
     if first == len(records):
         raise RecordingError(Problem(str(path), "is empty", HEADER))
     row, header = records[first]
-    names = [name.strip() for name in header]
+    names = [in_one_line(name) for name in header]
     raise_any(check_names(f"{path}, row {row}", names, required, HEADER))
     wanted = [name for name in (*required, *optional) if name in names]
     return _table(path, records[first + 1 :], names, wanted)
@@ -282,12 +333,12 @@ def _text(path: Path) -> str:
         raise RecordingError(Problem(str(path), reason, "save it as CSV in UTF-8")) from error
     if "\0" in text:
         raise RecordingError(Problem(str(path), "holds zero bytes, so is no text", "save it as CSV in UTF-8"))
-    return text
+    return _with_plain_names(text)
 
 
 def _delimiter(text: str, names: Sequence[str]) -> str:
     header = next((line for line in text.splitlines() if line.strip() and not line.startswith(COMMENT)), "")
-    cells = {sign: {cell.strip().strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
+    cells = {sign: {in_one_line(cell).strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
     return max(DELIMITERS, key=lambda sign: len(cells[sign] & set(names)))
 
 

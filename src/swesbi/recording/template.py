@@ -58,9 +58,9 @@ def _refuse(message: str) -> int:
 
 def _proposed(path: Path) -> str:
     # tables take a third of a second to import, and an empty cohort needs none
-    from swesbi.recording.propose import as_yaml, names_of, propose
+    from swesbi.recording.propose import as_yaml, proposal_for
 
-    return as_yaml(path, propose(names_of(path)))
+    return as_yaml(path, proposal_for(path))
 
 
 def write_template(folder: Path) -> list[Path]:

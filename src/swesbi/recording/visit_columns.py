@@ -1,7 +1,7 @@
 """The columns of ``subjects.csv`` that say which recordings are visits of one person, and what cannot be.
 
-Names are any text; they are compared without regard to upper and lower case, since folders of results may
-ignore it.
+Names are any text; they are compared without regard to case, zeros, blanks and signs: folders of results may
+ignore case, and people the others.
 """
 
 from __future__ import annotations

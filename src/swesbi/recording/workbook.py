@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Sequence
+from decimal import Decimal
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.table import MAX_BYTES, read_bytes, shortest
 
 if TYPE_CHECKING:
+    from openpyxl.cell.cell import Cell, MergedCell
     from openpyxl.workbook.workbook import Workbook
+    from openpyxl.worksheet.worksheet import Worksheet
 
 SAVE_AGAIN: Final = "open it in a spreadsheet program and save it as .xlsx, or as 'CSV UTF-8'"
 MOST_CELLS: Final = 5_000_000
@@ -26,23 +29,51 @@ def sheet_rows(path: Path, sheet: str | None) -> list[tuple[int, list[str]]]:
         sheet: Name of the sheet; None: the only one with content.
 
     Raises:
-        RecordingError: The file is missing or no such workbook, has no such sheet or more than one, or has
-            a formula without a computed value.
+        RecordingError: The file is missing or no such workbook, has no such sheet or more than one, has
+            hidden rows, or a formula without a computed value.
     """
     content = read_bytes(path)
     values, formulas = (_opened(path, content, data_only) for data_only in (True, False))
-    name = _chosen(path, values, sheet)
-    rows = []
-    for (number, cells), (_, written) in zip(_rows(values, name), _rows(formulas, name), strict=True):
-        for column, (cell, formula) in enumerate(zip(cells, written, strict=True), start=1):
-            if cell is None and isinstance(formula, str) and formula.startswith("="):
-                reason = "is a formula whose value was never computed"
-                raise RecordingError(
-                    Problem(str(path), reason, SAVE_AGAIN, number, f"number {column}", formula)
-                )
-        if any(cell is not None for cell in cells):
-            rows.append((number, [_as_text(cell) for cell in cells]))
+    shown = values[_chosen(path, values, sheet)]
+    _check_computed(path, shown, formulas[shown.title])
+    _fill_merged(shown)
+    rows = [
+        (number, [_as_text(cell) for cell in cells])
+        for number, cells in enumerate(shown.iter_rows(), start=1)
+        if any(cell.value is not None for cell in cells)
+    ]
+    _check_hidden(path, shown, [number for number, _ in rows])
     return rows
+
+
+def _check_computed(path: Path, shown: Worksheet, written: Worksheet) -> None:
+    """Refuse a formula whose value nobody has computed."""
+    for values, formulas in zip(shown.iter_rows(), written.iter_rows(), strict=True):
+        for cell, formula in zip(values, formulas, strict=True):
+            text = formula.value
+            if cell.value is None and isinstance(text, str) and text.startswith("="):
+                reason = "is a formula whose value was never computed"
+                place = f"number {cell.column}"
+                raise RecordingError(Problem(str(path), reason, SAVE_AGAIN, cell.row, place, text))
+
+
+def _check_hidden(path: Path, shown: Worksheet, filled: Sequence[int]) -> None:
+    """Refuse hidden rows with content: a filter hides what somebody meant to leave out, or forgot."""
+    hidden = [row for row in filled if shown.row_dimensions[row].hidden]
+    if hidden:
+        reason = f"has {len(hidden)} hidden rows with content, the first of them {hidden[0]}"
+        remedy = "delete what is not meant, or clear the filter, and save it again"
+        raise RecordingError(Problem(str(path), reason, remedy))
+
+
+def _fill_merged(shown: Worksheet) -> None:
+    """Give every cell of a merged column the value that is seen over all of them."""
+    for merged in [one for one in shown.merged_cells.ranges if one.min_col == one.max_col]:
+        value = shown.cell(merged.min_row, merged.min_col).value
+        column, rows = merged.min_col, range(merged.min_row, merged.max_row + 1)
+        shown.unmerge_cells(merged.coord)
+        for row in rows:
+            shown.cell(row, column).value = value
 
 
 def _opened(path: Path, content: bytes, data_only: bool) -> Workbook:
@@ -77,13 +108,13 @@ def _chosen(path: Path, book: Workbook, sheet: str | None) -> str:
     return filled[0]
 
 
-def _rows(book: Workbook, sheet: str) -> Iterator[tuple[int, tuple[Any, ...]]]:
-    yield from enumerate(book[sheet].iter_rows(values_only=True), start=1)
-
-
-def _as_text(cell: object) -> str:
-    if cell is None:
+def _as_text(cell: Cell | MergedCell) -> str:
+    """Return a cell as it is seen: a number with a per cent format has its sign."""
+    value = cell.value
+    if value is None:
         return ""
-    if isinstance(cell, bool) or not isinstance(cell, int | float):
-        return str(cell).strip()
-    return shortest(float(cell))
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return str(value).strip()
+    if "%" in str(cell.number_format):
+        return f"{format((100 * Decimal(shortest(float(value)))).normalize(), 'f')}%"
+    return shortest(float(value))

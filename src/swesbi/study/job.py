@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import logging
+import os
 import resource
 import sys
 import time
@@ -47,6 +48,7 @@ def run_job(snakemake: SnakemakeJob) -> None:
     Raises:
         SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
     """
+    os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
     stage = snakemake.params["stage"]
     run = stage_function(stage["name"])
     files = {**dict(snakemake.input.items()), **dict(snakemake.output.items())}

@@ -12,6 +12,7 @@ from typing import Final
 from swesbi.artefacts import ArtefactError
 from swesbi.config.new_recordings import is_free_running
 from swesbi.config.read import parsed, snakemake_options
+from swesbi.config.refusals import recording_refusal
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
 from swesbi.study.answer_text import answer_text, free_text, pressures_text
@@ -101,6 +102,9 @@ def _answer(request: Request, subject: str, out: Path | None) -> Given:
     study = request.study
     for experiment in request.experiments:
         check_new_subject(study, experiment, subject)
+    # what is wrong with the file comes before what is missing of a study
+    if refusal := recording_refusal(study, subject):
+        raise ValueError(refusal)
     if is_free_running(study, subject):
         return _answer_free(request, subject, out)
     experiment, note = choose_experiment(study, subject, request.experiments)
@@ -139,7 +143,7 @@ def _answer_all(request: Request) -> int:
             given[subject] = _answer(request, subject, request.out / subject if request.out else None)
         except (ArtefactError, OSError):
             raise  # of the study or the disk, and so of every subject
-        except ValueError as error:
+        except (ValueError, ArithmeticError, RuntimeError) as error:
             if _is_everyones(error):
                 raise
             refused[subject] = str(error)
@@ -175,7 +179,7 @@ def _tables(request: Request) -> dict[str, Path]:
     return {name: folder / file for name, file in TABLE.items()}
 
 
-def _is_everyones(error: ValueError) -> bool:
+def _is_everyones(error: Exception) -> bool:
     """Tell whether an error is of the network, and not of the subject."""
     from swesbi.study.stages.other_network import OtherNetworkError
 

@@ -12,6 +12,7 @@ import functools
 import logging
 import os
 import shlex
+import sys
 import tempfile
 import threading
 import time
@@ -44,7 +45,7 @@ def held_with_others(path: Path, when_alone: Callable[[], None]) -> Iterator[Non
         when_alone: Called while no other process holds the lock.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         if _lock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB):
             when_alone()
@@ -99,6 +100,8 @@ def guard_execution(workflow: Workflow, results: str) -> None:
         workflow: Snakemake's object of this name, in a Snakefile.
         results: Folder of the study's results.
     """
+    # it goes into shell lines as it is, and the environment may lie in a folder with a blank in its name
+    sys.executable = shlex.quote(sys.executable)
     if not workflow.is_main_process:
         return
     execute = workflow.execute

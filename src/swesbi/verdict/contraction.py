@@ -1,7 +1,7 @@
 """What a recording has told: the posterior of each quantity beside its prior, on the logarithm.
 
-A few speeds cannot tell four parameters. The ratio of standard deviations says which of them they narrow, and a
-shift of the median which of them they move; of what neither narrows nor moves the answer is the prior.
+A few speeds cannot tell four parameters. The ratio of standard deviations says which of them they narrow, and
+a shift of the median which of them they move; of what neither narrows nor moves the answer is the prior.
 """
 
 from __future__ import annotations

@@ -62,6 +62,7 @@ Made by `python -m swesbi.virtual_cohort.push_trains data/virtual_push_trains`; 
 and compares every byte.
 """
 
+
 def push_train(truth: Truth, seed: int) -> pd.DataFrame:
     """Return the push train of a volunteer, a row a push; each volunteer has a stream of its own."""
     context = truth.volunteer.context

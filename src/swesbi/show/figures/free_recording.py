@@ -17,6 +17,7 @@ from swesbi.show.figures.style import PRIOR, new_figure, style
 
 INSTANT: Final = "instant, fraction of the push's own beat"
 
+
 def draw_free_sheet(subject: CheckedFree, origin: str) -> Figure:
     """Draw one subject's free-running recording; ``origin`` says where it comes from."""
     observed = subject.observation

@@ -203,7 +203,12 @@ def _checked(
     measurement = settings.exact_posterior.model.measurement
     rng = generator(origin.seed, STREAM, origin.subject, "new pushes")
     return check_pushes(
-        model, exact.phi[: settings.predictive_draws], prior, settings.predictive_interval, measurement.grid_points, rng
+        model,
+        exact.phi[: settings.predictive_draws],
+        prior,
+        settings.predictive_interval,
+        measurement.grid_points,
+        rng,
     )
 
 

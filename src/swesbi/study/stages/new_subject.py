@@ -11,6 +11,7 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
+import numpy as np
 from pydantic import Field
 from threadpoolctl import threadpool_limits
 
@@ -215,6 +216,9 @@ def noise_test_of(
     """
     levels = levels_by(repeats, samples, rejection(samples, settings) == ACCEPTED)
     comparison = compare_noise(levels, pooled)
+    if np.isnan(comparison.p_value):
+        why = "not tested: the recording alone does not tell its noise, and the cohort's is used"
+        return SupportTest("noise", 0.0, None, level, flagged=False, detail=why)
     return SupportTest(
         name="noise",
         statistic=comparison.statistic,

@@ -42,6 +42,16 @@ function firstWrongByte(values) {
 }
 
 // The rows of a CSV text that are no comments, each with the line of the file on which it ends.
+// Names of columns stand in a line of their own: the page takes this project's own form alone.
+function asWritten(text) { return text; }
+
+// What of a name counts: letters in one case, numbers without zeros before them, signs between numbers.
+function spelling(name) {
+  const sign = "[^\\p{L}\\p{N}]+";
+  const without = name.toLowerCase().replace(new RegExp(`(?<![0-9])${sign}|${sign}(?![0-9])`, "gu"), "");
+  return without.replace(new RegExp(sign, "gu"), "-").replace(/(?<![0-9])0+(?=[0-9])/g, "");
+}
+
 function csvRecords(path, written, delimiter) {
   const lines = (written.match(/[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$/g) ?? []).map((line, k) => [k + 1, line]);
   const out = [];
