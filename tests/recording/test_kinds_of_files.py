@@ -237,3 +237,18 @@ def test_a_curve_without_variation_is_refused(tmp_path: Path) -> None:
     samples = read(tmp_path / "S.csv", recording(3).assign(**{SPEED: 2.0}, status="ok", fit_r2=0.9))
     with pytest.raises(RecordingError, match="every phase has the same speed, 2 m/s"):
         ingest(samples, free_case.HEART, QUALITY, 100)
+
+
+def test_phases_are_counted_by_rows_where_samples_stand_side_by_side(tmp_path: Path) -> None:
+    table = recording(5)
+    index = ["repeat", "phase_index", "trigger_delay_ms", "rr_ms"]
+    wide = table.pivot_table(index=index, columns="sample", values=SPEED, dropna=False).dropna(how="all")
+    wide.columns = [f"c {number}" for number in wide.columns]
+    wide.reset_index().drop(columns="phase_index").to_csv(tmp_path / "S.csv", index=False)
+    said = {
+        "columns": {SPEED: "c *"},
+        "table": {"values": {"phase_index": "counted", "status": "ok", "fit_r2": 1}},
+    }
+    samples = read_samples(tmp_path / "S.csv", 20, 1000.0, layout_of(said, tmp_path / "S.csv"))
+    repeats, each = table["repeat"].nunique(), table["sample"].nunique()
+    np.testing.assert_array_equal(np.bincount(samples.phase_index), np.full(20, repeats * each))

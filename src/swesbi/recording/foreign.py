@@ -316,14 +316,21 @@ def _understood(melted: Cells, layout: TableLayout, units: Mapping[str, str], wa
         if value != COUNTED:
             cells[column] = str(value)
     for column in (name for name, value in values.items() if value == COUNTED):
-        cells[column] = _counted(cells, column)
+        cells[column] = _counted(cells, column, melted.rows)
     return cells[[name for name in (*wanted.required, *wanted.optional, *MEASURED[1:]) if name in cells]]
 
 
-def _counted(cells: pd.DataFrame, column: str) -> pd.Series[str]:
-    """Return the numbers of phases of a repeat, or of samples of a phase and repeat, in the file's order."""
+def _counted(cells: pd.DataFrame, column: str, rows: IntArray) -> pd.Series[str]:
+    """Return the numbers of phases of a repeat, or of samples of a phase and repeat, in the file's order.
+
+    Where the samples of a phase stand side by side, the file's rows are counted.
+    """
     within = {"phase_index": ["repeat"], "sample": ["phase_index", "repeat"]}[column]
-    return cells.groupby(within, sort=False).cumcount().astype(str)
+    number = cells.groupby(within, sort=False).cumcount()
+    if column == "phase_index":
+        groups = [cells[name] for name in within]
+        number = pd.Series(rows, cells.index).groupby(groups).transform(lambda row: pd.factorize(row)[0])
+    return number.astype(str)
 
 
 def _times(factor: str) -> Callable[[str], str]:
