@@ -7,25 +7,19 @@
 Adds up the files that Snakemake writes for every job of a run, wall time and memory, and what the jobs say of
 their processor time in their logs: Snakemake looks at a process every half minute, and misses what it takes
 after the last look. Start-up is what each job took until its stage began: interpreter, Snakemake's preamble,
-imports. Beside it stands what the imports alone take here and now, the least of three processes that do
-nothing else, times the number of jobs: on a machine that was busy with something else the first is larger.
+imports.
 With a profile, what it asks of a cluster stands beside what the jobs took.
 """
 
 from __future__ import annotations
 
 import argparse
-import logging
-import resource
-import subprocess
-import sys
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pandas as pd
 import yaml
 
-from swesbi.progress import Progress
 from swesbi.show.figures.style import new_figure, save_figure, style
 from swesbi.study.forecast import BENCHMARK, benchmark_s
 from swesbi.study.job import PROCESSOR_TIME, START_UP
@@ -81,21 +75,6 @@ def logged_s(log: Path, name: str) -> float:
     return float(found[0].split()[0]) if found else float("nan")
 
 
-def imports_s(stage: str) -> float:
-    """Return the least processor time (s) of three processes that import a stage and end."""
-    return min(_imports_once_s(stage) for _ in range(3))
-
-
-def _imports_once_s(stage: str) -> float:
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(
-        [sys.executable, "-c", f"from swesbi.study.registry import stage_function as load; load('{stage}')"],
-        check=True,
-    )
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
-
-
 def by_stage(jobs: pd.DataFrame) -> pd.DataFrame:
     """Add up the jobs of each stage, most expensive first."""
     table = jobs.groupby("stage").agg(
@@ -105,11 +84,6 @@ def by_stage(jobs: pd.DataFrame) -> pd.DataFrame:
         memory_mb=("memory_mb", "max"),
         start_up_s=("start_up_s", lambda times: times.sum(skipna=False)),
     )
-    progress, imports = Progress("imports", len(table), unit="stage"), []
-    for stage in table.index:
-        imports.append(imports_s(str(stage)))
-        progress.step(note=str(stage))
-    table["imports_s"] = imports * table["jobs"]
     table["share"] = table["cpu_s"] / table["cpu_s"].sum()
     table["start_up_share"] = table["start_up_s"] / table["cpu_s"].sum()
     table[BENCHMARK] = min(benchmark_s() for _ in range(3))
@@ -134,7 +108,6 @@ def draw(table: pd.DataFrame, path: Path) -> None:
 
 def main() -> None:
     """Print the table, and write table and figure where they are asked for."""
-    logging.basicConfig(level=logging.INFO, format="%(message)s")
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -148,14 +121,14 @@ def main() -> None:
         print(asked(jobs, options.profile).round(2).to_string())
         return
     table = by_stage(jobs)
-    digits = {"cpu_s": 1, "wall_s": 1, "memory_mb": 0, "start_up_s": 1, "imports_s": 1, "share": 3}
+    digits = {"cpu_s": 1, "wall_s": 1, "memory_mb": 0, "start_up_s": 1, "share": 3}
     print(table.round(digits).to_string())
     total = table["cpu_s"].sum(skipna=False)
-    start, imports = table["start_up_s"].sum(skipna=False) / total, table["imports_s"].sum() / total
-    print(f"\n{len(jobs)} jobs, {total / 60:.1f} min of processor time", end="; ")
-    print(f"start-up {start:.1%}, imports {imports:.1%}")
+    start = table["start_up_s"].sum(skipna=False) / total
+    print(f"\n{len(jobs)} jobs, {total / 60:.1f} min of processor time; start-up {start:.1%}")
     if options.table:
-        table.round(3).to_csv(options.table, lineterminator="\n")
+        shares = {"share": 6, "start_up_share": 6}
+        table.round(dict.fromkeys(table.columns, 3) | shares).to_csv(options.table, lineterminator="\n")
     if options.figure:
         draw(table, options.figure)
 
