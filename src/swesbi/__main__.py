@@ -7,6 +7,7 @@ import contextlib
 import importlib
 import inspect
 import logging
+import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -39,6 +40,7 @@ COMMANDS = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0, or 2 with one message for input that cannot be used."""
+    os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
     logging.basicConfig(format="%(message)s")
     logging.getLogger("swesbi").setLevel(logging.INFO)
     given = list(sys.argv[1:] if arguments is None else arguments)
