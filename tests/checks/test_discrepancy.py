@@ -87,6 +87,19 @@ def test_the_bank_covers_every_pair_and_repeats() -> None:
     assert np.isfinite(first.log_likelihood).any(axis=1).all()
 
 
+def test_draws_of_a_bank_are_from_where_the_other_half_finds_the_posterior() -> None:
+    """A proposal that knew the draws that it weighs would make the tails of the posterior too light."""
+    banks = []
+    for share in (1.0, 0.5):
+        bank = Bank(model(), (pair(0.1, 0.0),))
+        bank.extend(PriorProposal(bank.prior), 400, np.random.default_rng(1))
+        bank.log_likelihood[:, bank.half == 0] *= share
+        bank.extend_towards(0, 100, np.random.default_rng(2))
+        banks.append(bank.eta[400:])
+    np.testing.assert_array_equal(banks[0][:50], banks[1][:50])
+    assert not np.array_equal(banks[0][50:], banks[1][50:])
+
+
 @pytest.mark.slow(minutes=0.2)
 def test_the_bank_covers_every_pair_with_nuisances_too() -> None:
     made = model(prior="calibrated")
