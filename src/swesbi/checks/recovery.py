@@ -10,7 +10,6 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
 from swesbi.artefacts import ArtefactError
 from swesbi.checks.settings import RecoverySettings
@@ -144,6 +143,8 @@ def shares(total: int, parts: int) -> list[int]:
 def _row(
     name: str, nominal: float, level: FloatArray, bias: float, contraction: float, settings: CoverageSettings
 ) -> RecoveryRow:
+    from scipy.stats import binomtest
+
     lower, upper = interval_levels(nominal)
     covered = int(np.sum((level >= lower) & (level <= upper)))
     interval = binomtest(covered, len(level)).proportion_ci(settings.confidence, method="exact")

@@ -7,7 +7,6 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
-from scipy.stats import binomtest
 
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.exam.score import QUANTITIES, HeartAnswer
@@ -86,6 +85,8 @@ def _coverage(answers: Sequence[HeartAnswer], column: int, confidence: float) ->
     if not answers:
         return NO_NUMBER
     covered: BoolArray = np.array([answer.covered[column] for answer in answers])
+    from scipy.stats import binomtest
+
     interval = binomtest(int(covered.sum()), len(covered)).proportion_ci(confidence, method="exact")
     return float(covered.mean()), float(interval.low), float(interval.high)
 

@@ -16,7 +16,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.isotonic import IsotonicRegression
 
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.hierarchy.model import thread_pools
@@ -245,6 +244,8 @@ def persons_for(power: float, sizes: Sequence[int] | NDArray[np.int_], found: Fl
     Power never falls with persons, so the shares found are made monotone, and taken linear in the root of the
     number between those tried.
     """
+    from sklearn.isotonic import IsotonicRegression
+
     root = np.sqrt(np.asarray(sizes, dtype=float))
     rising = np.asarray(IsotonicRegression().fit_transform(root, np.clip(found, 0.0, 1.0)))
     if rising[-1] < power:

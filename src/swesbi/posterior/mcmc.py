@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-import emcee
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from swesbi.posterior.importance import LikelihoodModel, WeightedDraws
-from swesbi.posterior.moves import SideBySide, State, moves
 from swesbi.posterior.settings import McmcSettings, warm_up_steps
 from swesbi.posterior.space import LogitSpace, Space, log_posterior_in
 from swesbi.prior import BoxPrior, from_logit, to_logit
+
+if TYPE_CHECKING:  # half a second to import, which the many posteriors without MCMC need not wait for
+    import emcee
+
+    from swesbi.posterior.moves import SideBySide, State
 
 FloatArray = NDArray[np.float64]
 INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their spread
@@ -135,6 +138,8 @@ def sample_mcmc(
     Raises:
         ValueError: ``start_phi`` has another number of rows, or one of them no posterior density.
     """
+    from swesbi.posterior.moves import moves
+
     wanted = max(least_effective, settings.min_effective_draws)
     where = LogitSpace(model.settings.prior) if space is None else space
     used = moves(settings.ensembles, near_normal=space is not None)
@@ -187,7 +192,7 @@ def gather(state: emcee.State, ensembles: int) -> None:
     """
     log_prob = state.log_prob.reshape(ensembles, -1)
     size = log_prob.shape[1]
-    lowest = log_prob.max(axis=1) - 0.5 * chi2(state.coords.shape[1]).isf(STRAY_PROBABILITY)
+    lowest = log_prob.max(axis=1) - 0.5 * chdtri(state.coords.shape[1], STRAY_PROBABILITY)
     for ensemble, order in enumerate(np.argsort(log_prob, axis=1, kind="stable")):
         worse, better = order[: size // 2], order[size - size // 2 :]
         stray = log_prob[ensemble, worse] < lowest[ensemble]
@@ -219,6 +224,8 @@ def _sampler(
     used: list[tuple[SideBySide, float]],
     seed: int,
 ) -> tuple[emcee.EnsembleSampler, State]:
+    import emcee
+
     if len(start_phi) != settings.start_points:
         raise ValueError(f"start_phi has {len(start_phi)} rows; there are {settings.start_points} walkers")
 

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import multivariate_t
 
 from swesbi.arrays import FloatArray
 from swesbi.draws import normalised
@@ -36,6 +34,8 @@ class StudentProposal:
 
     @property
     def _distribution(self) -> Any:  # noqa: ANN401
+        from scipy.stats import multivariate_t
+
         return multivariate_t(self.mean, self.scale, df=self.degrees_of_freedom)
 
 
@@ -53,6 +53,8 @@ def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentProposal:
 
 def _tempering(log_weight: FloatArray, least_effective: float) -> float:
     """Return the power of weights (n,), at most one, at which so many draws are effective."""
+    from scipy.optimize import brentq
+
     known = log_weight[np.isfinite(log_weight)]
     relative = known - known.max()
     wanted = min(least_effective, 0.5 * len(known))

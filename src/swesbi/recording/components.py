@@ -16,8 +16,7 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import Variable
@@ -160,7 +159,7 @@ def fit_components(
     # The search is over log s_rep and cannot reach zero, where the maximum often lies: few repeats a cell.
     if given_repeat(0.0) >= top:
         repeat_sd, top = 0.0, given_repeat(0.0)
-    drop = 0.5 * float(chi2.ppf(interval, 1))
+    drop = 0.5 * float(chdtri(1, 1.0 - interval))
     repeat = profile_estimate(given_repeat, repeat_sd, drop)
     return repeat, profile_estimate(given_sample, sample_sd, drop), top
 
@@ -181,6 +180,8 @@ def check_levels(levels: RepeatLevels) -> None:
 
 def _highest(function: Callable[[float], float]) -> tuple[float, float]:
     """Return where a function of a standard deviation is highest, and how high; searched in the log."""
+    from scipy.optimize import minimize_scalar
+
     minimum = minimize_scalar(
         lambda x: -function(float(np.exp(x))),
         bounds=(np.log(SMALLEST_SD), np.log(LARGEST_SD)),
@@ -198,6 +199,8 @@ def profile_estimate(profile: Callable[[float], float], at: float, drop: float) 
         at: Where it is highest.
         drop: Half the quantile of chi-squared with one degree of freedom.
     """
+    from scipy.optimize import brentq
+
     top = profile(at)
 
     def above(sd: float) -> float:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Protocol
 
 import numpy as np
 import xarray as xr
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from swesbi import artefacts
 from swesbi.arrays import FloatArray, IntArray
@@ -136,7 +136,7 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
     if len(told) < len(fits) and freedom > 0:
         top = _fit(_together(tuple(told.values())), interval)[1]
     ratio = 2.0 * (sum(fits[name][1] for name in told) - top)
-    p_value = float(chi2.sf(max(ratio, 0.0), freedom)) if freedom > 0 else float(np.nan)
+    p_value = float(chdtrc(freedom, max(ratio, 0.0))) if freedom > 0 else float(np.nan)
     by_subject = {name: estimate for name, (estimate, _) in fits.items()}
     return CohortNoise(pooled, by_subject, interval, p_value)
 
@@ -305,7 +305,7 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
     if np.isnan(top):
         return NoiseComparison(own.components, np.nan, np.nan)
     ratio = max(0.0, 2.0 * (top - _log_likelihood(levels, cohort)))
-    return NoiseComparison(own.components, ratio, float(chi2.sf(ratio, len(own.parts))))
+    return NoiseComparison(own.components, ratio, float(chdtrc(len(own.parts), ratio)))
 
 
 def _log_likelihood(levels: RepeatLevels, noise: NoiseComponents) -> float:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import Samples
+
+if TYPE_CHECKING:  # a third of a second to import
+    from scipy.interpolate import CubicSpline
 
 LATEST_BEAT_PHASE = 1.1
 # Between one step from phase to phase, where nothing is missing, and the two that one missing phase leaves.
@@ -149,6 +152,8 @@ def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArr
     Raises:
         ValueError: Fewer than three phases, or phases that are not ascending within [0, 1).
     """
+    from scipy.interpolate import PchipInterpolator
+
     _check_phases(phase)
     knots = np.concatenate([phase[-WRAP:] - 1.0, phase, phase[:WRAP] + 1.0])
     rows = values.reshape(-1, len(phase))
@@ -178,6 +183,8 @@ def _weights_at(cycle_phase: bytes, phase: FloatArray, derivative: int) -> Float
 
 @lru_cache(maxsize=8)
 def _cardinal_spline(cycle_phase: bytes) -> CubicSpline:
+    from scipy.interpolate import CubicSpline
+
     # The spline is linear in the values: its cardinal functions, once, serve every curve.
     nodes = np.frombuffer(cycle_phase)
     cardinal = np.vstack([np.eye(len(nodes)), np.eye(len(nodes))[:1]])

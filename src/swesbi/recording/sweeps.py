@@ -27,8 +27,7 @@ from functools import cached_property, partial
 from typing import Final
 
 import numpy as np
-from scipy.optimize import Bounds, minimize
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.components import (
@@ -248,7 +247,7 @@ def fit_sweeps(
         raise ValueError(f"{NOT_CROSSED}: the noise between sweeps cannot be told; {ONE_NUMBER}")
     within = float(levels.scatter.sum()) / (levels.samples - levels.repeats)
     found, top = _highest(levels, within * np.array(START), _bounds())
-    drop = 0.5 * float(chi2.ppf(interval, 1))
+    drop = 0.5 * float(chdtri(1, 1.0 - interval))
     # nothing is measured as finely as the smallest: the search ends beside zero where it means zero
     sd = np.where(found > SMALLEST_SD**2, np.sqrt(found), 0.0).tolist()
     repeat, sample, sweep = (
@@ -287,6 +286,8 @@ def _highest(levels: SweepLevels, start: FloatArray, bounds: FloatArray) -> tupl
     Raises:
         RuntimeError: The search goes on rising.
     """
+    from scipy.optimize import Bounds, minimize
+
     # The search is over variances, which reach zero, and not over their logs, which do not. Where the
     # likelihood is steep along one of them it may stop short; it begins anew there until it rises no more.
     unit = float(levels.scatter.sum()) / (levels.samples - levels.repeats)

@@ -51,12 +51,12 @@ LIBRARY: Final = {
     "scipy.interpolate.CubicSpline": "interpolate.CubicSpline",
     "scipy.interpolate.PchipInterpolator": "interpolate.PchipInterpolator",
     "scipy.stats.multivariate_t": "stats.multivariate_t",
-    "scipy.stats.chi2.sf": "stats.chi2.sf",
     "statistics.NormalDist": "stats.NormalDist",
     "scipy.optimize.brentq": "optimize.brentq",
     "arviz.psislw": "paretoSmoothed",
     **{
-        f"scipy.special.{name}": f"special.{name}" for name in _listed("expit log_expit logsumexp ndtr ndtri")
+        f"scipy.special.{name}": f"special.{name}"
+        for name in _listed("chdtrc expit log_expit logsumexp ndtr ndtri")
     },
     **{f"numpy.{name}": f"np.{name}" for name in NUMPY},
 }

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from swesbi.context import CONTEXT_NAMES, CONTEXT_RANGES, Context
 from swesbi.population.settings import PopulationSettings, in_declared_range
@@ -51,7 +51,7 @@ def leave_one_out(context: FloatArray, others: FloatArray) -> tuple[FloatArray, 
     distance = context - others.mean(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         t = np.where(distance == 0.0, 0.0, distance / spread)
-    return t, np.asarray(2.0 * student.sf(np.abs(t), n - 1))
+    return t, np.asarray(2.0 * stdtr(n - 1, -np.abs(t)))
 
 
 def _leave_one_out_test(context: Context, others: Sequence[Context], level: float) -> SupportTest:

@@ -15,7 +15,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import genpareto
 
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import (
@@ -59,6 +58,8 @@ class Null:
         empirical = (1.0 + above) / (1.0 + len(self.ordered))
         if self.scale == 0.0:
             return np.asarray(empirical)
+        from scipy.stats import genpareto
+
         excess = np.maximum(statistic - self.edge, 0.0)
         tail = self.edge_p * genpareto.sf(excess, self.shape, scale=self.scale)
         return np.clip(np.where(statistic > self.edge, tail, empirical), SMALLEST_P, 1.0)
@@ -66,6 +67,8 @@ class Null:
     def critical(self, level: float) -> float:
         """Return the statistic whose p-value is ``level``; beyond it the p-value is smaller."""
         if self.scale > 0.0 and level < self.edge_p:
+            from scipy.stats import genpareto
+
             return float(
                 self.edge + genpareto.isf(max(level, SMALLEST_P) / self.edge_p, self.shape, scale=self.scale)
             )
@@ -87,6 +90,8 @@ def fit_null(statistics: FloatArray, tail_fraction: float) -> Null:
     excess = ordered[ordered > edge] - edge
     if len(excess) < 2 or np.ptp(excess) == 0.0:
         return Null(ordered, edge, len(excess) / len(ordered), 0.0, 0.0)
+    from scipy.stats import genpareto
+
     shape, _, scale = genpareto.fit(excess, floc=0.0)
     if shape < 0.0:  # a tail that ends would call impossible what no recording happened to show
         shape, scale = 0.0, excess.mean()

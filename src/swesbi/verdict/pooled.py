@@ -15,7 +15,6 @@ from typing import Annotated, Any, Final
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from swesbi import artefacts
 from swesbi.context import Context
@@ -156,6 +155,8 @@ def _space(features: FloatArray, settings: RuleSettings) -> FeatureSpace:
 
 
 def _distance_level(subject: SubjectChecks, settings: RuleSettings) -> FloatArray:
+    from scipy.stats import rankdata
+
     distances = space_distances(
         _space(subject.reference_features, settings), subject.recordings[NULL].features
     )

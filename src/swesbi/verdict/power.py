@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
 from swesbi.verdict.nulls import Judgement, Reference, Verdict
 from swesbi.verdict.recordings import ACQUIRED, OWN, VOLUNTEER, SubjectChecks
@@ -100,6 +99,8 @@ def _pool(parts: Sequence[_Alarms]) -> _Alarms:
 
 
 def _rows(alarms: _Alarms) -> Iterator[AlarmRow]:
+    from scipy.stats import binomtest
+
     for name, raised in alarms.raised.items():
         interval = binomtest(int(raised.sum()), len(raised)).proportion_ci(CONFIDENCE, method="exact")
         yield AlarmRow(

@@ -12,17 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Annotated, Final, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import pdist
-from scipy.stats import chi2, norm
-from sklearn.decomposition import PCA
-from sklearn.metrics.pairwise import rbf_kernel
-from sklearn.neighbors import NearestNeighbors
-from sklearn.pipeline import Pipeline, make_pipeline
-from sklearn.preprocessing import StandardScaler
+from scipy.special import chdtrc, ndtr, ndtri
 
 from swesbi.artefacts import Variable
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds, residuals
@@ -31,6 +25,10 @@ from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
 from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
 from swesbi.parameters import PHI, REPORTED
 from swesbi.prior import BoxPrior, ParameterPrior, bounds
+
+if TYPE_CHECKING:  # scikit-learn takes a third of a second to import
+    from sklearn.neighbors import NearestNeighbors
+    from sklearn.pipeline import Pipeline
 
 FloatArray = NDArray[np.float64]
 
@@ -93,7 +91,7 @@ def strip_ratios(mass: FloatArray, prior_mass: FloatArray) -> FloatArray:
 
 def _mass(parameter: ParameterPrior, start: float, stop: float) -> float:
     ends = np.log([start, stop, parameter.low, parameter.high])
-    below = norm.cdf((ends - np.log(parameter.centre)) / parameter.log_sd)
+    below = ndtr((ends - np.log(parameter.centre)) / parameter.log_sd)
     return float((below[1] - below[0]) / (below[3] - below[2]))
 
 
@@ -133,6 +131,8 @@ class FeatureSpace:
 
         MMD^2 = k(x, x) - 2 mean_i k(x, x_i) + mean_{i != j} k(x_i, x_j), Gaussian k (Gretton et al. 2012).
         """
+        from sklearn.metrics.pairwise import rbf_kernel
+
         kernel = rbf_kernel(self.whiten(features), self.points, gamma=self.kernel_gamma)
         return np.asarray(1.0 - 2.0 * kernel.mean(axis=1) + self.kernel_mean)
 
@@ -142,6 +142,12 @@ def fit_feature_space(reference: FloatArray, whitened_variance: float, neighbour
 
     What is left out is directions in which the features, made of fewer speeds, cannot move.
     """
+    from scipy.spatial.distance import pdist
+    from sklearn.decomposition import PCA
+    from sklearn.neighbors import NearestNeighbors
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
+
     whitening = make_pipeline(
         StandardScaler(), PCA(n_components=whitened_variance, whiten=True, svd_solver="full")
     )
@@ -188,7 +194,7 @@ def chi2_p_value(
     has p degrees of freedom: its tail probability is known and is averaged over the posterior.
     """
     z = residuals(predicted, recording, discrepancy)
-    return float(chi2.sf((z**2).sum(axis=1), z.shape[1]).mean())
+    return float(chdtrc(z.shape[1], (z**2).sum(axis=1)).mean())
 
 
 def tail_probabilities(observed: FloatArray, replicated: FloatArray) -> FloatArray:
@@ -204,7 +210,7 @@ def tail_probabilities(observed: FloatArray, replicated: FloatArray) -> FloatArr
 
 def tail_scores(tails: FloatArray) -> FloatArray:
     """Return the size of each tail probability's normal score, of any shape; 0 in the middle."""
-    return np.asarray(np.abs(norm.ppf(np.clip(tails, LEAST_TAIL, 1.0 - LEAST_TAIL))))
+    return np.asarray(np.abs(ndtri(np.clip(tails, LEAST_TAIL, 1.0 - LEAST_TAIL))))
 
 
 class MisfitTest(NamedTuple):
@@ -279,7 +285,7 @@ class Checks:
 
     def chi2_score(self) -> FloatArray:
         """Return the normal score of chi2's p-value, large where the misfit is; shape (n,)."""
-        return np.asarray(-norm.ppf(np.clip(self.chi2_p, LEAST_TAIL**2, 1.0 - LEAST_TAIL)))
+        return np.asarray(-ndtri(np.clip(self.chi2_p, LEAST_TAIL**2, 1.0 - LEAST_TAIL)))
 
 
 def check_recording(

@@ -15,8 +15,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from scipy.special import logsumexp
-from scipy.stats import chi2
+from scipy.special import chdtrc, logsumexp
 
 from swesbi.arrays import FloatArray
 from swesbi.measurement.instants import FreeModel
@@ -64,7 +63,7 @@ def tested_residuals(chi_squared: FloatArray, count: int, of: str, rule: RuleSet
         of: What they are of, in words.
         rule: Levels of the verdict.
     """
-    p_value = float(np.mean(chi2.sf(chi_squared, count)))
+    p_value = float(np.mean(chdtrc(count, chi_squared)))
     level = 0.5 * rule.strained_level
     return SupportTest(
         name="residuals",

@@ -12,7 +12,6 @@ from typing import Final
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.context import Context
@@ -137,6 +136,8 @@ def _rr_ms(context: Context, settings: AcquisitionSettings, draws: _Draws) -> Fl
 
 
 def _clean_speed(truth: TruthCurve, beat_phase: FloatArray, density_kg_m3: float) -> FloatArray:
+    from scipy.interpolate import CubicSpline
+
     phase = np.append(truth.cycle_phase, truth.cycle_phase[0] + 1.0)
     curve = CubicSpline(phase, np.append(truth.stiffness_kpa, truth.stiffness_kpa[0]), bc_type="periodic")
     return shear_wave_speed_m_s(curve(beat_phase), density_kg_m3)

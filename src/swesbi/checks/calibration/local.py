@@ -16,9 +16,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.linear_model import LogisticRegression
-from sklearn.model_selection import StratifiedGroupKFold, cross_val_score
-from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 from threadpoolctl import threadpool_limits
 
 from swesbi.checks.calibration import ranks
@@ -51,6 +48,10 @@ def classifier_accuracy(first: FloatArray, second: FloatArray, prior: BoxPrior, 
     Raises:
         ValueError: The samples differ in size, so that one half would not mean equality.
     """
+    from sklearn.linear_model import LogisticRegression
+    from sklearn.model_selection import StratifiedGroupKFold, cross_val_score
+    from sklearn.preprocessing import PolynomialFeatures, StandardScaler
+
     if len(first) != len(second):
         raise ValueError(f"C2ST needs samples of one size, got {len(first)} and {len(second)} draws")
     if np.isnan(first).any() or np.isnan(second).any():

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.stats import binom
+from scipy.special import bdtr, bdtrc
 
 from swesbi.checks.calibration.ranks import QUANTITY_NAMES, SAMPLERS, Ranked, RankScores, central_level
 from swesbi.checks.calibration.settings import JudgementSettings
@@ -90,6 +90,8 @@ def band(n: int, level: float) -> tuple[FloatArray, FloatArray]:
         n: Size of the sample.
         level: Probability of leaving the band, such as 0.05.
     """
+    from scipy.stats import binom
+
     # a tail that the null has, not one between two: counts are discrete, and so are their tails
     pointwise = float(np.quantile(_null_tails(n), level, method="lower"))
     low = binom.ppf(pointwise / 2.0, n, points()) / n - points()
@@ -111,7 +113,7 @@ def _smallest_tail(counts: IntArray, n: int) -> FloatArray:
 def _tails(n: int) -> tuple[FloatArray, FloatArray]:
     """Return P(count <= k) and P(count >= k) for k = 0..n (rows) at each point (columns)."""
     k = np.arange(n + 1)[:, None]
-    return np.asarray(binom.cdf(k, n, points())), np.asarray(binom.sf(k - 1, n, points()))
+    return np.asarray(bdtr(k, n, points())), np.asarray(bdtrc(k - 1, n, points()))
 
 
 @lru_cache(maxsize=32)

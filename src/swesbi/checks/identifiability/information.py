@@ -14,7 +14,7 @@ from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from swesbi.artefacts import Variable
 from swesbi.checks.identifiability.likelihood import (
@@ -108,7 +108,7 @@ def expected_sd(precision: FloatArray, information: FloatArray, gradient: FloatA
 
 def interval_fold(sd_log: FloatArray, mass: float) -> FloatArray:
     """Return upper over lower end of the credible interval of a log-normal quantity."""
-    return np.asarray(np.exp(2.0 * norm.ppf(0.5 + 0.5 * mass) * sd_log))
+    return np.asarray(np.exp(2.0 * ndtri(0.5 + 0.5 * mass) * sd_log))
 
 
 def moments_of_phi(model: SpeedModel, phi: FloatArray) -> Moments:

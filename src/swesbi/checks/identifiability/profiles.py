@@ -16,7 +16,7 @@ from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from swesbi.artefacts import Variable
 from swesbi.checks.identifiability.information import in_logit, maximum_likelihood
@@ -56,7 +56,7 @@ class Profile:
 
 def drop(level: float, held: int) -> float:
     """Return the deviance that bounds the region of a confidence level, with ``held`` coordinates."""
-    return float(chi2.ppf(level, held))
+    return float(chdtri(held, 1.0 - level))
 
 
 def profile(

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from swesbi.draws import interval_levels
 from swesbi.hierarchy.result import CohortPosterior
@@ -100,7 +100,7 @@ def population_band(posterior: CohortPosterior, parameter: int) -> tuple[float, 
     """
     median = posterior.population.median[0, :, parameter]
     spread = posterior.population.spread[0, :, parameter]
-    reach = float(norm.ppf(interval_levels(posterior.interval_mass)[1]))
+    reach = float(ndtri(interval_levels(posterior.interval_mass)[1]))
     limits = [median * np.exp(side * reach * spread) for side in (-1.0, 0.0, 1.0)]
     low, middle, high = (float(np.median(limit)) for limit in limits)
     return low, middle, high

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy import stats
+from scipy.special import stdtrit
 
 from swesbi.artefacts import ArtefactError
 from swesbi.checks.draws import score_theta
@@ -98,7 +98,7 @@ def _fresh_loss(
     """
     each = losses(net, truth, z)
     standard_error = each.std(ddof=1) / np.sqrt(len(each))
-    half = standard_error * stats.t.ppf(0.5 + 0.5 * confidence, len(each) - 1)
+    half = standard_error * stdtrit(len(each) - 1, 0.5 + 0.5 * confidence)
     mean = float(each.mean())
     return _row(
         net, training_tables.FRESH_LOSS, value=mean, ci_low=mean - half, ci_high=mean + half, n=len(each)

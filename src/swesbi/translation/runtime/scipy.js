@@ -60,6 +60,7 @@ function upperGamma(a, x) { // regularised, Q(a, x)
 }
 
 const special = {
+  chdtrc: (freedom, a) => unary((value) => upperGamma(freedom / 2, value / 2), a),
   ndtr: (a) => unary(ndtr, a), ndtri: (a) => unary(ndtri, a),
   expit: (a) => unary((x) => 1 / (1 + Math.exp(-x)), a),
   log_expit: (a) => unary((x) => (x < 0 ? x - Math.log1p(Math.exp(x)) : -Math.log1p(Math.exp(-x))), a),
@@ -76,7 +77,6 @@ const special = {
 
 const stats = {
   NormalDist: () => ({ inv_cdf: special.ndtri }),
-  chi2: { sf: (x, freedom) => unary((value) => upperGamma(freedom / 2, value / 2), x) },
   multivariate_t: (mean, shape, named) => new MultivariateT(mean, shape, named.values.df),
 };
 
