@@ -33,6 +33,7 @@ include: "workflow/rules/explorer.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/new_subjects.smk"
 include: "workflow/rules/changes.smk"
+include: "workflow/rules/batches.smk"
 
 
 rule all:

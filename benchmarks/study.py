@@ -22,7 +22,7 @@ import yaml
 
 from swesbi.show.figures.style import new_figure, save_figure, style
 from swesbi.study.forecast import BENCHMARK, benchmark_s
-from swesbi.study.job import PROCESSOR_TIME, START_UP
+from swesbi.study.job import PROCESSOR_TIME, SERVED, START_UP
 
 TIMES = {"s": "wall_s", "max_rss": "memory_mb"}
 SNAKEMAKE_MB = 500  # its own two processes in a job of a cluster
@@ -30,7 +30,7 @@ SHOWN = 16  # stages in the figure, the rest together
 
 
 def read_jobs(folder: Path) -> pd.DataFrame:
-    """Return one row a job: its stage, wall, processor and start-up time (s) and largest memory (MB).
+    """Return one row a job: stage, runs of it, wall, processor and start-up time (s), largest memory (MB).
 
     Args:
         folder: Results of a study.
@@ -46,9 +46,10 @@ def read_jobs(folder: Path) -> pd.DataFrame:
     parts = [path.relative_to(benchmarks) for path in paths]
     stages = [part.parts[0].removesuffix(".tsv") for part in parts]
     logs = [folder / "logs" / part.with_suffix(".log") for part in parts]
-    start_up = [logged_s(log, START_UP) for log in logs]
-    taken = [logged_s(log, PROCESSOR_TIME) for log in logs]
-    table = pd.DataFrame(rows).assign(stage=stages, cpu_s=taken, start_up_s=start_up)
+    start_up = [logged(log, START_UP) for log in logs]
+    taken = [logged(log, PROCESSOR_TIME) for log in logs]
+    runs = [logged(log, SERVED) for log in logs]
+    table = pd.DataFrame(rows).assign(stage=stages, cpu_s=taken, start_up_s=start_up, runs=runs)
     return table.reset_index(drop=True)
 
 
@@ -68,8 +69,8 @@ def asked(jobs: pd.DataFrame, profile: Path) -> pd.DataFrame:
     return table.sort_values("spare_memory")
 
 
-def logged_s(log: Path, name: str) -> float:
-    """Return the processor time (s) that a job's log gives under a name; NaN where it does not say."""
+def logged(log: Path, name: str) -> float:
+    """Return the number that a job's log gives under a name; NaN where it does not say."""
     lines = log.read_text(encoding="utf-8").splitlines() if log.is_file() else []
     found = [line.removeprefix(name) for line in lines if line.startswith(name)]
     return float(found[0].split()[0]) if found else float("nan")
@@ -79,6 +80,7 @@ def by_stage(jobs: pd.DataFrame) -> pd.DataFrame:
     """Add up the jobs of each stage, most expensive first."""
     table = jobs.groupby("stage").agg(
         jobs=("cpu_s", "size"),
+        runs=("runs", "sum"),
         cpu_s=("cpu_s", lambda times: times.sum(skipna=False)),
         wall_s=("wall_s", "sum"),
         memory_mb=("memory_mb", "max"),
@@ -121,7 +123,7 @@ def main() -> None:
         print(asked(jobs, options.profile).round(2).to_string())
         return
     table = by_stage(jobs)
-    digits = {"cpu_s": 1, "wall_s": 1, "memory_mb": 0, "start_up_s": 1, "share": 3}
+    digits = {"runs": 0, "cpu_s": 1, "wall_s": 1, "memory_mb": 0, "start_up_s": 1, "share": 3}
     print(table.round(digits).to_string())
     total = table["cpu_s"].sum(skipna=False)
     start = table["start_up_s"].sum(skipna=False) / total

@@ -64,7 +64,7 @@ def test_the_profile_of_a_linear_normal_model_is_a_parabola(held: int) -> None:
 
 def test_the_profile_of_a_pair_is_a_quadratic_form() -> None:
     single = [profile(problem(), j, least_squares(), 15, 9, 0.999) for j in (0, 1)]
-    found = pair_profile(problem(), *single)
+    found = pair_profile(problem(), *single, points=9)
     maximum = float(problem().log_likelihood(least_squares()[None])[0])
     away = np.stack(np.meshgrid(*found.axes, indexing="ij"), axis=-1) - least_squares()[:2]
     form = np.einsum("...j,jk,...k->...", away, np.linalg.inv(COVARIANCE[:2, :2]), away)

@@ -54,6 +54,7 @@ def tiny() -> IdentifiabilitySettings:
                 "confidence_levels": [0.5, 0.9, 0.99],
                 "coarse_points": 9,
                 "points": 9,
+                "pair_points": 9,
                 "prior_starts": 100,
                 "searches": 4,
             },

@@ -23,29 +23,6 @@ rule ingest:
         "../scripts/stage.py"
 
 
-# A rule a batch: a large cohort would start a process a recording, which costs more than the work.
-for number, batch in batches(SUBJECTS):
-
-    rule:
-        name:
-            f"ingest_batch_{number}"
-        input:
-            recordings=[str(STUDY.recording(subject)) for subject in batch],
-            subjects=ancient(str(STUDY.cohort / "subjects.csv")),
-        output:
-            observations=expand(OBSERVATION, subject=batch),
-        log:
-            f"{RESULTS}/logs/ingest_batch/{number}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/ingest_batch/{number}.tsv"
-        params:
-            stage=stage("ingest_batch", batch=str(number)),
-        message:
-            f"Recordings of {', '.join(batch)}: quality control and observed stiffness curves"
-        script:
-            "../scripts/stage.py"
-
-
 rule passive:
     """Passive baseline along the stretch of a reference beat, scaled to the late-diastolic stiffness."""
     input:

@@ -68,14 +68,18 @@ CURRENT = Run(None if config[RUN]["options"] else Path("docs/tables/study_cost.c
 config["figure_captions"] = captions()  # for report/figure.rst
 
 
+# Of rules that run a stage for several subjects: the rule of one, as often.
+OF_SEVERAL = {}
+
+
 onstart:
     # costs are stored by rule: two rules may run one stage
-    names = [
-        job.rule.name
+    jobs = [
+        OF_SEVERAL.get(job.rule.name, [job.rule.name])
         for job in workflow.dag.needrun_jobs()
         if "stage" in job.params.keys()
     ]
-    print(CURRENT.begun(names, workflow.cores), file=sys.stderr)
+    print(CURRENT.begun(jobs, workflow.cores), file=sys.stderr)
 
 
 onsuccess:
@@ -117,6 +121,15 @@ def stage(name, **fixed):
             "settings": stage_settings(STUDY, name, **fixed, **dict(wildcards.items())),
             "subject": wildcards.get("subject", ""),
         }
+
+    return params
+
+
+def stage_of_several(name, members):
+    """Return the params function of a job that serves several: the params of each, in their order."""
+
+    def params(wildcards):
+        return {"name": name, "members": [stage(name)(member) for member in members]}
 
     return params
 
@@ -205,38 +218,6 @@ def of_its_subject(pattern):
         return f"{RESULTS}/{pattern}".format(**dict(wildcards.items()))
 
     return path
-
-
-def asked_alone():
-    """Return the subjects of whom the command line asks for files that are not there yet."""
-    of_subject = re.compile(
-        rf"{re.escape(RESULTS)}/(?:.+/)?(?:cohort|subjects)/({'|'.join(map(re.escape, SUBJECTS))})/"
-    )
-    asked = [of_subject.match(name) for name in sys.argv[1:] if not Path(name).exists()]
-    return {match[1] for match in asked if match}
-
-
-def batches(subjects):
-    """Return (number, subjects) of every job that serves several of these.
-
-    Rules of a batch have no wildcards, so Snakemake prefers them to those of one subject. A batch with a subject
-    that is asked alone has none.
-    """
-    alone = asked_alone()
-    return [
-        (number, batch)
-        for number, batch in enumerate(STUDY.batches(subjects))
-        if len(batch) > 1 and not alone & set(batch)
-    ]
-
-
-def batches_of_populations(subjects_of):
-    """Return (experiment, number, subjects) of every job that serves several subjects of a population's experiment."""
-    return [
-        (experiment, number, batch)
-        for experiment in CONFIG.population_experiments
-        for number, batch in batches(subjects_of(experiment))
-    ]
 
 
 def of_those_with_pressures(file):

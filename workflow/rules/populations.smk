@@ -167,14 +167,14 @@ rule population_null:
 rule population_answers:
     """Posterior, verdict and predictive check of one subject."""
     input:
-        observations=of_its_subject("cohort/{subject}/observation.h5"),
+        observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
         estimator=FLOW,
         null=f"{RESULTS}/{{experiment}}/null.h5",
     output:
-        posteriors=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-        supports=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
-        predictives=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
+        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+        support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+        predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
     log:
         f"{RESULTS}/logs/population_answers/{{experiment}}/{{subject}}.log",
     benchmark:
@@ -187,48 +187,6 @@ rule population_answers:
         "Answer of '{wildcards.experiment}' for {wildcards.subject}"
     script:
         "../scripts/stage.py"
-
-
-# A rule a batch: files of a batch have no name in common that a wildcard could stand for.
-for experiment, number, batch in batches_of_populations(STUDY.answered):
-
-    rule:
-        name:
-            f"population_answers_{experiment}_{number}"
-        input:
-            observations=expand(
-                f"{RESULTS}/cohort/{{subject}}/observation.h5", subject=batch
-            ),
-            noise=f"{RESULTS}/cohort/noise.h5",
-            estimator=f"{RESULTS}/{experiment}/flow.h5",
-            null=f"{RESULTS}/{experiment}/null.h5",
-        output:
-            posteriors=expand(
-                f"{RESULTS}/{experiment}/subjects/{{subject}}/posterior.h5",
-                subject=batch,
-            ),
-            supports=expand(
-                f"{RESULTS}/{experiment}/subjects/{{subject}}/support.json",
-                subject=batch,
-            ),
-            predictives=expand(
-                f"{RESULTS}/{experiment}/subjects/{{subject}}/predictive.h5",
-                subject=batch,
-            ),
-        log:
-            f"{RESULTS}/logs/population_answers/{experiment}/{number}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/population_answers/{experiment}/{number}.tsv"
-        resources:
-            # of a profile for a cluster, which cannot name rules that depend on the cohort
-            mem_mb=2000,
-            runtime=5 + len(batch),
-        params:
-            stage=stage("population_answers", experiment=experiment),
-        message:
-            f"Answers of '{experiment}' for {', '.join(batch)}"
-        script:
-            "../scripts/stage.py"
 
 
 rule population_cohort:

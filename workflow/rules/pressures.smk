@@ -4,11 +4,11 @@
 rule pressures:
     """The posterior of one subject from speeds and pressures."""
     input:
-        observations=of_its_subject("cohort/{subject}/observation.h5"),
+        observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
         estimator=FLOW,
     output:
-        posteriors=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/with_pressures.h5",
+        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/with_pressures.h5",
     log:
         f"{RESULTS}/logs/pressures/{{experiment}}/{{subject}}.log",
     benchmark:
@@ -21,39 +21,6 @@ rule pressures:
         "Answer of '{wildcards.experiment}' with pressures for {wildcards.subject}"
     script:
         "../scripts/stage.py"
-
-
-# A rule a batch: files of a batch have no name in common that a wildcard could stand for.
-for experiment, number, batch in batches_of_populations(STUDY.with_pressures):
-
-    rule:
-        name:
-            f"pressures_{experiment}_{number}"
-        input:
-            observations=expand(
-                f"{RESULTS}/cohort/{{subject}}/observation.h5", subject=batch
-            ),
-            noise=f"{RESULTS}/cohort/noise.h5",
-            estimator=f"{RESULTS}/{experiment}/flow.h5",
-        output:
-            posteriors=expand(
-                f"{RESULTS}/{experiment}/subjects/{{subject}}/with_pressures.h5",
-                subject=batch,
-            ),
-        log:
-            f"{RESULTS}/logs/pressures/{experiment}/{number}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/pressures/{experiment}/{number}.tsv"
-        resources:
-            # of a profile for a cluster, which cannot name rules that depend on the cohort
-            mem_mb=2000,
-            runtime=5 + len(batch),
-        params:
-            stage=stage("pressures", experiment=experiment),
-        message:
-            f"Answers of '{experiment}' with pressures for {', '.join(batch)}"
-        script:
-            "../scripts/stage.py"
 
 
 rule pressures_table:

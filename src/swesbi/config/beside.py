@@ -90,6 +90,6 @@ class ResourceSettings(Settings):
         ge=1, le=1000, description="jobs of the simulations, and of the calibration, over a population"
     )
     subjects_per_job: int | None = Field(
-        ge=1, description="subjects of a job that serves a large cohort; null: as many as keep jobs few"
+        ge=1, description="subjects of a job of a light stage; null: four, more of a large cohort"
     )
     device: Literal["auto", "cpu", "cuda"] = Field(description="where the network is trained")

@@ -15,7 +15,7 @@ Wildcards = Mapping[str, str]
 EXPERIMENT: Final = "experiment."
 POPULATION: Final = "population."
 
-NUMBERED: Final = ("shard", "part", "batch")
+NUMBERED: Final = ("shard", "part")
 """Wildcards that are numbers; the others are names."""
 
 
@@ -176,18 +176,6 @@ def _share(number: str, parts: int, total: int) -> list[int]:
     return [share.start, share.stop]
 
 
-def _batch(study: Study, wildcards: Wildcards) -> tuple[str, ...]:
-    return study.batches(study.subjects)[int(wildcard(wildcards, "batch"))]
-
-
-def _contexts_of_batch(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
-    return [study.context_rows[subject].to_plain() for subject in _batch(study, wildcards)]
-
-
-def _clinical_of_batch(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
-    return [study.clinical_of(subject).to_plain() for subject in _batch(study, wildcards)]
-
-
 def _contexts_of_experiment(study: Study, wildcards: Wildcards) -> list[dict[str, Any]]:
     subjects = study.subjects_of(named(study, wildcards, "experiment"))
     return [study.context_rows[subject].to_plain() for subject in subjects]
@@ -232,10 +220,8 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "context": lambda study, by: study.context_rows[named(study, by, "subject")].to_plain(),
     "layout": lambda study, _: study.layout.to_plain(),
     "clinical_of_subject": lambda study, by: study.clinical_of(named(study, by, "subject")).to_plain(),
-    "clinical_of_batch": _clinical_of_batch,
     "contexts_of_experiment": _contexts_of_experiment,
     "visits_of_experiment": _visits_of_experiment,
-    "contexts_of_batch": _contexts_of_batch,
     "contexts_of_shard": _part_of("shard", "simulations.contexts"),
     "own_of_part": _part_of("part", "calibration.own"),
     "acquired_of_part": _part_of("part", "calibration.acquired"),

@@ -16,7 +16,6 @@ from swesbi.config.study import Study
 
 SOURCES: Final[Mapping[str, str]] = {
     "ingest": "context clinical=clinical_of_subject recording measurement layout",
-    "ingest_batch": "contexts=contexts_of_batch clinical=clinical_of_batch recording measurement layout",
     "noise": "recording noise layout",
     "passive": "prior=reference_prior forward_model passive measurement",
     "simulate": "draws=draws_of_shard context prior=prior_simulated forward_model",

@@ -30,7 +30,7 @@ from swesbi.recording.visits import Person, Visit, persons_of
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
 FOLDER_NAME: Final = re.compile(r"[\w. -]+")
-LEAST_SHARED: Final = 8
+LEAST_SHARED: Final = 4
 """Subjects of a job that serves several: starting up costs as much as two or three of them."""
 
 
@@ -193,9 +193,8 @@ class Study:
         return {subject: "; ".join(reasons) for subject, reasons in problems.items() if reasons}
 
     def batches(self, subjects: Sequence[str]) -> tuple[tuple[str, ...], ...]:
-        """Share subjects out over the jobs that serve a large cohort, in order."""
-        shared = max(-(-len(subjects) // MOST_JOBS), LEAST_SHARED) if len(subjects) > MOST_JOBS else 1
-        size = self.config.resources.subjects_per_job or shared
+        """Share subjects out over the jobs of a light stage, in order."""
+        size = self.config.resources.subjects_per_job or max(-(-len(subjects) // MOST_JOBS), LEAST_SHARED)
         return tuple(tuple(subjects[start : start + size]) for start in range(0, len(subjects), size))
 
     def with_changes(self, changes: Mapping[str, Any], source: str) -> Study:

@@ -37,9 +37,9 @@ def benchmark_s() -> float:
 
 @dataclass(frozen=True)
 class StageCost:
-    """Wall time of one job of a stage, and of the fixed work on the machine that it ran on; seconds."""
+    """Wall time of one run of a stage, and of the fixed work on the machine that it ran on; seconds."""
 
-    job_s: float
+    run_s: float
     benchmark_s: float
 
 
@@ -47,7 +47,7 @@ def read_costs(path: Path) -> dict[str, StageCost]:
     """Read the stored costs by stage."""
     with path.open(encoding="utf-8", newline="") as file:
         return {
-            row["stage"]: StageCost(float(row["wall_s"]) / float(row["jobs"]), float(row[BENCHMARK]))
+            row["stage"]: StageCost(float(row["wall_s"]) / float(row["runs"]), float(row[BENCHMARK]))
             for row in csv.DictReader(file)
         }
 
@@ -55,14 +55,14 @@ def read_costs(path: Path) -> dict[str, StageCost]:
 def expected_s(
     stages: Sequence[str], cores: int, costs: Mapping[str, StageCost], benchmark_here_s: float
 ) -> float | None:
-    """Return the seconds that jobs of these stages will take on so many cores; None where one has no cost.
+    """Return the seconds that runs of these stages will take on so many cores; None where one has no cost.
 
-    Jobs are taken to fill the cores, but none is shorter than itself.
+    They are taken to fill the cores, but none is shorter than itself.
     """
     if any(stage not in costs for stage in stages):
         return None
-    jobs = [costs[stage].job_s * benchmark_here_s / costs[stage].benchmark_s for stage in stages]
-    return max(sum(jobs) / cores, max(jobs, default=0.0))
+    runs = [costs[stage].run_s * benchmark_here_s / costs[stage].benchmark_s for stage in stages]
+    return max(sum(runs) / cores, max(runs, default=0.0))
 
 
 class Run:
@@ -77,17 +77,18 @@ class Run:
         self._expected_s: float | None = None
         self._start = time.monotonic()
 
-    def begun(self, stages: Sequence[str], cores: int | None) -> str:
+    def begun(self, jobs: Sequence[Sequence[str]], cores: int | None) -> str:
         """Return the line at the start of a run.
 
         Args:
-            stages: The rule of each job that is to run, by which costs are stored.
+            jobs: The stages that each job is to run, by the names by which costs are stored.
             cores: Of this machine that it may use; None on a cluster, whose machines nobody has timed.
         """
         self._start = time.monotonic()
         if self._costs is not None and cores is not None:
+            stages = [stage for job in jobs for stage in job]
             self._expected_s = expected_s(stages, cores, read_costs(self._costs), benchmark_s())
-        line = f"{len(stages)} job{'' if len(stages) == 1 else 's'}"
+        line = f"{len(jobs)} job{'' if len(jobs) == 1 else 's'}"
         return line if self._expected_s is None else f"{line}, about {_minutes(self._expected_s)} here"
 
     def ended(self) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Protocol, TextIO, get_type_hints
 
 from swesbi.artefacts import DamagedArtefactError
+from swesbi.progress import Progress
 from swesbi.study.registry import file_arguments, file_types, stage_function
 from swesbi.study.running import RUN, exit_when_gone
 from swesbi.study.stages.origin import Origin
@@ -23,6 +24,9 @@ LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
 START_UP = "start-up: "
 """Begins the line of a log that says what came before the stage, in seconds of processor time."""
+SERVED = "runs of the stage: "
+"""Begins the line that says how many runs of the stage the job serves: one for each of its subjects."""
+MEMBERS = "members"
 PROCESSOR_TIME = "processor time: "
 """Begins the line that says what the whole job took; Snakemake's own files miss up to half a minute of it."""
 
@@ -41,9 +45,10 @@ def run_job(snakemake: SnakemakeJob) -> None:
     """Run the stage of one Snakemake job.
 
     The rule's named inputs and outputs become the arguments of the same names; ``params.stage`` holds the
-    stage's name, settings, seed, subject and code hash. A resource of the configuration goes to a stage that
-    has an argument of its name; it must not change a result. The job ends when the run that started it is
-    gone.
+    stage's name, settings, seed, subject and code hash. A job that serves several holds as much for each
+    of its ``members``, numbers its files as they are, and runs the stage for one after the other. A resource of the
+    configuration goes to a stage that has an argument of its name; it must not change a result. The job ends
+    when the run that started it is gone.
 
     Raises:
         SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
@@ -56,8 +61,29 @@ def run_job(snakemake: SnakemakeJob) -> None:
     exit_when_gone(run_now["process"])
     with logging_to(Path(str(snakemake.log[0])), run_now["options"]):
         print(f"{START_UP}{time.process_time():.3f} s")
-        run(**_arguments(run, files, stage), **_resources(run, snakemake.config["resources"]))
+        served = list(_served(stage, files))
+        print(f"{SERVED}{len(served)}")
+        progress = Progress(stage["name"], len(served), unit="subject")
+        for one, own_files in served:
+            run(**_arguments(run, own_files, one), **_resources(run, snakemake.config["resources"]))
+            if len(served) > 1:
+                progress.step()
         print(f"{PROCESSOR_TIME}{_processor_time_s():.3f} s")
+
+
+def _served(
+    stage: Mapping[str, Any], files: Mapping[str, Any]
+) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any]]]:
+    """Yield the params and the named files of each run of the stage."""
+    if MEMBERS not in stage:
+        yield stage, files
+        return
+    for number, member in enumerate(stage[MEMBERS]):
+        ending = f"_{number}"
+        yield (
+            member,
+            {name.removesuffix(ending): path for name, path in files.items() if name.endswith(ending)},
+        )
 
 
 def _processor_time_s() -> float:

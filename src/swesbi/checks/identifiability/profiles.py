@@ -83,15 +83,15 @@ def profile(
     return on_grid(problem, (held,), (axis,), _along(profiled, axis))
 
 
-def pair_profile(problem: NormalProblem, first: Profile, second: Profile) -> Profile:
-    """Profile along two coordinates, over the range of their own profiles with as many points.
+def pair_profile(problem: NormalProblem, first: Profile, second: Profile, points: int) -> Profile:
+    """Profile along two coordinates, over the range of their own profiles, ``points`` along each.
 
     The projection of the region of two coordinates on one of them is the region of the same deviance in
     the profile of that one, so both ranges together hold it.
     """
-    held, axes = first.held + second.held, first.axes + second.axes
-    start = np.repeat(first.x[:, None], len(axes[1]), axis=1)
-    return on_grid(problem, held, axes, start)
+    axes = tuple(np.linspace(own.axes[0][0], own.axes[0][-1], points) for own in (first, second))
+    start = np.repeat(_along(first, axes[0])[:, None], points, axis=1)
+    return on_grid(problem, first.held + second.held, axes, start)
 
 
 def on_grid(
@@ -210,7 +210,7 @@ def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int)
     best = maxima.x[maxima.best]
     sizes = (grid.coarse_points, grid.points, max(grid.confidence_levels))
     single = [profile(problem, j, best, *sizes) for j in range(len(PHI_NAMES))]
-    pair = pair_profile(problem, single[PAIR[0]], single[PAIR[1]])
+    pair = pair_profile(problem, single[PAIR[0]], single[PAIR[1]], grid.pair_points)
     # a profile may climb a little above the search, whose steps stop at a tolerance
     highest = max(
         maxima.log_likelihood.max(), *(profiled.log_likelihood.max() for profiled in (*single, pair))

@@ -19,6 +19,7 @@ class ProfileSettings(Settings):
     confidence_levels: tuple[Level, ...] = Field(min_length=1, description="of likelihood-ratio regions")
     coarse_points: int = Field(ge=5, le=101, description="points a parameter over the whole prior box")
     points: int = Field(ge=5, le=201, description="points a parameter over the region that matters")
+    pair_points: int = Field(ge=5, le=201, description="points along each parameter of the pair k_0, k_ATP")
     prior_starts: int = Field(ge=10, le=100_000, description="prior draws among which the search starts")
     searches: int = Field(ge=1, le=100, description="starts of the search for the maximum")
 

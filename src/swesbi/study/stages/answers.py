@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -17,7 +17,6 @@ from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.exact import exact_posterior
-from swesbi.progress import Progress
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
@@ -134,54 +133,38 @@ class PopulationAnswersStageSettings(AnswerSettings):
 
 def population_answers(
     *,
-    observations: Sequence[Path],
+    observation: Path,
     noise: Path,
     estimator: Path,
     null: Path,
-    posteriors: Sequence[Path],
-    supports: Sequence[Path],
-    predictives: Sequence[Path],
-    settings: PopulationAnswersStageSettings,
-    origin: Origin,
-) -> None:
-    """Write posterior, verdict and predictive check of each subject of the batch, one after the other.
-
-    Args:
-        observations: Observed curves of the subjects.
-        noise: Noise of their cohort.
-        estimator: The network.
-        null: Null recordings of the population.
-        posteriors: Output, in the order of the subjects.
-        supports: Output, likewise.
-        predictives: Output, likewise.
-
-    Raises:
-        ArtefactError: An input is no such artefact.
-        NoLikelihoodError: Every simulation of a subject fails.
-    """
-    flow, population, components = load_spline(estimator)[0], read_null(null), read_noise(noise).components
-    knowledge = Knowledge(partial(flow_proposal, flow), population.contexts, lambda: population.pooled)
-    progress = Progress(f"answers {estimator.parent.name}", len(observations), unit="subject")
-    for observation, *files in zip(observations, posteriors, supports, predictives, strict=True):
-        model = build_speed_model(observation, components, settings.exact_posterior.model)
-        subject_origin = replace(origin, subject=model.recording.subject)
-        clinical = read_observation(observation).clinical
-        answer = Answer(model, knowledge, settings, subject_origin, STREAM, clinical)
-        _answer(answer, settings, observation, *files)
-        progress.step()
-
-
-def _answer(
-    answer: Answer,
-    settings: PopulationAnswersStageSettings,
-    observation: Path,
     posterior: Path,
     support: Path,
     predictive: Path,
+    settings: PopulationAnswersStageSettings,
+    origin: Origin,
 ) -> None:
+    """Write posterior, verdict and predictive check of a subject.
+
+    Args:
+        observation: Observed curve.
+        noise: Noise of the cohort.
+        estimator: The network.
+        null: Null recordings of the population.
+        posterior: Output.
+        support: Output.
+        predictive: Output.
+
+    Raises:
+        ArtefactError: An input is no such artefact.
+        NoLikelihoodError: Every simulation fails.
+    """
+    flow, population, components = load_spline(estimator)[0], read_null(null), read_noise(noise).components
+    knowledge = Knowledge(partial(flow_proposal, flow), population.contexts, lambda: population.pooled)
+    speeds = build_speed_model(observation, components, settings.exact_posterior.model)
+    answer = Answer(speeds, knowledge, settings, origin, STREAM, read_observation(observation).clinical)
     efficiency = answer.infer(posterior)
     answer.judge(posterior, support, answer.reference(settings.predictive_recordings), efficiency)
     sizes, model = settings.predictive_speeds.predictive, settings.predictive_speeds.model
-    context, seed = answer.model.recording.context, answer.origin.seed
+    context, seed = speeds.recording.context, origin.seed
     draws = draw_simulations(range(sizes.draws), context, model.prior.theta, model.forward_model, seed)
     answer.check(observation, posterior, support, predictive, draws)

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from swesbi.artefacts import ArtefactError, save, to_dataset, to_groups
 from swesbi.base import Settings
-from swesbi.code_hash import stage_hash
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import reference_beat
 from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings
-from swesbi.progress import Progress
 from swesbi.recording.clinical import ClinicalRow
 from swesbi.recording.components import RepeatLevels
 from swesbi.recording.ingest import ingest as ingest_recording
@@ -73,48 +70,6 @@ def _account(observed: Observation) -> str:
         f"noise {observed.noise.repeat_fraction:.1%} between repeats, "
         f"{observed.noise.sample_fraction:.1%} between samples"
     )
-
-
-class IngestBatchStageSettings(Settings):
-    """What observed curves depend on; contexts and measures in the order of the recordings."""
-
-    contexts: tuple[ContextRow, ...]
-    clinical: tuple[ClinicalRow, ...]
-    recording: RecordingSettings
-    measurement: MeasurementSettings
-    layout: TableLayout
-
-
-def ingest_batch(
-    *,
-    recordings: Sequence[Path],
-    observations: Sequence[Path],
-    settings: IngestBatchStageSettings,
-    origin: Origin,
-) -> None:
-    """Write each observed curve exactly as the stage of one subject does, its provenance included.
-
-    Args:
-        recordings: Raw samples.
-        observations: Output, in the order of the recordings.
-
-    Raises:
-        RecordingError: A recording is malformed or too incomplete.
-    """
-    progress = Progress("ingestion", len(settings.contexts), unit="subject")
-    code_hash = stage_hash(__name__, "ingest")
-    rows = zip(settings.contexts, settings.clinical, strict=True)
-    for (row, clinical), recording, observation in zip(rows, recordings, observations, strict=True):
-        row_settings = IngestStageSettings(
-            context=row,
-            clinical=clinical,
-            recording=settings.recording,
-            measurement=settings.measurement,
-            layout=settings.layout,
-        )
-        row_origin = replace(origin, subject=row.subject, code_hash=code_hash)
-        ingest(recording=recording, observation=observation, settings=row_settings, origin=row_origin)
-        progress.step()
 
 
 class NoiseStageSettings(Settings):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from swesbi.artefacts import save
@@ -18,7 +16,6 @@ from swesbi.networks.spline.flow import FlowProposal, flow_proposal
 from swesbi.posterior.exact import exact_posterior, exact_to_groups
 from swesbi.posterior.extended import extended_proposal
 from swesbi.posterior.truncated import POSTERIOR
-from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.study.stages.exact import ExactPosteriorStageSettings
@@ -37,35 +34,31 @@ class PressuresStageSettings(Settings):
 
 def pressures(
     *,
-    observations: Sequence[Path],
+    observation: Path,
     noise: Path,
     estimator: Path,
-    posteriors: Sequence[Path],
+    posterior: Path,
     settings: PressuresStageSettings,
     origin: Origin,
 ) -> None:
-    """Infer each subject of the batch from speeds and cuff pressures, by the network of a population.
+    """Infer a subject from speeds and cuff pressures, by the network of a population.
 
     Args:
-        observations: Observed curves of the subjects, all with pressures.
-        noise: Noise of their cohort.
+        observation: Observed curve, with pressures.
+        noise: Noise of the cohort.
         estimator: The network.
-        posteriors: Output, in the order of the subjects.
+        posterior: Output.
 
     Raises:
         ArtefactError: An input is no such artefact.
-        NoLikelihoodError: Every simulation of a subject fails.
-        ValueError: A subject has no pressures.
+        NoLikelihoodError: Every simulation fails.
+        ValueError: The subject has no pressures.
     """
     flow, components = load_spline(estimator)[0], read_noise(noise).components
-    progress = Progress(f"pressures {estimator.parent.name}", len(observations), unit="subject")
-    for observation, path in zip(observations, posteriors, strict=True):
-        speeds = build_speed_model(observation, components, settings.exact_posterior.model)
-        model = with_pressures(speeds, read_observation(observation).clinical, settings.clinical)
-        of_subject = replace(origin, subject=speeds.recording.subject)
-        network = flow_proposal(flow, speeds.recording)
-        infer_with_pressures(model, network, path, settings, of_subject, STREAM)
-        progress.step()
+    speeds = build_speed_model(observation, components, settings.exact_posterior.model)
+    model = with_pressures(speeds, read_observation(observation).clinical, settings.clinical)
+    network = flow_proposal(flow, speeds.recording)
+    infer_with_pressures(model, network, posterior, settings, origin, STREAM)
 
 
 def infer_with_pressures(
