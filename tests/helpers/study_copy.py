@@ -22,10 +22,11 @@ COMPILED = {
 
 
 class Job(NamedTuple):
-    """A job that would run, named by one of its outputs."""
+    """A job that would run, by one of its outputs and the rule of one subject that makes it."""
 
     rule: str
     output: str
+    of_several: bool = False
 
     def is_of(self, subject: str) -> bool:
         """Tell whether the output is one subject's."""
@@ -82,7 +83,7 @@ class StudyCopy:
         rows = [line.split("\t") for line in done.stdout.splitlines()]
         header = rows[0]
         rule, path, plan = (header.index(name) for name in ("rule", "output_file", "plan"))
-        return {Job(row[rule], row[path]) for row in rows[1:] if row[plan] == "update pending"}
+        return {_job(row[rule], row[path]) for row in rows[1:] if row[plan] == "update pending"}
 
     def edit(self, path: str, old: str, new: str) -> None:
         """Replace text that occurs once in a file of the copy."""
@@ -90,6 +91,12 @@ class StudyCopy:
         text = file.read_text(encoding="utf-8")
         assert text.count(old) == 1, f"{path} holds {old!r} {text.count(old)} times"
         file.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def _job(rule: str, output: str) -> Job:
+    """Return a job by the name of its rule, which is longer where it serves several subjects."""
+    name, *several = rule.split("_batch_")
+    return Job(name, output, bool(several))
 
 
 def copy_study(folder: Path) -> StudyCopy:

@@ -24,7 +24,9 @@ def test_jobs_fill_the_cores_of_a_machine_of_another_speed() -> None:
 
 
 def test_the_costs_are_those_of_one_run(tmp_path: Path) -> None:
-    table = pd.DataFrame({"stage": ["draw"], "jobs": [1], "runs": [4], "wall_s": [20.0], "benchmark_s": [0.8]})
+    table = pd.DataFrame(
+        {"stage": ["draw"], "jobs": [1], "runs": [4], "wall_s": [20.0], "benchmark_s": [0.8]}
+    )
     table.to_csv(tmp_path / "costs.csv", index=False)
     assert read_costs(tmp_path / "costs.csv") == {"draw": StageCost(5.0, 0.8)}
 
@@ -32,7 +34,9 @@ def test_the_costs_are_those_of_one_run(tmp_path: Path) -> None:
 def test_a_run_says_what_it_will_take_and_what_it_took(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    table = pd.DataFrame({"stage": ["draw"], "jobs": [1], "runs": [1], "wall_s": [60.0], "benchmark_s": [1.0]})
+    table = pd.DataFrame(
+        {"stage": ["draw"], "jobs": [1], "runs": [1], "wall_s": [60.0], "benchmark_s": [1.0]}
+    )
     table.to_csv(tmp_path / "costs.csv", index=False)
     monkeypatch.setattr(forecast, "benchmark_s", lambda: 2.0)
     run = Run(tmp_path / "costs.csv")

@@ -6,10 +6,10 @@ import csv
 from pathlib import Path
 
 import pytest
-from study_copy import ROOT, Job, StudyCopy, copy_study, rules_of
+from study_copy import ROOT, Job, StudyCopy, copy_study, of_rule, rules_of
 
 from swesbi.config.read import read_yaml
-from swesbi.config.study import load_study
+from swesbi.config.study import LEAST_SHARED, load_study
 
 ALONE = ("--config", "run=[amortised]")
 
@@ -43,14 +43,11 @@ def test_the_population_alone_needs_no_other_experiment(tmp_path: Path) -> None:
 def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
     make_large(study, 40)
-    rules = rules_of(study.planned(*ALONE, "subjects=all"))
-    assert {
-        "population_cohort",
-        "ingest_batch_0",
-        "ingest_batch_4",
-        "population_answers_amortised_4",
-    } <= rules
-    assert not {"ingest", "ingest_batch_5", "exact_subject_figures", "cmaes", "passive"} & rules
+    jobs = study.planned(*ALONE, "subjects=all")
+    for rule in ("ingest", "population_answers"):
+        assert all(job.of_several for job in of_rule(jobs, rule))
+    assert "population_cohort" in rules_of(jobs)
+    assert not {"exact_subject_figures", "cmaes", "passive"} & rules_of(jobs)
 
 
 def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tmp_path: Path) -> None:
@@ -70,7 +67,12 @@ def test_batches_of_recordings_give_the_bytes_of_single_ones(finished: StudyCopy
     study = copy_study(tmp_path)
     study.edit("smoke.yaml", "population_parts: 2", "population_parts: 2\n  subjects_per_job: 2")
     # two of the three subjects make a batch, and the third is a job of its own
-    assert rules_of(study.planned("results-smoke/cohort/noise.h5")) == {"ingest_batch_0", "ingest", "noise"}
+    jobs = study.planned("results-smoke/cohort/noise.h5")
+    assert {job.output.split("/")[2]: job.of_several for job in of_rule(jobs, "ingest")} == {
+        "A": True,
+        "F": True,
+        "G": False,
+    }
     study.run("results-smoke/cohort/noise.h5")
     for path in (f"results-smoke/cohort/{subject}/observation.h5" for subject in "AFG"):
         assert (study.folder / path).read_bytes() == (finished.folder / path).read_bytes()
@@ -83,19 +85,19 @@ def test_a_target_of_one_subject_makes_that_subject_alone(tmp_path: Path) -> Non
         f"results-smoke/{path}" for path in ("cohort/A/observation.h5", "amortised/subjects/A/posterior.h5")
     )
     assert study.planned(observation) == {Job("ingest", observation)}
-    answers = {job for job in study.planned(posterior) if "answers" in job.rule}
-    assert {job.rule for job in answers} == {"population_answers"}
-    assert {Path(job.output).parent.name for job in answers} == {"A"}
-    whole = rules_of(study.planned("results-smoke/amortised/cohort.csv"))
-    assert {"population_answers_amortised_0", "ingest_batch_0"} <= whole
-    assert "population_answers" not in whole
+    answers = of_rule(study.planned(posterior), "population_answers")
+    assert {(Path(job.output).parent.name, job.of_several) for job in answers} == {("A", False)}
+    whole = study.planned("results-smoke/amortised/cohort.csv")
+    for rule in ("ingest", "population_answers"):
+        assert all(job.of_several for job in of_rule(whole, rule))
 
 
 @pytest.mark.parametrize("subjects", [1, 32, 33, 600])
 def test_batches_hold_every_subject_once_in_order(subjects: int) -> None:
     study = load_study(read_yaml(ROOT / "config.yaml"))
     names = [f"S{number}" for number in range(subjects)]
-    batches = study.batches(names)
-    assert [name for batch in batches for name in batch] == names
-    assert len(batches) <= 32
-    assert (max(map(len, batches)) == 1) == (subjects <= 32)
+    for least in (1, LEAST_SHARED):
+        batches = study.batches(names, least)
+        assert [name for batch in batches for name in batch] == names
+        assert len(batches) <= 32
+        assert max(map(len, batches)) == min(max(least, -(-subjects // 32)), subjects)

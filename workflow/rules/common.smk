@@ -11,7 +11,7 @@ from swesbi.config.new_recordings import free_running
 from swesbi.config.pairs import answered_pairs, pairs_of
 from swesbi.config.read import ConfigError, relocate
 from swesbi.config.refusals import network_of_pushes
-from swesbi.config.study import load_study
+from swesbi.config.study import LEAST_SHARED, load_study
 from swesbi.config.slices import stage_settings
 from swesbi.show.figures.registry import captions, figure_of, names_of
 from swesbi.show.page import FURTHER

@@ -192,9 +192,9 @@ class Study:
         }
         return {subject: "; ".join(reasons) for subject, reasons in problems.items() if reasons}
 
-    def batches(self, subjects: Sequence[str]) -> tuple[tuple[str, ...], ...]:
-        """Share subjects out over the jobs of a light stage, in order."""
-        size = self.config.resources.subjects_per_job or max(-(-len(subjects) // MOST_JOBS), LEAST_SHARED)
+    def batches(self, subjects: Sequence[str], least: int) -> tuple[tuple[str, ...], ...]:
+        """Share subjects out, in order, over the jobs of a light stage: at least so many to each."""
+        size = self.config.resources.subjects_per_job or max(-(-len(subjects) // MOST_JOBS), least)
         return tuple(tuple(subjects[start : start + size]) for start in range(0, len(subjects), size))
 
     def with_changes(self, changes: Mapping[str, Any], source: str) -> Study:

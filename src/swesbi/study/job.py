@@ -45,10 +45,10 @@ def run_job(snakemake: SnakemakeJob) -> None:
     """Run the stage of one Snakemake job.
 
     The rule's named inputs and outputs become the arguments of the same names; ``params.stage`` holds the
-    stage's name, settings, seed, subject and code hash. A job that serves several holds as much for each
-    of its ``members``, numbers its files as they are, and runs the stage for one after the other. A resource of the
-    configuration goes to a stage that has an argument of its name; it must not change a result. The job ends
-    when the run that started it is gone.
+    stage's name, settings, seed, subject and code hash. A job that serves several holds as much for each of
+    its ``members`` and numbers its files as they are; the stage runs for one after the other. A resource of
+    the configuration goes to a stage that has an argument of its name; it must not change a result. The job
+    ends when the run that started it is gone.
 
     Raises:
         SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
