@@ -12,7 +12,7 @@ from cohorts import snapshot, write_cohort, write_overlay
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.recording import table as csv_table
+from swesbi.recording import content
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 
@@ -170,7 +170,7 @@ def test_a_file_beyond_reason_is_refused_before_it_is_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cohort = write_cohort(tmp_path / "cohort")
-    monkeypatch.setattr(csv_table, "MAX_BYTES", 1024)
+    monkeypatch.setattr(content, "MAX_BYTES", 1024)
     with pytest.raises(RecordingError, match="S-1.csv: has 0 MiB, the limit is 0; keep one row per sample"):
         read_samples(cohort / "swe" / "S-1.csv", 20, 1000.0)
 

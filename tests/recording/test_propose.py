@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import free_case
@@ -10,12 +11,14 @@ import pandas as pd
 import pytest
 import yaml
 from cohorts import recording
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from swesbi.__main__ import main
 from swesbi.recording.columns import SPEED, STANDARD_ERROR, TIME
 from swesbi.recording.free_samples import read_free_samples
-from swesbi.recording.layout import SHEAR_MODULUS, layout_of
-from swesbi.recording.propose import propose
+from swesbi.recording.layout import MODULUS, SHEAR_MODULUS, layout_of
+from swesbi.recording.propose import as_yaml, proposal_for, propose
 from swesbi.recording.reader import read_samples
 
 OTHER = {
@@ -106,6 +109,86 @@ def test_the_proposal_reads_a_free_running_table(
     known = read_free_samples(twin, 1000.0)
     for name in ("time_ms", "rr_ms", "beat", "speed_m_s", "fit_r2"):
         np.testing.assert_allclose(getattr(read, name), getattr(known, name), rtol=1e-12)
+
+
+CALLED = {
+    "phase_index": ("Phase", "Gate", "phase no.", "Gate index"),
+    "trigger_delay_ms": ("Delay", "Trigger delay", "time after R", "Trigger"),
+    "rr_ms": ("RR", "RR interval", "Cycle length"),
+    "repeat": ("Repeat", "Acq", "acquisition no", "Sweep"),
+    "sample": ("Sample", "ROI", "Point"),
+    "fit_r2": ("R2", "Fit quality", "confidence"),
+    "status": ("Status", "Flag", "Valid"),
+}
+MEASURED = {
+    SPEED: ("SWS", "Shear wave velocity", "c", "group speed"),
+    MODULUS: ("Young's modulus", "Youngs E"),
+    SHEAR_MODULUS: ("mu", "Shear modulus"),
+}
+IN_UNITS = {
+    "trigger_delay_ms": {"ms": 1.0, "s": 1e-3},
+    "rr_ms": {"ms": 1.0, "s": 1e-3, "sec": 1e-3},
+    "fit_r2": {"%": 100.0},
+    SPEED: {"m/s": 1.0, "cm/s": 100.0, "mm/s": 1000.0, "m s^-1": 1.0},
+    MODULUS: {"kPa": 1.0, "Pa": 1000.0},
+    SHEAR_MODULUS: {"kPa": 1.0, "Pa": 1000.0},
+}
+BESIDE = ("Comment", "Operator", "Frame rate (Hz)", "Depth (mm)")
+WRITTEN = ((".csv", ",", "."), (".csv", ";", ","), (".csv", "\t", ","), (".CSV", ";", "."), (".xlsx", "", ""))
+
+
+@st.composite
+def exports(draw: st.DrawFn) -> tuple[pd.DataFrame, pd.DataFrame, int, tuple[str, str, str]]:
+    """A recording, what another tool makes of it, rows before its names, and how it is written."""
+    known = recording(draw(st.integers(0, 9)))
+    measured = draw(st.sampled_from(list(MEASURED)))
+    stiffness = {SPEED: known[SPEED], MODULUS: 3.0 * known[SPEED] ** 2, SHEAR_MODULUS: known[SPEED] ** 2}
+    table = known.drop(columns=SPEED).assign(**{measured: stiffness[measured]})
+    table["phase_index"] += draw(st.sampled_from((0, 1)))
+    names = {}
+    for column in table:
+        name = draw(st.sampled_from((CALLED | MEASURED)[column]))
+        if column in IN_UNITS:
+            unit, factor = draw(st.sampled_from(list(IN_UNITS[column].items())))
+            table[column] *= factor
+            name = draw(st.sampled_from((f"{name} ({unit})", f"{name} [{unit}]")))
+        names[column] = name
+    beside = draw(st.lists(st.sampled_from(BESIDE), unique=True))
+    table = table.rename(columns=names).assign(**dict.fromkeys(beside, 1))
+    other = table[draw(st.permutations(list(table)))]
+    return known, other, draw(st.integers(0, 2)), draw(st.sampled_from(WRITTEN))
+
+
+def write_table(table: pd.DataFrame, before: int, path: Path, separator: str, decimal: str) -> None:
+    """Write a table below so many rows that say what it is."""
+    if path.suffix == ".xlsx":
+        table.to_excel(path, index=False, startrow=before)
+        return
+    rows = table.to_csv(index=False, sep=separator, decimal=decimal)
+    path.write_text("Exported\n" * before + rows, encoding="utf-8")
+
+
+@settings(max_examples=40, deadline=None)
+@given(exports())
+def test_a_proposal_reads_any_table_that_it_was_made_from(
+    tmp_path_factory: pytest.TempPathFactory,
+    made: tuple[pd.DataFrame, pd.DataFrame, int, tuple[str, str, str]],
+) -> None:
+    """Whatever names, order, units and separators: what is read is the recording."""
+    known, other, before, (suffix, separator, decimal) = made
+    folder = tmp_path_factory.mktemp("proposed")
+    path, twin = folder / f"S{suffix}", folder / "twin.csv"
+    write_table(other, before, path, separator, decimal)
+    proposal = proposal_for(path)
+    assert not proposal.missing and not proposal.either
+    assert set(proposal.unused) == set(other) & set(BESIDE)
+    layout = layout_of(yaml.safe_load(as_yaml(path, proposal)), folder / "recording.yaml")
+    known.to_csv(twin, index=False)
+    read, expected = read_samples(path, 20, 1000.0, layout), read_samples(twin, 20, 1000.0)
+    for field in dataclasses.fields(expected)[:-2]:
+        found, right = getattr(read, field.name), getattr(expected, field.name)
+        np.testing.assert_allclose(found, right, rtol=1e-12, err_msg=field.name)
+    np.testing.assert_array_equal(read.status, expected.status)
 
 
 def test_a_file_that_is_no_table_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from study_copy import ROOT, copy_study
+from numba.core.caching import CompileResultCacheImpl
+from study_copy import ROOT, StudyCopy, copy_study, rules_of
 
 from swesbi.artefacts import write_json
+from swesbi.heart import compiled
 
 
 @pytest.mark.parametrize(("umask", "mode"), [(0o077, 0o600), (0o022, 0o644), (0o002, 0o664)])
@@ -39,6 +42,30 @@ def test_the_backend_of_the_callers_shell_stops_no_command(tmp_path: Path) -> No
     assert (tmp_path / "sheets" / "A.png").is_file()
 
 
+def test_where_no_folder_takes_machine_code_the_model_runs_and_says_so(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(CompileResultCacheImpl, "_locator_classes", [])
+    monkeypatch.setattr(logging.getLogger("swesbi"), "propagate", True)
+    assert compiled.kernel(lambda x: x + 1)(2) == 3
+    assert "set NUMBA_CACHE_DIR" in caplog.text
+
+
+def test_the_study_is_planned_in_any_folder(tmp_path: Path) -> None:
+    """Recordings are those of the project, and results lie in the folder."""
+    study = copy_study(tmp_path / "project")
+    here = tmp_path / "here"
+    here.mkdir()
+    given = ["-s", str(study.folder / "Snakefile"), "--configfile", str(study.folder / "smoke.yaml")]
+    for changed in ([], given[2:]):
+        done = subprocess.run(
+            [sys.executable, "-m", "snakemake", *given[:2], "--cores", "1", *changed, "--dry-run"],
+            cwd=here, env=study.environment, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert "results-smoke/cohort/A/observation.h5" in done.stdout + done.stderr
+
+
 @pytest.mark.slow(minutes=0.5)
 def test_the_study_runs_in_a_folder_of_any_name(tmp_path: Path) -> None:
     """The environment lies in it: its Python has blanks, a quote and signs of the shell in its path."""
@@ -59,3 +86,20 @@ def test_the_study_runs_in_a_folder_of_any_name(tmp_path: Path) -> None:
         cwd=study.folder, env=environment, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert "Nothing to be done" in again.stdout + again.stderr
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_the_command_that_repairs_a_file_works_as_it_is_printed(own_study: StudyCopy) -> None:
+    """The small study is made with an overlay, without which Snakemake knows none of its files."""
+    damaged = own_study.results / "cmaes" / "A.h5"
+    damaged.write_bytes(damaged.read_bytes()[:-100])
+    found = own_study.call("-m", "swesbi", "inspect", "--check", "results-smoke")
+    assert found.returncode == 2
+    command = found.stderr.split("rerun: ")[1].strip()
+    done = subprocess.run(
+        command, shell=True, cwd=own_study.folder, env=own_study.environment,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert own_study.call("-m", "swesbi", "inspect", "--check", "results-smoke").returncode == 0
+    assert "cmaes" not in rules_of(own_study.planned())

@@ -9,7 +9,7 @@ from snakemake.io import expand as expand_names
 
 from swesbi.config.new_recordings import free_running
 from swesbi.config.pairs import answered_pairs, pairs_of
-from swesbi.config.read import ConfigError, relocate
+from swesbi.config.read import DATA, ConfigError, relocate
 from swesbi.config.refusals import network_of_pushes
 from swesbi.config.study import LEAST_SHARED, load_study
 from swesbi.config.slices import stage_settings
@@ -22,7 +22,10 @@ from swesbi.study.running import current_run, guard_execution
 from swesbi.study.registry import stage_code
 
 # Snakemake has merged the files of --configfile; the paths in those from elsewhere count from their own folders.
+# In another folder than the project's, recordings are the project's and results lie there.
+PROJECT = Path(workflow.basedir)
 try:
+    relocate(config, PROJECT / "config.yaml", Path.cwd(), DATA)
     for file in workflow.overwrite_configfiles:
         relocate(config, Path(file), Path.cwd())
     STUDY = load_study(
@@ -64,7 +67,7 @@ EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or
 guard_execution(workflow, RESULTS)
 config[RUN] = current_run(workflow)
 # Stored costs are of the configuration as it is shipped.
-CURRENT = Run(None if config[RUN]["options"] else Path("docs/tables/study_cost.csv"))
+CURRENT = Run(None if config[RUN]["options"] else PROJECT / "docs/tables/study_cost.csv")
 config["figure_captions"] = captions()  # for report/figure.rst
 
 

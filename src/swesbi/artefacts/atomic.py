@@ -58,13 +58,19 @@ def repair_command(path: Path, options: str = "") -> str:
 
 def make_command(paths: Sequence[Path], options: str = "") -> str:
     """Return the shell command that makes files of the study that do not exist; arguments as above."""
-    return " ".join(filter(None, (f"{_snakemake()} --cores 2", *map(_target, paths), options)))
+    return " ".join(filter(None, (typed("snakemake", "--cores", "2", *paths), options)))
 
 
-def _snakemake() -> str:
-    """Return how Snakemake is called here: by its path where the shell does not know it."""
-    beside = Path(sys.executable).with_name("snakemake")
-    return "snakemake" if shutil.which("snakemake") or not beside.exists() else _target(beside)
+def typed(program: str, *words: str | Path) -> str:
+    """Return the shell command of a program of this environment, by its path where no shell knows it.
+
+    Args:
+        program: Its name.
+        words: What follows; paths below the current folder become relative to it.
+    """
+    beside = Path(sys.executable).with_name(program)
+    known = shutil.which(program) or not beside.exists()
+    return " ".join([program if known else _target(beside), *(_target(Path(word)) for word in words)])
 
 
 def _target(path: Path) -> str:

@@ -20,7 +20,9 @@ from swesbi.config.models import Config
 CONFIGURATION: Final = "config.yaml"
 # as safe, and eight times faster where PyYAML has libyaml
 LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-FOLDERS: Final = (("cohort",), ("results",), ("networks",), ("new_subjects", "cohort"))
+DATA: Final = (("cohort",), ("new_subjects", "cohort"))
+"""The keys of the configuration that name folders of recordings."""
+FOLDERS: Final = (*DATA, ("results",), ("networks",))
 """The keys of the configuration that name folders."""
 
 
@@ -182,7 +184,9 @@ def read_overlay(path: Path, home: Path) -> dict[str, Any]:
     return raw
 
 
-def relocate(merged: dict[str, Any], path: Path, home: Path) -> None:
+def relocate(
+    merged: dict[str, Any], path: Path, home: Path, folders: Sequence[Sequence[str]] = FOLDERS
+) -> None:
     """Have the folders that a file names count from its own, if it lies outside ``home``, in place.
 
     Those of a file within count from ``home``, as in the workflow.
@@ -191,11 +195,12 @@ def relocate(merged: dict[str, Any], path: Path, home: Path) -> None:
         merged: The configuration; what other files or the command line say in it stays.
         path: A file that was merged into it.
         home: Folder of ``config.yaml``.
+        folders: Keys of those that are meant.
     """
     if path.resolve().is_relative_to(home.resolve()):
         return
     own = read_yaml(path)
-    for sections in FOLDERS:
+    for sections in folders:
         here, there = _section(merged, sections[:-1]), _section(own, sections[:-1])
         said, key = there.get(sections[-1]), sections[-1]
         if isinstance(said, str) and here.get(key) == said:

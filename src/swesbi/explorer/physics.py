@@ -20,9 +20,9 @@ ACTIVATIONS: Final[syntax.Chain] = ("swesbi.heart.activation", "_activation_kern
 OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.seeds", "generator"): "seeds.generator",
     ("swesbi.seeds", "integer_seed"): "seeds.integer_seed",
-    ("swesbi.recording.table", "read_bytes"): "files.read_bytes",
-    ("swesbi.recording.table", "_records"): "csvRecords",
-    ("swesbi.recording.table", "_with_plain_names"): "asWritten",
+    ("swesbi.recording.content", "read_bytes"): "files.read_bytes",
+    ("swesbi.recording.content", "records"): "csvRecords",
+    ("swesbi.recording.content", "_with_plain_names"): "asWritten",
     ("swesbi.recording.table", "spelling"): "spelling",
 }
 """What JavaScript has of its own: streams of random numbers, files that were handed over, rows of CSV."""

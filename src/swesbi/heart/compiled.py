@@ -7,12 +7,14 @@ gives infinity (``error_model="numpy"``), and what fails is told by its NaN afte
 from __future__ import annotations
 
 import hashlib
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
+LOGGER = logging.getLogger("swesbi")
 P = ParamSpec("P")
 R = TypeVar("R")
 # "contract" allows fused multiply-adds, "nsz" ignores the sign of zero, "arcp" turns division by a
@@ -28,9 +30,17 @@ def equation(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a loop and keep the machine code on disk for the next process."""
+    """Compile a loop and keep the machine code on disk for the next process, where a folder takes it."""
     jit: Any = numba.njit(error_model="numpy", fastmath=_FAST, cache=True)
-    return cast("Callable[P, R]", jit(function))
+    try:
+        return cast("Callable[P, R]", jit(function))
+    except RuntimeError:  # neither beside the source nor in the user's cache
+        LOGGER.warning(
+            "every process compiles the model anew, ten seconds or more: no folder takes its machine code; "
+            "set NUMBA_CACHE_DIR to one that can be written"
+        )
+        jit = numba.njit(error_model="numpy", fastmath=_FAST)
+        return cast("Callable[P, R]", jit(function))
 
 
 def source_key() -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -20,6 +21,7 @@ if TYPE_CHECKING:  # half a second to import, which the many posteriors without 
 
     from swesbi.posterior.moves import SideBySide, State
 
+LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
 INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their spread
 LEAST_SD: Final = 0.1  # in eta; a few dominating weights have no spread of their own
@@ -153,6 +155,11 @@ def sample_mcmc(
         draws = _judged(sampler, where, model.settings.prior, settings, wanted)
         if draws.converged or sampler.iteration >= settings.max_steps:
             return draws
+        LOGGER.info(
+            "MCMC: %d of at most %d steps, R-hat %.3f (below %g is needed), %.0f of %d effective draws",
+            sampler.iteration, settings.max_steps, draws.r_hat.max(), settings.max_r_hat,
+            draws.effective_draws.min(), wanted,
+        )  # fmt: skip
 
 
 def reference_draws(

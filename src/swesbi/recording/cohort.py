@@ -13,9 +13,10 @@ from pydantic_core import ErrorDetails
 from swesbi.context import CONTEXT, CONTEXT_BOUNDS, Context
 from swesbi.recording.clinical import CLINICAL_NAMES, ClinicalRow
 from swesbi.recording.clinical_columns import clinical_rows
+from swesbi.recording.content import SAVE_AS_CSV
 from swesbi.recording.problems import Problem, RecordingError, listed, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
-from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table, stood_before
+from swesbi.recording.table import TextTable, read_table, stood_before
 from swesbi.recording.visit_columns import visit_rows
 from swesbi.recording.visits import VISIT_NAMES, Visit
 from swesbi.seeds import spawn_key

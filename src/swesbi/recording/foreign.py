@@ -31,6 +31,7 @@ from swesbi.recording.columns import (
     STANDARD_ERROR,
     TIME,
 )
+from swesbi.recording.content import NUMBER, csv_rows, in_one_line
 from swesbi.recording.layout import (
     COUNTED,
     SUBJECT,
@@ -39,13 +40,10 @@ from swesbi.recording.layout import (
 from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.table import (
-    NUMBER,
     Place,
     TextTable,
     below_names,
     column_of,
-    csv_rows,
-    in_one_line,
     spelling,
     with_decimal_points,
 )

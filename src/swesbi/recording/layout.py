@@ -26,8 +26,8 @@ from swesbi.recording.columns import (
     TIME,
 )
 from swesbi.recording.columns import STANDARD_ERROR as FREE_STANDARD_ERROR
+from swesbi.recording.content import in_one_line
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.table import in_one_line
 from swesbi.recording.units import UNITS
 
 SUBJECT: Final = "subject"

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.arrays import FloatArray, TextArray
+from swesbi.recording.content import read_bytes
 from swesbi.recording.mat_child import read_mat_v5
 from swesbi.recording.mat_values import SAVE_AGAIN, TEXTS, MatValueError, Vector, damaged, read_vectors
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.table import TextTable, check_names, read_bytes, shortest
+from swesbi.recording.table import TextTable, check_names, shortest
 
 MAX_VALUES: Final = 5_000_000
 OBJECTS: Final = "#subsystem#"

@@ -19,9 +19,9 @@ from swesbi.recording.columns import (
     STANDARD_ERROR,
     TIME,
 )
+from swesbi.recording.content import csv_rows, in_one_line
 from swesbi.recording.layout import SUBJECT
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.table import csv_rows, in_one_line
 from swesbi.recording.units import MODULUS_UNITS, SPEED_UNITS, UNITS, stated_unit
 from swesbi.recording.workbook import sheet_rows
 

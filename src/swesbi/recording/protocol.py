@@ -16,10 +16,10 @@ import yaml
 from pydantic import ValidationError
 
 from swesbi.recording.cohort import PROTOCOL, RECORDINGS, check_file
+from swesbi.recording.content import read_bytes
 from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
-from swesbi.recording.table import read_bytes
 
 Repeats = Literal["separate", "sweeps"]
 SEE_TEMPLATE: Final = "`swesbi template FOLDER` writes one to start from"

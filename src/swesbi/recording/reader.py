@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from swesbi.arrays import FloatArray, IntArray
 from swesbi.recording.cohort import EXCEL, SUFFIXES, WORKBOOKS
 from swesbi.recording.columns import EVENT, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
+from swesbi.recording.content import SAVE_AS_CSV
 from swesbi.recording.foreign import GATED, Wanted, has_no_phases, placed_by, read_foreign
 from swesbi.recording.groups import grouped
 from swesbi.recording.layout import TableLayout
@@ -19,7 +20,7 @@ from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import shear_wave_speed_m_s, youngs_modulus_kpa
-from swesbi.recording.table import SAVE_AS_CSV, TextTable, read_table
+from swesbi.recording.table import TextTable, read_table
 
 MEASURED: Final = (SPEED, MODULUS)
 READERS: Final = {".csv": read_table, ".mat": read_mat_table}

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
-import io
 import re
-import stat
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -16,31 +12,19 @@ from typing import Final
 import numpy as np
 
 from swesbi.arrays import BoolArray, FloatArray, IntArray, TextArray
+from swesbi.recording.content import NUMBER, delimiter_of, in_one_line, records, text_of
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 
 SHOWN_ROWS: Final = 5
-SNIFFED_ROWS: Final = 50
 MISSING: Final = ("", "NaN", "nan", "NAN")  # MATLAB writes an empty number as NaN
-DELIMITERS: Final = (",", ";", "\t")
-COMMENT: Final = "#"
-MAX_BYTES: Final = 256 * 1024**2
-EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
 DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-NUMBER: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
-SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
-BEGINS_WITH_A_NUMBER: Final = rf"\s*{NUMBER}\s*[,;\t]"
 HEADER: Final = "name them in the first row, separated by commas (or semicolons)"
 
 
 def shortest(value: float) -> str:
     """Return 7 for 7.0, and otherwise the shortest text that Python reads back as the same number."""
     return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else repr(value).replace("nan", "NaN")
-
-
-def in_one_line(name: str) -> str:
-    """Return the name of a column without line breaks and needless blanks."""
-    return " ".join(name.split())
 
 
 @dataclass(frozen=True)
@@ -224,58 +208,10 @@ def read_table(
     Raises:
         RecordingError: The file is missing, empty, a workbook, not UTF-8, ragged, or lacks columns.
     """
-    text = _text(path)
-    delimiter = _delimiter(text, (*required, *optional))
-    table = below_names(path, _records(path, text, delimiter), required, optional)
+    text = text_of(path)
+    delimiter = delimiter_of(text, (*required, *optional))
+    table = below_names(path, records(path, text, delimiter), required, optional)
     return table if delimiter == "," else with_decimal_points(table, texts)
-
-
-def csv_rows(path: Path) -> tuple[Iterator[tuple[int, list[str]]], bool]:
-    """Return the rows of a CSV file of unknown columns, and whether commas in it may be decimal.
-
-    The delimiter is the one that splits most rows into equally many cells: behind semicolons decimal commas
-    do that too, but not in the row of names.
-
-    Raises:
-        RecordingError: The file is missing, a workbook, not UTF-8 or no CSV.
-    """
-    text = _text(path)
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith(COMMENT)]
-    delimiter = _by_rows(lines[:SNIFFED_ROWS])
-    return _records(path, text, delimiter), delimiter != ","
-
-
-def _by_rows(lines: Sequence[str]) -> str:
-    """Return the delimiter that splits most lines into equally many cells."""
-
-    def alike(sign: str) -> tuple[int, int]:
-        counts = Counter(map(len, csv.reader(lines, delimiter=sign)))
-        for few in (0, 1):
-            counts.pop(few, None)
-        cells, rows = max(counts.items(), key=lambda item: (item[1], item[0]), default=(0, 0))
-        return rows, cells
-
-    return max(DELIMITERS, key=alike)
-
-
-def _with_plain_names(text: str) -> str:
-    """Return a text whose names of columns stand in a line of their own: neither behind ``#`` nor ``sep=``.
-
-    Where the first line that is no comment begins with a number, the comment before it names the columns.
-    Excel's line on the delimiter becomes a comment. Lines keep their places.
-    """
-    lines = text.splitlines(keepends=True)
-    if lines and lines[0].lower().startswith("sep="):
-        lines[0] = COMMENT + lines[0]
-    first = next(
-        (place for place, line in enumerate(lines) if line.strip() and not line.startswith(COMMENT)), 0
-    )
-    before = lines[first - 1] if first else ""
-    if before.startswith(COMMENT) and re.match(BEGINS_WITH_A_NUMBER, lines[first]):
-        cells, names = (len(re.split(r"[,;\t]", line)) for line in (lines[first], before))
-        if cells == names > 1:
-            lines[first - 1] = before.lstrip(f"{COMMENT} ")
-    return "".join(lines)
 
 
 def below_names(
@@ -298,65 +234,6 @@ def below_names(
     raise_any(check_names(f"{path}, row {row}", names, required, HEADER))
     wanted = [name for name in (*required, *optional) if name in names]
     return _table(path, records[first + 1 :], names, wanted)
-
-
-def read_bytes(path: Path) -> bytes:
-    """Return the content of a regular file of moderate size.
-
-    Raises:
-        RecordingError: There is no such file, it is no regular file, too large, or cannot be read.
-    """
-    try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise RecordingError(Problem(str(path), "is no regular file", "put the recording itself there"))
-        if status.st_size > MAX_BYTES:
-            reason = f"has {status.st_size / 1024**2:.0f} MiB, the limit is {MAX_BYTES // 1024**2}"
-            raise RecordingError(Problem(str(path), reason, "keep one row per sample, no images or raw data"))
-        return path.read_bytes()
-    except FileNotFoundError as error:
-        remedy = "put the file there or correct the path"
-        raise RecordingError(Problem(str(path), "no such file", remedy)) from error
-    except OSError as error:
-        reason = f"cannot be read ({error.strerror or error})"
-        raise RecordingError(Problem(str(path), reason, "check the file's permissions")) from error
-
-
-def _text(path: Path) -> str:
-    content = read_bytes(path)
-    if content.startswith(EXCEL_BEGINNINGS):
-        raise RecordingError(Problem(str(path), "is an Excel workbook", SAVE_AS_CSV))
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        reason = f"cannot be read as UTF-8 text (byte {error.start + 1})"
-        raise RecordingError(Problem(str(path), reason, "save it as CSV in UTF-8")) from error
-    if "\0" in text:
-        raise RecordingError(Problem(str(path), "holds zero bytes, so is no text", "save it as CSV in UTF-8"))
-    return _with_plain_names(text)
-
-
-def _delimiter(text: str, names: Sequence[str]) -> str:
-    header = next((line for line in text.splitlines() if line.strip() and not line.startswith(COMMENT)), "")
-    cells = {sign: {in_one_line(cell).strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
-    return max(DELIMITERS, key=lambda sign: len(cells[sign] & set(names)))
-
-
-def _records(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows that are no comments, each with its place in the file."""
-    places: list[int] = []
-    lines: list[str] = []
-    for place, line in enumerate(io.StringIO(text, newline=""), start=1):
-        if not line.startswith(COMMENT):
-            places.append(place)
-            lines.append(line)
-    reader = csv.reader(lines, delimiter=delimiter)
-    try:
-        for cells in reader:
-            yield places[reader.line_num - 1], cells
-    except csv.Error as error:
-        reason, row = f"cannot be read as UTF-8 CSV ({error})", places[reader.line_num - 1]
-        raise RecordingError(Problem(str(path), reason, "save it as such", row=row)) from error
 
 
 def _table(

@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
+from swesbi.artefacts.atomic import typed
 from swesbi.context import CONTEXT
 from swesbi.recording.clinical import CLINICAL
 from swesbi.recording.cohort import PROTOCOL, RECORDINGS, SUBJECTS
@@ -47,7 +48,7 @@ def main(arguments: Sequence[str]) -> int:
         return _refuse(f"{folder}: cannot be made ({error.strerror}); name a folder on a disk")
     for path in written:
         print(f"wrote {path}")
-    print(f"Fill them in, add swe/<subject>.csv, .mat or .xlsx, then: swesbi validate {folder}")
+    print(f"Fill them in, add swe/<subject>.csv, .mat or .xlsx, then: {typed('swesbi', 'validate', folder)}")
     return 0
 
 

@@ -9,8 +9,9 @@ from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from swesbi.recording.content import MAX_BYTES, read_bytes
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.table import MAX_BYTES, read_bytes, shortest
+from swesbi.recording.table import shortest
 
 if TYPE_CHECKING:
     from openpyxl.cell.cell import Cell, MergedCell

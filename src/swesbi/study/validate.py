@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from swesbi.artefacts.atomic import typed
 from swesbi.config.models import Config
 from swesbi.config.read import add_options, in_words, parse_config, parsed, read_merged
 from swesbi.recording.check import CohortReport, examine_cohort, summary
@@ -95,10 +96,10 @@ def _lists(config: Config) -> Mapping[str, Sequence[str]]:
 
 
 def _elsewhere(cohort: Path, config: Config, source: Path) -> str:
+    answer = typed("swesbi", "new-subject", "--cohort", cohort, "--all")
     return (
         f"{source} has `cohort: {config.cohort}`, whose network answers these recordings as they are: "
-        f"`swesbi new-subject --cohort {cohort} --all`. To train networks on them instead, set `cohort` to "
-        f"{cohort} and `results` to another folder, and run the study"
+        f"`{answer}`. To train networks on them instead, set `cohort` to {cohort} and `results` to another folder, and run the study"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -13,6 +14,7 @@ import numpy as np
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError
 from swesbi.artefacts.files import check_json, check_whole
+from swesbi.config.read import CONFIGURATION, parse_config, read_yaml, snakemake_options
 from swesbi.study.inspect.diff import ArrayDifference, FileDifference, RunDifference, compare_runs
 from swesbi.study.inspect.read import FACTS, ORIGIN, READERS, SETTINGS, Array, Content, read
 
@@ -23,6 +25,8 @@ VERDICTS: Final = "support.json"
 SHOWN_TEXTS: Final = 4
 SHOWN_FILES: Final = 3
 ARTEFACTS: Final = (".h5", ".pt", ".json")
+MERGED: Final = "configuration.yaml"
+"""The configuration of a finished study, in its results."""
 OF_RESULTS: Final = ("logs", "cohort")
 """Folders beside each other in the results of every study."""
 ANSWERS: Final = ("new", "change")
@@ -232,7 +236,17 @@ def _told(error: ArtefactError) -> str:
         return f"{error.path}: {error.fault}; it is no result of a study, and is left as it is"
     if any(part in ANSWERS for part in path.relative_to(folders[0]).parts):
         return f"{error.path}: {error.fault}; ask again with --force: `swesbi new-subject --help`"
-    return str(error)
+    return error.message(_options(folders[0]))
+
+
+def _options(results: Path) -> str:
+    """Return what Snakemake is given for the configuration that a study was made with; nothing for ours."""
+    made, here = results / MERGED, Path(CONFIGURATION)
+    if not made.is_file() or not here.is_file():
+        return ""
+    if parse_config(read_yaml(made)) == parse_config(read_yaml(here)):
+        return ""
+    return snakemake_options(Path(os.path.relpath(made)), None)
 
 
 def _each(files: Sequence[Path], lines: Callable[[Path], list[str]]) -> int:

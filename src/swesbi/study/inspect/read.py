@@ -15,6 +15,7 @@ import yaml
 from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, files, read_provenance
+from swesbi.artefacts.atomic import typed
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 
 ORIGIN: Final = "made by"
@@ -171,7 +172,8 @@ def read(path: Path) -> Content:
             not described.
     """
     if path.is_dir():
-        remedy = f"name files in it, or check all its artefacts by: swesbi inspect --check {path}"
+        check = typed("swesbi", "inspect", "--check", path)
+        remedy = f"name files in it, or check all its artefacts by: {check}"
         raise ArtefactError(f"{path}: is a folder; {remedy}")
     if not path.is_file():
         raise ArtefactError(f"{path}: no such file")
