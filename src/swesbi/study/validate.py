@@ -99,7 +99,8 @@ def _elsewhere(cohort: Path, config: Config, source: Path) -> str:
     answer = typed("swesbi", "new-subject", "--cohort", cohort, "--all")
     return (
         f"{source} has `cohort: {config.cohort}`, whose network answers these recordings as they are: "
-        f"`{answer}`. To train networks on them instead, set `cohort` to {cohort} and `results` to another folder, and run the study"
+        f"`{answer}`. To train networks on them instead, set `cohort` to {cohort} and `results` to another "
+        "folder, and run the study"
     )
 
 
