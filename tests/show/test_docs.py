@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import re
 import shutil
 from dataclasses import replace
@@ -17,7 +16,7 @@ from swesbi.config.read import overlay, read_yaml
 from swesbi.config.study import Study, load_study
 from swesbi.show.docs.__main__ import documented, main
 from swesbi.show.docs.marks import PART, MarkError, fill
-from swesbi.show.docs.population import COSTS, PopulationResults, scaling_part
+from swesbi.show.docs.population import PopulationResults, scaling_part
 from swesbi.show.docs.reproduction import PARTS, truth_part
 from swesbi.show.docs.results import ReproductionResults, read_results
 from swesbi.show.docs.statements import STATEMENTS, statements_part
@@ -158,20 +157,13 @@ def test_a_study_without_a_stored_exam_says_that_it_has_not_been_sat(written: Pa
 
 
 def test_the_cost_of_cohorts_is_shown_with_its_growth() -> None:
-    rows = [
-        ("measured", 6, 48),
-        ("exponent", math.nan, math.nan),
-        ("exponent_largest", math.nan, math.nan),
-        ("projected", 100_000, math.nan),
-    ]
-    costs = {name: 1.25 for name in COSTS}
-    scaling = pd.DataFrame([{"kind": kind, "subjects": n, "jobs": jobs, **costs} for kind, n, jobs in rows])
-    part = scaling_part(
-        PopulationResults(OverPopulation("amortised", {}, 0.9, scaling, scaling), "x", scaling)
-    )
-    assert "exponent of growth" in part and "exponent between the two largest" in part
-    assert "100,000 (projected)" in part
-    assert "48" in part
+    cost = {("population_answers", 6): 40.0, ("population_answers", 60): 400.0, ("planning", 6): 4.0}
+    rows = [(stage, size, cpu_s) for (stage, size), cpu_s in (cost | {("planning", 60): 5.0}).items()]
+    scaling = pd.DataFrame(rows, columns=["stage", "subjects", "cpu_s"])
+    nothing = OverPopulation("amortised", {}, 0.9, scaling, scaling)
+    part = scaling_part(PopulationResults(nothing, "x", scaling))
+    assert "| population answers | 40 | 400 | 1.00 |" in part
+    assert "planning" not in part
 
 
 def test_true_parameters_are_counted(results: ReproductionResults) -> None:

@@ -4,31 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import log
 from pathlib import Path
 from typing import Final
 
-import numpy as np
 import pandas as pd
 
 from swesbi.checks.calibration.ranks import WEIGHTED
 from swesbi.config.study import Study
 from swesbi.show.docs.results import at_length, finished
 from swesbi.show.figures.population import read_strata
-from swesbi.show.numbers import MISSING, fixed, share
+from swesbi.show.numbers import fixed, share
 from swesbi.show.table import markdown, of_records
 from swesbi.show.tables.population import OverPopulation, counts_table, strata_table
 from swesbi.show.tables.pressures import pressures_of, pressures_table, subjects_table
 from swesbi.verdict.answers import read_cohort
 
-COSTS: Final = {
-    "dag_cpu_s": ("planning (s of processor time)", 0),
-    "cpu_s": ("all jobs (s of processor time)", 0),
-    "subjects_cpu_s": ("of these on subjects (s)", 0),
-    "wall_s": ("wall time (s)", 0),
-    "job_memory_mb": ("largest job (MB)", 0),
-    "snakemake_memory_mb": ("Snakemake (MB)", 0),
-}
-EXPONENTS: Final = {"exponent": "exponent of growth", "exponent_largest": "exponent between the two largest"}
+LEAST_SHOWN_S: Final = 60.0
+"""Stages of less processor time for the largest cohort are in no row of their own."""
 
 
 @dataclass(frozen=True)
@@ -101,10 +94,24 @@ def cohort_part(results: PopulationResults) -> str:
 
 
 def scaling_part(results: PopulationResults) -> str:
-    """Show what cohorts of several sizes cost, how that grows, and the projection."""
+    """Show what cohorts of several sizes cost by stage, and how that grows between the two largest."""
     if results.scaling is None:
         return "Not measured yet: `benchmarks/scaling.py`."
-    rows = [_cost(row) for _, row in results.scaling.iterrows()]
+    measured = results.scaling
+    sizes = sorted(int(size) for size in measured["subjects"].unique())
+    costs = {
+        str(stage): [float(one) for one in rows.sort_values("subjects")["cpu_s"]]
+        for stage, rows in measured.groupby("stage")
+        if len(rows) == len(sizes)
+    }
+    few, many = sizes[-2:]
+    rows = [
+        {"processor time (s)": stage.replace("_", " ")}
+        | {f"{size} subjects": fixed(cost, 0) for size, cost in zip(sizes, of_stage, strict=True)}
+        | {f"exponent, {few} to {many}": fixed(log(of_stage[-1] / of_stage[-2]) / log(many / few), 2)}
+        for stage, of_stage in sorted(costs.items(), key=lambda item: -item[1][-1])
+        if of_stage[-1] >= LEAST_SHOWN_S
+    ]
     return f"![Cost of cohorts](figures/scaling.png)\n\n{markdown(of_records(rows))}"
 
 
@@ -126,16 +133,3 @@ PARTS: Final[Mapping[str, Callable[[PopulationResults], str]]] = {
     "pressures": pressures_part,
     "scaling": scaling_part,
 }
-
-
-def _cost(row: pd.Series) -> dict[str, str]:
-    exponent = row["kind"] in EXPONENTS
-    whose = EXPONENTS[row["kind"]] if exponent else f"{int(row['subjects']):,}"
-    if row["kind"] == "projected":
-        whose += " (projected)"
-    jobs = MISSING if np.isnan(row["jobs"]) else str(int(row["jobs"]))
-    cells = {"subjects": whose, "jobs": jobs}
-    return cells | {
-        label: fixed(float(row[name]), 2 if exponent else decimals)
-        for name, (label, decimals) in COSTS.items()
-    }
