@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 from study_copy import StudyCopy
 
+from swesbi.artefacts.files import read_group
 from swesbi.artefacts.provenance import SCHEMA_VERSION
 from swesbi.artefacts.schema import SCHEMAS
 from swesbi.parameters import THETA_NAMES
@@ -54,6 +55,20 @@ def check_item(path: Path, name: str, item: h5py.Group | h5py.Dataset) -> None:
     assert item.attrs.get("units"), f"{path}: {name} has no units"
     if not item.is_scale:
         assert all(len(dim) for dim in item.dims), f"{path}: {name} has a dimension without a name"
+
+
+def test_groups_are_read_as_xarray_reads_them(finished: StudyCopy) -> None:
+    """By less work: values, types, names, coordinates and attributes are those of ``open_dataset``."""
+    for path in hdf5_files(finished):
+        with h5py.File(path) as file:
+            groups = ["/", *(name for name in file if isinstance(file[name], h5py.Group))]
+        for group in groups:
+            with xr.open_dataset(path, engine="h5netcdf", group=group) as expected:
+                found = read_group(path, group)
+                xr.testing.assert_identical(found, expected)
+                assert {name: one.dtype for name, one in found.variables.items()} == {
+                    name: one.dtype for name, one in expected.variables.items()
+                }
 
 
 def test_every_artefact_opens_with_xarray_as_its_schema_says(finished: StudyCopy) -> None:

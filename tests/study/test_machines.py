@@ -6,6 +6,7 @@ import logging
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -103,3 +104,28 @@ def test_the_command_that_repairs_a_file_works_as_it_is_printed(own_study: Study
     assert done.returncode == 0, done.stdout + done.stderr
     assert own_study.call("-m", "swesbi", "inspect", "--check", "results-smoke").returncode == 0
     assert "cmaes" not in rules_of(own_study.planned())
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_a_recording_dated_in_the_future_is_read_once(tmp_path: Path) -> None:
+    """The clock of a scanner may be years ahead."""
+    study = copy_study(tmp_path)
+    ahead = time.time() + 3e8
+    for name in ("swe/A.csv", "subjects.csv"):
+        os.utime(study.folder / "data" / "virtual_volunteers" / name, (ahead, ahead))
+    target = "results-smoke/cohort/A/observation.h5"
+    study.run(target, cores=1)
+    assert study.planned(target) == set()
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_no_home_that_can_be_written_is_needed(tmp_path: Path) -> None:
+    """As of a service's account: nobody may make a folder in /proc, whoever runs this."""
+    study = copy_study(tmp_path)
+    nowhere = dict.fromkeys(["HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR"], "/proc/nowhere")
+    done = subprocess.run(
+        study.command("results-smoke/cohort/A/passive.h5", cores=1), cwd=study.folder,
+        env=study.environment | nowhere, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import h5py
+import numpy as np
 
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path, repair_command
 from swesbi.artefacts.provenance import OLDEST_READ, SCHEMA_VERSION, Provenance, read_provenance
@@ -36,6 +37,13 @@ LENGTH: Final = len(PREFIX) + DIGITS + 1
 BLOCK: Final = 1 << 20
 DEEPEST: Final = 2
 UNUSED: Final = b"This is a netCDF dimension but not a netCDF variable"
+NO_COORDINATE: Final = "_nc4_non_coord_"
+"""Begins the name of a variable that is named as a dimension is, but has others."""
+OF_HDF5: Final = frozenset(
+    ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates")
+    + ("_nc3_strict", "_NCProperties")
+)
+"""Attributes by which netCDF keeps its dimensions in HDF5."""
 
 
 def save(path: Path, groups: xr.Dataset | Mapping[str, xr.Dataset], provenance: Provenance) -> None:
@@ -73,10 +81,8 @@ def hdf5_provenance(path: Path) -> Provenance:
     Raises:
         Exception: One of ``UNREADABLE``: the file is no HDF5 file, or lacks an attribute.
     """
-    import xarray as xr
-
-    with xr.open_dataset(path, engine="h5netcdf") as root:
-        return read_provenance(root.attrs)
+    with h5py.File(path) as file:
+        return read_provenance(_attributes(file))
 
 
 def load(path: Path, kind: str, group: str = ROOT) -> tuple[xr.Dataset, Provenance]:
@@ -90,17 +96,59 @@ def load(path: Path, kind: str, group: str = ROOT) -> tuple[xr.Dataset, Provenan
             schema version; the message gives the command that makes it again.
         ArtefactError: The file is missing, or is of another kind.
     """
-    import xarray as xr
-
     provenance = _examined(path, _stamp(path))
     check_identity(path, kind, provenance)
     try:
-        with xr.open_dataset(path, engine="h5netcdf", group=group) as dataset:
-            check_group(kind, group, dataset)
-            dataset.load()
+        dataset = read_group(path, group)
+        check_group(kind, group, dataset)
     except UNREADABLE as error:
         raise DamagedArtefactError(path, f"does not follow the schema of kind {kind!r} ({error})") from error
     return dataset, provenance
+
+
+def read_group(path: Path, group: str = ROOT) -> xr.Dataset:
+    """Return a group of an HDF5 file as ``xarray.open_dataset`` does, in a quarter of its time.
+
+    Half of a stage that only reads and draws went into xarray's way through h5netcdf, variable by variable.
+    What is read is decoded by xarray itself.
+
+    Raises:
+        Exception: One of ``UNREADABLE``: the file is no such HDF5 file, or has no such group.
+    """
+    import xarray as xr
+
+    with h5py.File(path) as file:
+        found = file[group]
+        variables = {
+            name.removeprefix(NO_COORDINATE): _variable(name, item)
+            for name, item in found.items()
+            if isinstance(item, h5py.Dataset) and not _is_dimension_alone(item)
+        }
+        dataset = xr.Dataset(variables, attrs=_attributes(found))
+    return xr.decode_cf(dataset)
+
+
+def _variable(name: str, item: h5py.Dataset) -> xr.Variable:
+    import xarray as xr
+
+    dims: tuple[str, ...] = (name,) if "CLASS" in item.attrs else ()
+    if "DIMENSION_LIST" in item.attrs:
+        scales = (h5py.h5r.get_name(axis[0], item.id) for axis in item.attrs["DIMENSION_LIST"])
+        dims = tuple((scale or b"").decode().rpartition("/")[2] for scale in scales)
+    texts = h5py.check_string_dtype(item.dtype) is not None
+    values = np.asarray(item.asstr()[()]).astype(str) if texts else item[()]
+    return xr.Variable(dims, values, _attributes(item))
+
+
+def _attributes(item: h5py.HLObject) -> dict[str, Any]:
+    """Return the attributes that are none of HDF5's own; arrays of one number as this number."""
+    values = {name: item.attrs[name] for name in item.attrs if name not in OF_HDF5}
+    return {name: value[0] if np.shape(value) == (1,) else value for name, value in values.items()}
+
+
+def _is_dimension_alone(item: h5py.Dataset) -> bool:
+    """Tell whether a dataset only says how long a dimension is."""
+    return item.is_scale and bytes(item.attrs.get("NAME", b"")).startswith(UNUSED)
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
@@ -299,6 +347,5 @@ def _check_extent(where: str, dataset: h5py.Dataset, size: int) -> None:
     if dataset.is_virtual or dataset.external:
         raise ValueError(f"{where} takes its data from another file")
     # a dimension without labels is an empty dataset, of which only the length is used
-    unused = dataset.is_scale and bytes(dataset.attrs.get("NAME", b"")).startswith(UNUSED)
-    if dataset.nbytes > size and not unused:
+    if dataset.nbytes > size and not _is_dimension_alone(dataset):
         raise ValueError(f"{where} claims {dataset.nbytes} bytes of data in a file of {size}")

@@ -18,9 +18,10 @@ LOGGER = logging.getLogger("swesbi")
 P = ParamSpec("P")
 R = TypeVar("R")
 # "contract" allows fused multiply-adds, "nsz" ignores the sign of zero, "arcp" turns division by a
-# common denominator into a product. NaN and infinity keep their meaning: the status relies on them, so
-# "fast", which assumes that there are none, is not an option.
-_FAST: set[str] = {"contract", "nsz", "arcp"}
+# common denominator into a product, "reassoc" takes sums and products in the order of the fewest.
+# NaN and infinity keep their meaning: the status relies on them, so "fast", which assumes that there are
+# none, is not an option.
+_FAST: set[str] = {"contract", "nsz", "arcp", "reassoc"}
 
 
 def equation(function: Callable[P, R]) -> Callable[P, R]:

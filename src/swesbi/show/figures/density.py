@@ -25,7 +25,7 @@ RANGE_QUANTILES: Final = (0.002, 0.998)
 DENSITY_QUANTILES: Final = (0.0005, 0.9995)
 MARGIN: Final = 0.06
 FARTHEST: Final = 1.0
-GRID_POINTS: Final = 60
+GRID_POINTS: Final = 50
 EXCLUDED_COLOR: Final = "#6E6E6E"
 
 
@@ -109,11 +109,13 @@ def draw_contours(
     x, y = x[:SHOWN_DRAWS], y[:SHOWN_DRAWS]
     if len(x) <= 10 or not abs(np.corrcoef(x, y)[0, 1]) < 1.0:
         return
-    kernel = gaussian_kde(np.stack([x, y]))
-    levels = np.quantile(kernel(np.stack([x, y])), outside)
     mesh = np.meshgrid(_span(x, GRID_POINTS), _span(y, GRID_POINTS))
-    density = kernel(np.stack([mesh[0].ravel(), mesh[1].ravel()])).reshape(mesh[0].shape)
-    axes.contour(*mesh, density, levels=levels, **look)
+    density = gaussian_kde(np.stack([x, y]))(np.stack([mesh[0].ravel(), mesh[1].ravel()]))
+    # the mass below each density, on the grid
+    ordered = np.sort(density)
+    below = np.cumsum(ordered) / ordered.sum()
+    levels = ordered[np.searchsorted(below, outside)]
+    axes.contour(*mesh, density.reshape(mesh[0].shape), levels=levels, **look)
 
 
 def write_correlation(axes: Axes, x: FloatArray, y: FloatArray, pair: tuple[int, int]) -> None:

@@ -11,10 +11,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-import xarray as xr
-
 from swesbi.artefacts import ArtefactError
-from swesbi.artefacts.provenance import Provenance, read_provenance
+from swesbi.artefacts.files import hdf5_provenance
+from swesbi.artefacts.provenance import Provenance
 from swesbi.show.table import Link, Row, Table, body, words
 
 HERE: Final = "."
@@ -107,8 +106,7 @@ def provenance_table(paths: Sequence[Path]) -> Table:
     """Return seed and code of every kind of HDF5 artefact among these files."""
     by_kind: dict[str, list[Provenance]] = {}
     for path in (path for path in paths if path.suffix == ".h5"):
-        with xr.open_dataset(path, engine="h5netcdf") as root:
-            provenance = read_provenance(root.attrs)
+        provenance = hdf5_provenance(path)
         by_kind.setdefault(provenance.kind, []).append(provenance)
     columns = words("Artefact", "Files", "Seed", "Code hash", "swesbi")
     rows = tuple(_row(kind, each) for kind, each in sorted(by_kind.items()))
