@@ -4,10 +4,8 @@
     python benchmarks/study.py --profile workflow/profiles/slurm
     python benchmarks/study.py --table docs/tables/study_cost.csv --figure docs/figures/study_cost.png
 
-Adds up the files that Snakemake writes for every job of a run, wall time and memory, and what the jobs say of
-their processor time in their logs: Snakemake looks at a process every half minute, and misses what it takes
-after the last look. Start-up is what each job took until its stage began: interpreter, Snakemake's preamble,
-imports.
+Adds up what the jobs of a run say in their logs. Start-up is what each job took until its stage began:
+interpreter, Snakemake's preamble, imports.
 With a profile, what it asks of a cluster stands beside what the jobs took.
 """
 
@@ -22,9 +20,15 @@ import yaml
 
 from swesbi.show.figures.style import new_figure, save_figure, style
 from swesbi.study.forecast import BENCHMARK, benchmark_s
-from swesbi.study.job import PROCESSOR_TIME, SERVED, START_UP
+from swesbi.study.job import MEMORY, PROCESSOR_TIME, SERVED, START_UP, WALL_TIME
 
-TIMES = {"s": "wall_s", "max_rss": "memory_mb"}
+SAID = {
+    "runs": SERVED,
+    "start_up_s": START_UP,
+    "cpu_s": PROCESSOR_TIME,
+    "wall_s": WALL_TIME,
+    "memory_mb": MEMORY,
+}
 SNAKEMAKE_MB = 500  # its own two processes in a job of a cluster
 SHOWN = 16  # stages in the figure, the rest together
 
@@ -38,19 +42,15 @@ def read_jobs(folder: Path) -> pd.DataFrame:
     Raises:
         FileNotFoundError: The study has left no such files.
     """
-    benchmarks = folder / "benchmarks"
-    paths = sorted(benchmarks.rglob("*.tsv"))
-    if not paths:
-        raise FileNotFoundError(f"{benchmarks}: no benchmark files; run the study first")
-    rows = [pd.read_csv(path, sep="\t")[list(TIMES)].rename(columns=TIMES).iloc[0] for path in paths]
-    parts = [path.relative_to(benchmarks) for path in paths]
-    stages = [part.parts[0].removesuffix(".tsv") for part in parts]
-    logs = [folder / "logs" / part.with_suffix(".log") for part in parts]
-    start_up = [logged(log, START_UP) for log in logs]
-    taken = [logged(log, PROCESSOR_TIME) for log in logs]
-    runs = [logged(log, SERVED) for log in logs]
-    table = pd.DataFrame(rows).assign(stage=stages, cpu_s=taken, start_up_s=start_up, runs=runs)
-    return table.reset_index(drop=True)
+    logs = sorted((folder / "logs").rglob("*.log"))
+    rows = [
+        {"stage": log.relative_to(folder / "logs").parts[0].removesuffix(".log")}
+        | {column: logged(log, begins) for column, begins in SAID.items()}
+        for log in logs
+    ]
+    if not rows:
+        raise FileNotFoundError(f"{folder / 'logs'}: no log of a job; run the study first")
+    return pd.DataFrame(rows)
 
 
 def asked(jobs: pd.DataFrame, profile: Path) -> pd.DataFrame:

@@ -38,7 +38,7 @@ def artefacts(results: Path) -> list[Path]:
     return sorted(
         path.relative_to(results)
         for path in results.rglob("*")
-        if path.is_file() and path.relative_to(results).parts[0] not in {"logs", "benchmarks"}
+        if path.is_file() and path.relative_to(results).parts[0] != "logs"
     )
 
 

@@ -136,7 +136,7 @@ def test_every_link_of_the_pages_leads_somewhere(page: Browser, results: Path) -
         assert not parts.fragment or parts.fragment in targets[path], link
         linked.add(path)
     kept = {path for path in root.rglob("*") if path.is_file() and path.name != "snakemake-report.html"}
-    kept -= {path for path in kept if path.relative_to(root).parts[0] in {"logs", "benchmarks"}}
+    kept -= {path for path in kept if path.relative_to(root).parts[0] == "logs"}
     assert kept - linked == set()
 
 

@@ -112,8 +112,6 @@ for name, fixed, subjects, least in light_stages():
                 **numbered_outputs(single, members),
             log:
                 str(single.log[0]).format(**file),
-            benchmark:
-                str(single.benchmark).format(**file)
             priority: single.rule.priority
             resources:
                 # of a profile for a cluster, which cannot name rules that depend on the cohort

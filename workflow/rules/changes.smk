@@ -19,8 +19,6 @@ rule person_change:
         sheet=f"{OF_PERSON}/sheet.pdf",
     log:
         f"{RESULTS}/logs/person_change/{{experiment}}/{{person}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/person_change/{{experiment}}/{{person}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
         person=PERSONS,
@@ -43,8 +41,6 @@ use rule person_change as person_change_of_population with:
         pooled_observations=[],
     log:
         f"{RESULTS}/logs/person_change_of_population/{{experiment}}/{{person}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/person_change_of_population/{{experiment}}/{{person}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
         person=PERSONS,
@@ -57,8 +53,6 @@ rule changes_table:
         table=f"{RESULTS}/tables/changes.csv",
     log:
         f"{RESULTS}/logs/changes_table.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/changes_table.tsv"
     params:
         stage=stage("changes_table"),
     message:
@@ -80,8 +74,6 @@ rule change_groups:
         figure_png=f"{RESULTS}/figures/changes_groups-{{experiment}}.png",
     log:
         f"{RESULTS}/logs/change_groups/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/change_groups/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=f"{SPEEDS}|{OVER_POPULATION}",
     params:
@@ -99,8 +91,6 @@ rule changes_groups_table:
         table=f"{RESULTS}/tables/changes_groups.csv",
     log:
         f"{RESULTS}/logs/changes_groups_table.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/changes_groups_table.tsv"
     params:
         stage=stage("changes_groups_table"),
     message:

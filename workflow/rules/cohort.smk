@@ -13,8 +13,6 @@ rule ingest:
         observation=OBSERVATION,
     log:
         f"{RESULTS}/logs/ingest/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/ingest/{{subject}}.tsv"
     params:
         stage=stage("ingest"),
     message:
@@ -31,8 +29,6 @@ rule passive:
         passive=f"{RESULTS}/cohort/{{subject}}/passive.h5",
     log:
         f"{RESULTS}/logs/passive/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/passive/{{subject}}.tsv"
     params:
         stage=stage("passive"),
     message:
@@ -52,8 +48,6 @@ rule noise:
         contexts=f"{RESULTS}/cohort/contexts.h5",
     log:
         f"{RESULTS}/logs/noise.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/noise.tsv"
     params:
         stage=stage("noise"),
     message:

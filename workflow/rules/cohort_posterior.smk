@@ -25,8 +25,6 @@ rule cohort_posterior:
         ),
     log:
         f"{RESULTS}/logs/cohort_posterior/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/cohort_posterior/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=EXACT,
     params:
@@ -45,8 +43,6 @@ rule cohort_posterior_figure:
         figure_png=drawn("cohort_posterior_figure", "cohort_posterior"),
     log:
         f"{RESULTS}/logs/cohort_posterior_figure/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/cohort_posterior_figure/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=EXACT,
     params:

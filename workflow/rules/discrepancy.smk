@@ -9,8 +9,6 @@ rule discrepancy:
         figure_png=f"{RESULTS}/figures/discrepancy.png",
     log:
         f"{RESULTS}/logs/discrepancy.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/discrepancy.tsv"
     params:
         stage=stage("discrepancy", experiment=CONFIG.discrepancy_study.experiment),
     message:

@@ -13,8 +13,6 @@ rule predictive:
         predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
     log:
         f"{RESULTS}/logs/predictive/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/predictive/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -37,8 +35,6 @@ rule predictive_speeds:
         predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
     log:
         f"{RESULTS}/logs/predictive_speeds/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/predictive_speeds/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -57,8 +53,6 @@ rule cmaes:
         cmaes=f"{RESULTS}/cmaes/{{subject}}.h5",
     log:
         f"{RESULTS}/logs/cmaes/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/cmaes/{{subject}}.tsv"
     params:
         stage=stage("cmaes"),
     message:
@@ -80,8 +74,6 @@ rule acquisition_seeds:
         medians=f"{RESULTS}/tables/acquisition_seeds_medians.csv",
     log:
         f"{RESULTS}/logs/acquisition_seeds.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/acquisition_seeds.tsv"
     params:
         stage=stage("acquisition_seeds", experiment=MAIN),
     message:
@@ -102,8 +94,6 @@ rule epochs:
         epochs=f"{RESULTS}/{{experiment}}/epochs.csv",
     log:
         f"{RESULTS}/logs/epochs/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/epochs/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
     # the longest single job behind the networks

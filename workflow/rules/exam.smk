@@ -10,8 +10,6 @@ rule small_exam_answers:
         answers=f"{RESULTS}/{EXAMINED}/small_exam/cohort/{{generator}}.h5",
     log:
         f"{RESULTS}/logs/small_exam_answers/{{generator}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/small_exam_answers/{{generator}}.tsv"
     wildcard_constraints:
         generator="|".join(CONFIG.exam.small_hearts),
     params:
@@ -35,8 +33,6 @@ rule small_exam:
         figure_png=f"{RESULTS}/figures/small_exam.png",
     log:
         f"{RESULTS}/logs/small_exam.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/small_exam.tsv"
     params:
         stage=stage("exam_table"),
     message:

@@ -19,8 +19,6 @@ for experiment in SPEED_EXPERIMENTS[:1]:
             page=f"{RESULTS}/explorer.html",
         log:
             f"{RESULTS}/logs/explorer.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/explorer.tsv"
         params:
             stage=stage("explorer", experiment=experiment),
         message:

@@ -13,8 +13,6 @@ rule subject_figures:
         posterior_png=drawn("subject_figures", "posterior"),
     log:
         f"{RESULTS}/logs/subject_figures/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/subject_figures/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -38,8 +36,6 @@ rule exact_subject_figures:
         posterior_png=drawn("exact_subject_figures", "posterior"),
     log:
         f"{RESULTS}/logs/exact_subject_figures/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/exact_subject_figures/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=EXACT,
     params:
@@ -62,8 +58,6 @@ rule exact_figures:
         posterior_png=drawn("exact_figures", "posterior"),
     log:
         f"{RESULTS}/logs/exact_figures/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/exact_figures/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -85,8 +79,6 @@ rule cohort_figures:
         posterior_png=drawn("cohort_figures", "posterior"),
     log:
         f"{RESULTS}/logs/cohort_figures.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/cohort_figures.tsv"
     params:
         stage=stage("cohort_figures", experiment=MAIN),
     message:
@@ -103,8 +95,6 @@ rule training_figure:
         figure_png=drawn("training_figure", "training"),
     log:
         f"{RESULTS}/logs/training_figure/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/training_figure/{{experiment}}.tsv"
     params:
         stage=stage("training_figure"),
     message:
@@ -127,8 +117,6 @@ rule workflow_figure:
         figure_png=drawn("workflow_figure", "workflow"),
     log:
         f"{RESULTS}/logs/workflow_figure.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/workflow_figure.tsv"
     params:
         stage=stage("workflow_figure", experiment=MAIN),
     message:
@@ -152,8 +140,6 @@ rule experiments_figure:
         figure_png=drawn("experiments_figure", "experiments"),
     log:
         f"{RESULTS}/logs/experiments_figure.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/experiments_figure.tsv"
     params:
         stage=stage("experiments_figure"),
     message:
@@ -172,8 +158,6 @@ rule epochs_figure:
         figure_png=drawn("epochs_figure", "epochs"),
     log:
         f"{RESULTS}/logs/epochs_figure.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/epochs_figure.tsv"
     params:
         stage=stage("epochs_figure", experiment=MAIN),
     message:

@@ -11,8 +11,6 @@ rule pool:
         pool=f"{RESULTS}/{{experiment}}/pool.h5",
     log:
         f"{RESULTS}/logs/pool/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/pool/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
     priority: 100
@@ -33,8 +31,6 @@ rule train:
         checkpoints=f"{RESULTS}/{{experiment}}/checkpoints.pt",
     log:
         f"{RESULTS}/logs/train/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/train/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
     # long, and the rest of the experiment waits for it: it starts as soon as it can, as do those that it needs
@@ -62,8 +58,6 @@ rule posterior:
         ),
     log:
         f"{RESULTS}/logs/posterior/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/posterior/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -91,8 +85,6 @@ rule recovery:
         ),
     log:
         f"{RESULTS}/logs/recovery/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/recovery/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -120,8 +112,6 @@ rule recovery_acquisition:
         ),
     log:
         f"{RESULTS}/logs/recovery_acquisition/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/recovery_acquisition/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=FEATURES,
     params:

@@ -12,8 +12,6 @@ rule ladder_run:
         posteriors=f"{RESULTS}/ladder/{{structure}}.h5",
     log:
         f"{RESULTS}/logs/ladder_run/{{structure}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/ladder_run/{{structure}}.tsv"
     wildcard_constraints:
         structure="|".join(CONFIG.ladder.structures),
     params:
@@ -38,8 +36,6 @@ rule ladder:
         figure_png=f"{RESULTS}/figures/ladder.png",
     log:
         f"{RESULTS}/logs/ladder.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/ladder.tsv"
     params:
         stage=stage("ladder", experiment=LADDER),
     message:

@@ -56,8 +56,6 @@ rule new_subject:
         with_pressures=[],
     log:
         f"{RESULTS}/logs/new_subject/{{experiment}}/{{new_subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/new_subject/{{experiment}}/{{new_subject}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
         new_subject="|".join(NEW_ON_SPEEDS) or NONE,
@@ -75,8 +73,6 @@ use rule new_subject as new_subject_with_pressures with:
         with_pressures=f"{OF_NEW}/with_pressures.h5",
     log:
         f"{RESULTS}/logs/new_subject_with_pressures/{{experiment}}/{{new_subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/new_subject_with_pressures/{{experiment}}/{{new_subject}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
         new_subject="|".join(NEW_WITH_PRESSURES) or NONE,
@@ -95,8 +91,6 @@ rule new_subject_of_population:
         with_pressures=[],
     log:
         f"{RESULTS}/logs/new_subject_of_population/{{experiment}}/{{new_subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/new_subject_of_population/{{experiment}}/{{new_subject}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
         new_subject="|".join(NEW_ON_SPEEDS) or NONE,
@@ -114,8 +108,6 @@ use rule new_subject_of_population as new_subject_of_population_with_pressures w
         with_pressures=f"{OF_NEW}/with_pressures.h5",
     log:
         f"{RESULTS}/logs/new_subject_of_population_with_pressures/{{experiment}}/{{new_subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/new_subject_of_population_with_pressures/{{experiment}}/{{new_subject}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
         new_subject="|".join(NEW_WITH_PRESSURES) or NONE,
@@ -129,8 +121,6 @@ rule new_free_subject:
         **OUTPUTS_OF_FREE,
     log:
         f"{RESULTS}/logs/new_free_subject/{{experiment}}/{{new_subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/new_free_subject/{{experiment}}/{{new_subject}}.tsv"
     wildcard_constraints:
         experiment=f"{SPEEDS}|{OVER_POPULATION}",
         new_subject="|".join(NEW_FREE_FROM_PRIOR) or NONE,
@@ -151,8 +141,6 @@ rule new_free_subject_of_population:
         **OUTPUTS_OF_FREE,
     log:
         f"{RESULTS}/logs/new_free_subject_of_population/{{experiment}}/{{new_subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/new_free_subject_of_population/{{experiment}}/{{new_subject}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
         new_subject="|".join(NEW_FREE_BY_NETWORK) or NONE,
@@ -174,8 +162,6 @@ rule new_answers:
         workbook=f"{RESULTS}/new/{NEW_COHORT}/answers.xlsx",
     log:
         f"{RESULTS}/logs/new_answers/{NEW_COHORT}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/new_answers/{NEW_COHORT}.tsv"
     params:
         stage=stage("new_answers"),
     message:

@@ -7,8 +7,6 @@ rule population_simulate:
         shard=f"{RESULTS}/{{experiment}}/simulations/shard-{{shard}}.h5",
     log:
         f"{RESULTS}/logs/population_simulate/{{experiment}}/{{shard}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/population_simulate/{{experiment}}/{{shard}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     priority: 100
@@ -30,8 +28,6 @@ rule train_population:
         training=f"{RESULTS}/{{experiment}}/training.csv",
     log:
         f"{RESULTS}/logs/train_population/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/train_population/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=NONE if CONFIG.networks else OVER_POPULATION,
     priority: 95
@@ -51,8 +47,6 @@ rule population_calibration:
         part=f"{RESULTS}/{{experiment}}/calibration/part-{{part}}.h5",
     log:
         f"{RESULTS}/logs/population_calibration/{{experiment}}/{{part}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/population_calibration/{{experiment}}/{{part}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -89,8 +83,6 @@ rule population_scores:
         recovery_acquisition=f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
     log:
         f"{RESULTS}/logs/population_scores/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/population_scores/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -109,8 +101,6 @@ rule pushes_calibration:
         part=f"{RESULTS}/{{experiment}}/pushes/part-{{part}}.h5",
     log:
         f"{RESULTS}/logs/pushes_calibration/{{experiment}}/{{part}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/pushes_calibration/{{experiment}}/{{part}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -132,8 +122,6 @@ rule pushes_table:
         table=f"{RESULTS}/{{experiment}}/pushes.csv",
     log:
         f"{RESULTS}/logs/pushes_table/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/pushes_table/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -152,8 +140,6 @@ rule population_null:
         null=f"{RESULTS}/{{experiment}}/null.h5",
     log:
         f"{RESULTS}/logs/population_null/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/population_null/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -177,8 +163,6 @@ rule population_answers:
         predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
     log:
         f"{RESULTS}/logs/population_answers/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/population_answers/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -207,8 +191,6 @@ rule population_cohort:
         figure_png=drawn("population_cohort", "cohort"),
     log:
         f"{RESULTS}/logs/population_cohort/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/population_cohort/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -228,8 +210,6 @@ rule strata_figure:
         figure_png=drawn("strata_figure", "strata"),
     log:
         f"{RESULTS}/logs/strata_figure/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/strata_figure/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -255,8 +235,6 @@ rule population_agreement:
         ),
     log:
         f"{RESULTS}/logs/population_agreement/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/population_agreement/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:

@@ -11,8 +11,6 @@ rule pressures:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/with_pressures.h5",
     log:
         f"{RESULTS}/logs/pressures/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/pressures/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -42,8 +40,6 @@ rule pressures_table:
         ),
     log:
         f"{RESULTS}/logs/pressures_table.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/pressures_table.tsv"
     params:
         stage=stage("pressures_table"),
     message:
@@ -60,8 +56,6 @@ rule pressures_figure:
         figure_png=drawn("pressures_figure", "pressures"),
     log:
         f"{RESULTS}/logs/pressures_figure/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/pressures_figure/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:

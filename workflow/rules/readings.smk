@@ -20,8 +20,6 @@ rule readings_run:
         numbers=f"{RESULTS}/readings/numbers/{{reading}}.csv",
     log:
         f"{RESULTS}/logs/readings_run/{{reading}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/readings_run/{{reading}}.tsv"
     wildcard_constraints:
         reading="|".join(CONFIG.readings.readings),
     params:
@@ -41,8 +39,6 @@ rule readings_seeds:
         recordings=f"{RESULTS}/readings/seeds/{{reading}}.csv",
     log:
         f"{RESULTS}/logs/readings_seeds/{{reading}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/readings_seeds/{{reading}}.tsv"
     wildcard_constraints:
         reading="|".join(CONFIG.readings.readings),
     params:
@@ -61,8 +57,6 @@ rule readings_cmaes:
         fits=f"{RESULTS}/readings/cmaes/{{reading}}.csv",
     log:
         f"{RESULTS}/logs/readings_cmaes/{{reading}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/readings_cmaes/{{reading}}.tsv"
     wildcard_constraints:
         reading="|".join(CONFIG.readings.readings),
     params:
@@ -95,8 +89,6 @@ rule readings:
         figure_png=f"{RESULTS}/figures/readings.png",
     log:
         f"{RESULTS}/logs/readings.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/readings.tsv"
     params:
         stage=stage("readings"),
     message:

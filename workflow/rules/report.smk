@@ -70,8 +70,6 @@ rule report:
         ),
     log:
         f"{RESULTS}/logs/report.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/report.tsv"
     params:
         stage=stage("report"),
     message:

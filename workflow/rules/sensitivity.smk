@@ -12,8 +12,6 @@ rule sensitivity_run:
         posteriors=f"{RESULTS}/sensitivity/{{variant}}.h5",
     log:
         f"{RESULTS}/logs/sensitivity_run/{{variant}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/sensitivity_run/{{variant}}.tsv"
     wildcard_constraints:
         variant="|".join(CONFIG.sensitivity.variants),
     params:
@@ -36,8 +34,6 @@ rule sensitivity:
         figure_png=f"{RESULTS}/figures/sensitivity.png",
     log:
         f"{RESULTS}/logs/sensitivity.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/sensitivity.tsv"
     params:
         stage=stage("sensitivity", experiment=SENSITIVITY),
     message:

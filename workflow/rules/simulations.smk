@@ -6,8 +6,6 @@ rule simulate:
         shard=f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
     log:
         f"{RESULTS}/logs/simulate/{{prior}}/{{subject}}/shard-{{shard}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/simulate/{{prior}}/{{subject}}/shard-{{shard}}.tsv"
     priority: 80
     params:
         stage=stage("simulate"),

@@ -10,8 +10,6 @@ rule speed_pool:
         pool=f"{RESULTS}/{{experiment}}/pool.h5",
     log:
         f"{RESULTS}/logs/speed_pool/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/speed_pool/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     priority: 90
@@ -33,8 +31,6 @@ rule train_flow:
         training=f"{RESULTS}/{{experiment}}/training.csv",
     log:
         f"{RESULTS}/logs/train_flow/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/train_flow/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=NONE if CONFIG.networks else SPEEDS,
     priority: 90
@@ -56,8 +52,6 @@ rule exact_posterior:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
     log:
         f"{RESULTS}/logs/exact_posterior/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/exact_posterior/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -78,8 +72,6 @@ rule misspecification:
         misspecification=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/misspecification.h5",
     log:
         f"{RESULTS}/logs/misspecification/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/misspecification/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -108,8 +100,6 @@ rule verdict:
         ),
     log:
         f"{RESULTS}/logs/verdict/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/verdict/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -136,8 +126,6 @@ rule misspecification_table:
         ),
     log:
         f"{RESULTS}/logs/misspecification_table/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/misspecification_table/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -157,8 +145,6 @@ rule misspecification_figure:
         figure_png=drawn("misspecification_figure", "misspecification"),
     log:
         f"{RESULTS}/logs/misspecification_figure/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/misspecification_figure/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -178,8 +164,6 @@ rule noise_figure:
         figure_png=f"{RESULTS}/figures/noise.png",
     log:
         f"{RESULTS}/logs/noise_figure.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/noise_figure.tsv"
     params:
         stage=stage("noise_figure"),
     message:
@@ -219,8 +203,6 @@ rule identifiability:
         ),
     log:
         f"{RESULTS}/logs/identifiability/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/identifiability/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -242,8 +224,6 @@ rule identifiability_figures:
         design_png=drawn("identifiability_figures", "design"),
     log:
         f"{RESULTS}/logs/identifiability_figures/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/identifiability_figures/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -264,8 +244,6 @@ rule calibration_recordings:
         recordings=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/calibration_recordings.h5",
     log:
         f"{RESULTS}/logs/calibration_recordings/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/calibration_recordings/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -287,8 +265,6 @@ rule calibration_local:
         local=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/calibration_local.h5",
     log:
         f"{RESULTS}/logs/calibration_local/{{experiment}}/{{subject}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/calibration_local/{{experiment}}/{{subject}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -333,8 +309,6 @@ rule calibration:
         ),
     log:
         f"{RESULTS}/logs/calibration/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/calibration/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -354,8 +328,6 @@ rule calibration_figure:
         figure_png=drawn("calibration_figure", "calibration"),
     log:
         f"{RESULTS}/logs/calibration_figure/{{experiment}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/calibration_figure/{{experiment}}.tsv"
     wildcard_constraints:
         experiment=SPEEDS,
     params:

@@ -27,8 +27,6 @@ rule tables:
         posterior_tex=f"{RESULTS}/tables/posterior.tex",
     log:
         f"{RESULTS}/logs/tables.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/tables.tsv"
     params:
         stage=stage("tables"),
     message:
@@ -54,8 +52,6 @@ rule truth:
         ),
     log:
         f"{RESULTS}/logs/truth.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/truth.tsv"
     params:
         stage=stage("truth"),
     message:
@@ -89,8 +85,6 @@ rule paper_comparison:
         comparison_tex=f"{RESULTS}/tables/paper_comparison.tex",
     log:
         f"{RESULTS}/logs/paper_comparison.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/paper_comparison.tsv"
     params:
         stage=stage("paper_comparison", experiment=MAIN),
     message:

@@ -45,7 +45,7 @@ from swesbi.prior import NuisanceSettings, PriorSettings
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
-FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "benchmarks"})
+FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs"})
 
 
 def check_prior_names(config: Config) -> None:

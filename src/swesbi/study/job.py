@@ -28,7 +28,9 @@ SERVED = "runs of the stage: "
 """Begins the line that says how many runs of the stage the job serves: one for each of its subjects."""
 MEMBERS = "members"
 PROCESSOR_TIME = "processor time: "
-"""Begins the line that says what the whole job took; Snakemake's own files miss up to half a minute of it."""
+"""Begins the line that says what the whole job took, with the processes that it started."""
+WALL_TIME = "wall time: "
+MEMORY = "peak memory: "
 
 
 class SnakemakeJob(Protocol):
@@ -53,6 +55,7 @@ def run_job(snakemake: SnakemakeJob) -> None:
     Raises:
         SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
     """
+    began = time.monotonic() - time.process_time()  # nothing waits before this
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
     stage = snakemake.params["stage"]
     run = stage_function(stage["name"])
@@ -68,7 +71,10 @@ def run_job(snakemake: SnakemakeJob) -> None:
             run(**_arguments(run, own_files, one), **_resources(run, snakemake.config["resources"]))
             if len(served) > 1:
                 progress.step()
-        print(f"{PROCESSOR_TIME}{_processor_time_s():.3f} s")
+        used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+        print(f"{PROCESSOR_TIME}{sum(usage.ru_utime + usage.ru_stime for usage in used):.3f} s")
+        print(f"{WALL_TIME}{time.monotonic() - began:.2f} s")
+        print(f"{MEMORY}{max(usage.ru_maxrss for usage in used) / 1024.0:.0f} MB")
 
 
 def _served(
@@ -84,12 +90,6 @@ def _served(
             member,
             {name.removesuffix(ending): path for name, path in files.items() if name.endswith(ending)},
         )
-
-
-def _processor_time_s() -> float:
-    """Return what this process and those that it started and that have ended took so far."""
-    used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(usage.ru_utime + usage.ru_stime for usage in used)
 
 
 def _arguments(

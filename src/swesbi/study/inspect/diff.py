@@ -14,7 +14,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.study.inspect.read import READERS, Array, Content, read
 
 ABSENT: Final = "(none)"
-BESIDE: Final = frozenset({"logs", "benchmarks"})
+BESIDE: Final = frozenset({"logs"})
 DATED: Final = frozenset({"snakemake-report.html"})
 Changes = Mapping[str, tuple[str, str]]
 
