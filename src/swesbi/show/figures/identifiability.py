@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, NullLocator, ScalarFormatter
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
+from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 from scipy.stats import chi2
 
 from swesbi.checks.identifiability.information import interval_fold
@@ -49,6 +49,7 @@ PANEL_HEIGHT_IN: Final = 1.35
 FRAME_HEIGHT_IN: Final = 1.5
 MARGIN: Final = 1.15
 NARROW: Final = 2.5  # upper over lower end of an axis that holds fewer than two of the marks 1, 2 and 5
+FINE_POINTS: Final = 100
 TOP_INCREASE: Final = 0.6  # the end of the colour scale: a phase without which the sd grows by 60 %
 DOT_AREA: Final = 30.0  # points^2 at the end of the colour scale
 SHOWN: Final = (*THETA_NAMES, ISOMETRIC)
@@ -102,8 +103,12 @@ def _draw_profiles(figure: SubFigure, groups: dict[str, xr.Dataset], names: list
 def _draw_region(axes: Axes, profile: xr.Dataset, levels: FloatArray) -> None:
     k_0, k_atp = profile["k0_kpa"].to_numpy(), profile["k_atp_per_s"].to_numpy()
     drops = [0.0, *chi2.ppf(levels, 2)]
-    deviance = np.maximum(profile["pair_deviance"].to_numpy(), 0.0)
-    axes.contourf(k_atp, k_0, deviance, levels=drops, colors=REGION_COLORS[: len(levels)])
+    # Of a normal likelihood the root of the deviance is linear on either side: few points make smooth regions.
+    root = np.sqrt(np.maximum(profile["pair_deviance"].to_numpy(), 0.0))
+    fine_k_0, fine_k_atp = (np.geomspace(axis[0], axis[-1], FINE_POINTS) for axis in (k_0, k_atp))
+    by_k_0 = PchipInterpolator(np.log(k_0), root, axis=0)(np.log(fine_k_0))
+    fine = PchipInterpolator(np.log(k_atp), by_k_0, axis=1)(np.log(fine_k_atp)) ** 2
+    axes.contourf(fine_k_atp, fine_k_0, fine, levels=drops, colors=REGION_COLORS[: len(levels)])
     best, duration_s = profile["maximum_phi"].to_numpy(), float(profile["activation_duration_s"])
     along = np.geomspace(*axes_range(k_atp), 100)
     isometric = isometric_stiffness_kpa(best[None], duration_s)
