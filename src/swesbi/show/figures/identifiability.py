@@ -103,7 +103,7 @@ def _draw_profiles(figure: SubFigure, groups: dict[str, xr.Dataset], names: list
 def _draw_region(axes: Axes, profile: xr.Dataset, levels: FloatArray) -> None:
     k_0, k_atp = profile["k0_kpa"].to_numpy(), profile["k_atp_per_s"].to_numpy()
     drops = [0.0, *chi2.ppf(levels, 2)]
-    # Of a normal likelihood the root of the deviance is linear on either side: few points make smooth regions.
+    # Of a normal likelihood the root of the deviance is linear on either side: few points make it smooth.
     root = np.sqrt(np.maximum(profile["pair_deviance"].to_numpy(), 0.0))
     fine_k_0, fine_k_atp = (np.geomspace(axis[0], axis[-1], FINE_POINTS) for axis in (k_0, k_atp))
     by_k_0 = PchipInterpolator(np.log(k_0), root, axis=0)(np.log(fine_k_0))
