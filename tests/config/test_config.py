@@ -384,7 +384,6 @@ AFFECTED = {
     | {
         "readings_cmaes",
         "ingest",
-        "ingest_batch",
         "noise",
         "recovery_acquisition",
         "acquisition_seeds",

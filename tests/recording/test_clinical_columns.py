@@ -162,8 +162,6 @@ def test_settings_of_a_subject_hold_what_was_measured_of_it_and_of_nobody_else(t
     first, second = (stage_settings(study, "ingest", subject=name) for name in ROWS)
     assert first["clinical"] == {"dbp_mmhg": 74.0, "lvet_ms": None, "sbp_mmhg": 118.0}
     assert second["clinical"]["lvet_ms"] == 295.0
-    batch = stage_settings(study, "ingest_batch", batch="0")
-    assert batch["clinical"][0] == first["clinical"]
     # what does not look at them depends on the context alone
     assert "clinical" not in stage_settings(study, "simulate", subject="S-1", prior="paper", shard="0")
     assert set(first["context"]) == set(HEADER.split(","))
