@@ -30,7 +30,6 @@ class SplineSettings(Settings):
     batch_size: int = Field(ge=2)
     learning_rate: float = Field(gt=0.0, description="largest of the schedule (Adam)")
     warm_up_fraction: float = Field(gt=0.0, lt=1.0, description="share of the steps in which the rate grows")
-    epochs_per_noise: int = Field(default=1, ge=1, description="epochs that see the same noise")
     epochs: int = Field(ge=1, description="passes over the training theta, each with fresh noise")
     validation_fraction: float = Field(gt=0.0, lt=1.0, description="share of the theta held out")
     clip_max_norm: float = Field(gt=0.0, description="gradients are clipped to this norm")

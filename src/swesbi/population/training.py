@@ -123,7 +123,7 @@ def _each(values: FloatArray, times: int) -> FloatArray:
 def train_population(
     made: PopulationSimulations, maker: RowMaker, settings: SplineSettings, label: str = "training"
 ) -> SplineTraining:
-    """Fit q(phi | z) on simulations over a population, recordings drawn anew every few epochs.
+    """Fit q(phi | z) on simulations over a population, recordings drawn anew every epoch.
 
     Contexts are split into training and held-out ones; standardisation comes from the training ones; the
     weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats to the bit.

@@ -1,4 +1,4 @@
-"""Training a flow by maximum likelihood (paper, Eq. 8) of rows whose noise is made anew every few epochs."""
+"""Training a spline flow by maximum likelihood (paper, Eq. 8) of rows that are made anew every epoch."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def train_spline(
     seed: int,
     label: str = "training",
 ) -> SplineTraining:
-    """Fit q(phi | z) on the simulations of all subjects, noise drawn anew every few epochs.
+    """Fit q(phi | z) on the simulations of all subjects, noise drawn anew every epoch.
 
     Theta are split into training and held-out ones; standardisation comes from the training ones; the
     weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats to the bit.
@@ -196,10 +196,10 @@ def fit_spline(
     seed: int,
     label: str,
 ) -> SplineTraining:
-    """Fit a flow to rows with fresh noise and keep the weights of the best epoch on the held-out rows.
+    """Fit a flow to fresh rows every epoch and keep the weights of the best epoch on the held-out rows.
 
     Args:
-        training: Simulations whose rows are drawn anew every ``epochs_per_noise`` epochs.
+        training: Simulations whose rows are drawn anew every epoch.
         held_out: Simulations whose rows are the same for every epoch.
         rows_of: Makes rows of a part, by what they are for and a number: as many each time.
         parts: What the trained flow has beside its net.
@@ -216,9 +216,8 @@ def fit_spline(
         trainer = _Trainer(settings, rows, label)
         trainer.run(rows, validation)
         for number in range(2, settings.epochs + 1):
-            if (number - 1) % settings.epochs_per_noise == 0:
-                del rows  # else there are two epochs' rows while the next ones are made
-                rows = rows_of(training, "epoch", number)
+            del rows  # else there are two epochs' rows while the next ones are made
+            rows = rows_of(training, "epoch", number)
             trainer.run(rows, validation)
     best = min(trainer.epochs, key=lambda epoch: epoch.validation_loss)
     LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, trainer.best_loss)
