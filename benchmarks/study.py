@@ -86,6 +86,7 @@ def by_stage(jobs: pd.DataFrame) -> pd.DataFrame:
         memory_mb=("memory_mb", "max"),
         start_up_s=("start_up_s", lambda times: times.sum(skipna=False)),
     )
+    table["runs"] = table["runs"].astype(int)
     table["share"] = table["cpu_s"] / table["cpu_s"].sum()
     table["start_up_share"] = table["start_up_s"] / table["cpu_s"].sum()
     table[BENCHMARK] = min(benchmark_s() for _ in range(3))
@@ -123,7 +124,7 @@ def main() -> None:
         print(asked(jobs, options.profile).round(2).to_string())
         return
     table = by_stage(jobs)
-    digits = {"runs": 0, "cpu_s": 1, "wall_s": 1, "memory_mb": 0, "start_up_s": 1, "share": 3}
+    digits = {"cpu_s": 1, "wall_s": 1, "memory_mb": 0, "start_up_s": 1, "share": 3}
     print(table.round(digits).to_string())
     total = table["cpu_s"].sum(skipna=False)
     start = table["start_up_s"].sum(skipna=False) / total
