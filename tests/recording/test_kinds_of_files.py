@@ -218,6 +218,7 @@ LINES = {
     "decimal commas everywhere": "time_ms;rr_ms;SWS\n100,5;1000,0;2,5\n300,5;1000,0;3,5\n700,0;1000,0;1,5\n",
     "sep=": "sep=;\ntime_ms;rr_ms;SWS\n100,5;1000;2,5\n300,5;1000;3,5\n700;1000;1,5\n",
     "a long comment": "# note\n" * 60 + "time_ms,rr_ms,SWS\n100.5,1000,2.5\n300.5,1000,3.5\n700,1000,1.5\n",
+    "names behind #, decimal commas": "#time_ms;rr_ms;SWS\n100,5;1000;2,5\n300,5;1000;3,5\n700;1000;1,5\n",
     "names behind #": "# made by a tool\n# time_ms,rr_ms,SWS\n100.5,1000,2.5\n300.5,1000,3.5\n700,1000,1.5\n",
 }
 

@@ -130,8 +130,7 @@ def _with_plain_names(text: str) -> str:
     )
     before = lines[first - 1] if first else ""
     if before.startswith(COMMENT) and re.match(BEGINS_WITH_A_NUMBER, lines[first]):
-        cells, names = (len(re.split(r"[,;\t]", line)) for line in (lines[first], before))
-        if cells == names > 1:
+        if any(lines[first].count(sign) == before.count(sign) > 0 for sign in DELIMITERS):
             lines[first - 1] = before.lstrip(f"{COMMENT} ")
     return "".join(lines)
 
