@@ -67,6 +67,14 @@ def test_the_study_is_planned_in_any_folder(tmp_path: Path) -> None:
     assert "results-smoke/cohort/A/observation.h5" in done.stdout + done.stderr
 
 
+def test_numbers_within_braces_on_the_command_line_are_numbers(tmp_path: Path) -> None:
+    study = copy_study(tmp_path)
+    target, given = "results-smoke/amortised/calibration.h5", "resources={population_parts: 3}"
+    done = study.snakemake(target, "--dry-run", "--config", given)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "results-smoke/amortised/calibration/part-2.h5" in done.stdout + done.stderr
+
+
 @pytest.mark.slow(minutes=0.5)
 def test_the_study_runs_in_a_folder_of_any_name(tmp_path: Path) -> None:
     """The environment lies in it: its Python has blanks, a quote and signs of the shell in its path."""
@@ -120,9 +128,10 @@ def test_a_recording_dated_in_the_future_is_read_once(tmp_path: Path) -> None:
 
 @pytest.mark.slow(minutes=0.5)
 def test_no_home_that_can_be_written_is_needed(tmp_path: Path) -> None:
-    """As of a service's account: nobody may make a folder in /proc, whoever runs this."""
+    """As of a service's account: nobody may make a folder in /proc. Make names a cache for Snakemake."""
     study = copy_study(tmp_path)
-    nowhere = dict.fromkeys(["HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR"], "/proc/nowhere")
+    nowhere = dict.fromkeys(["HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR"], "/proc/nowhere")
+    nowhere["XDG_CACHE_HOME"] = str(tmp_path / "cache")
     done = subprocess.run(
         study.command("results-smoke/cohort/A/passive.h5", cores=1), cwd=study.folder,
         env=study.environment | nowhere, capture_output=True, text=True, check=False,

@@ -9,7 +9,7 @@ from snakemake.io import expand as expand_names
 
 from swesbi.config.new_recordings import free_running
 from swesbi.config.pairs import answered_pairs, pairs_of
-from swesbi.config.read import DATA, ConfigError, relocate
+from swesbi.config.read import DATA, ConfigError, relocate, typed_again
 from swesbi.config.refusals import network_of_pushes
 from swesbi.config.study import LEAST_SHARED, load_study
 from swesbi.config.slices import stage_settings
@@ -25,6 +25,7 @@ from swesbi.study.registry import stage_code
 # In another folder than the project's, recordings are the project's and results lie there.
 PROJECT = Path(workflow.basedir)
 try:
+    config |= typed_again(config, workflow.config_settings.config_args or ())
     relocate(config, PROJECT / "config.yaml", Path.cwd(), DATA)
     for file in workflow.overwrite_configfiles:
         relocate(config, Path(file), Path.cwd())

@@ -207,6 +207,19 @@ def relocate(
             here[key] = str(path.resolve().parent / said)
 
 
+def typed_again(merged: dict[str, Any], said: Sequence[str]) -> dict[str, Any]:
+    """Return a configuration with values of Snakemake's ``--config`` as YAML has them.
+
+    Snakemake reads a number within braces or brackets as text.
+
+    Args:
+        merged: The configuration, with these values in it.
+        said: The values as they were typed, ``KEY=VALUE``.
+    """
+    pairs = [one.partition("=") for one in said]
+    return overlay(merged, {key: yaml.safe_load(value) for key, _, value in pairs})
+
+
 def _section(raw: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
     for key in keys:
         below = raw.get(key)

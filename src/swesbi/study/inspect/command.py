@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -14,7 +15,7 @@ import numpy as np
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError
 from swesbi.artefacts.files import check_json, check_whole
-from swesbi.config.read import CONFIGURATION, parse_config, read_yaml, snakemake_options
+from swesbi.config.read import CONFIGURATION, ConfigError, overlay, parse_config, read_yaml
 from swesbi.study.inspect.diff import ArrayDifference, FileDifference, RunDifference, compare_runs
 from swesbi.study.inspect.read import FACTS, ORIGIN, READERS, SETTINGS, Array, Content, read
 
@@ -244,9 +245,13 @@ def _options(results: Path) -> str:
     made, here = results / MERGED, Path(CONFIGURATION)
     if not made.is_file() or not here.is_file():
         return ""
-    if parse_config(read_yaml(made)) == parse_config(read_yaml(here)):
+    ours, folder = read_yaml(here), os.path.relpath(results)
+    try:
+        if parse_config(overlay(ours, read_yaml(made) | {"results": folder})) == parse_config(ours):
+            return ""
+    except ConfigError:  # of another version, whose studies this one does not make
         return ""
-    return snakemake_options(Path(os.path.relpath(made)), None)
+    return shlex.join(["--configfile", os.path.relpath(made), "--config", f"results={folder}"])
 
 
 def _each(files: Sequence[Path], lines: Callable[[Path], list[str]]) -> int:
