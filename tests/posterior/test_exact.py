@@ -234,8 +234,8 @@ def test_weights_and_sampler_agree_on_the_speed_model() -> None:
         low, high = np.quantile(part.phi, [0.02, 0.98], axis=0)
         assert np.all((low < speed_case.PHI) & (high > speed_case.PHI))
         one = to_logit(part.phi, prior)
-        effective = np.minimum(sampled.effective_draws, part.effective_draws)
-        sd, error = one.std(axis=0), 4.0 / np.sqrt(np.minimum(effective, SETTINGS.draws))
+        numbers = [np.minimum(own.effective_draws, SETTINGS.draws) for own in (sampled, part)]
+        sd, error = one.std(axis=0), 4.0 * np.sqrt(sum(1.0 / number for number in numbers))
         assert np.all(np.abs(one.mean(axis=0) - other.mean(axis=0)) / sd < error)
         # widths of the 90 % intervals, since the standard deviation of k_SR hangs on its long tail
         widths = [np.ptp(np.quantile(draws, (0.05, 0.95), axis=0), axis=0) for draws in (one, other)]

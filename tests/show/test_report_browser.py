@@ -152,7 +152,7 @@ def test_snakemakes_report_opens_every_category_without_error(page: Browser, res
     for content in ("stats", "rulegraph"):
         page.evaluate(f"app.setView({{content: {content!r}}})")
         page.settle()
-    assert page.evaluate("rules['predictive'] !== undefined")
+    assert page.evaluate("rules['subject_figures'] !== undefined")
     assert all(link.startswith(("file:", "data:")) for link in page.evaluate(LINKS))
     assert_no_trouble(page)
 

@@ -115,13 +115,17 @@ def test_the_command_that_repairs_a_file_works_as_it_is_printed(own_study: Study
 
 
 @pytest.mark.slow(minutes=0.5)
-def test_a_recording_dated_in_the_future_is_read_once(tmp_path: Path) -> None:
+def test_a_recording_dated_in_the_future_is_refused_with_the_way_out(tmp_path: Path) -> None:
     """The clock of a scanner may be years ahead."""
     study = copy_study(tmp_path)
     ahead = time.time() + 3e8
     for name in ("swe/A.csv", "subjects.csv"):
         os.utime(study.folder / "data" / "virtual_volunteers" / name, (ahead, ahead))
     target = "results-smoke/cohort/A/observation.h5"
+    refused = study.snakemake(target, cores=1)
+    assert refused.returncode != 0 and "Job 0" not in refused.stderr
+    command = refused.stderr.split("date it anew: ")[1].splitlines()[0]
+    subprocess.run(command, shell=True, cwd=study.folder, check=True)
     study.run(target, cores=1)
     assert study.planned(target) == set()
 

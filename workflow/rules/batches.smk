@@ -23,17 +23,16 @@ def light_stages():
     for experiment in [*FEATURE_EXPERIMENTS, *SPEED_EXPERIMENTS, *POPULATIONS]:
         of_all = STUDY.subjects_of(experiment)
         if experiment in FEATURE_EXPERIMENTS:
-            stages = dict.fromkeys(["posterior", "predictive", "subject_figures"], of_all)
+            stages = dict.fromkeys(["posterior", "predictive"], of_all)
         elif experiment in SPEED_EXPERIMENTS:
             stages = dict.fromkeys(
-                ["exact_posterior", "verdict", "predictive_speeds", "exact_subject_figures"],
+                ["exact_posterior", "verdict", "predictive_speeds"],
                 of_all,
             )
         else:
             stages = {
                 "population_answers": STUDY.answered(experiment),
                 "pressures": STUDY.with_pressures(experiment),
-                "exact_subject_figures": shown_singly(experiment),
             }
         for name, subjects in stages.items():
             yield name, {"experiment": experiment}, subjects, LEAST_SHARED
@@ -99,7 +98,9 @@ for name, fixed, subjects, least in light_stages():
         single = getattr(rules, name)
         job = "_".join([name, "batch", *fixed.values(), str(number)])
         OF_SEVERAL[job] = [name] * len(batch)
-        members = [Wildcards(fromdict=fixed | {"subject": subject}) for subject in batch]
+        members = [
+            Wildcards(fromdict=fixed | {"subject": subject}) for subject in batch
+        ]
         together = Wildcards(fromdict=fixed | {"subject": ", ".join(batch)})
         file = fixed | {"subject": f"batch-{number}"}
 

@@ -65,10 +65,16 @@ SPEEDS = "|".join(CONFIG.speed_experiments) or NONE
 OVER_POPULATION = "|".join(CONFIG.population_experiments) or NONE
 EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or NONE
 
-guard_execution(workflow, RESULTS)
+guard_execution(
+    workflow,
+    RESULTS,
+    [STUDY.cohort / "subjects.csv", *(STUDY.cohort / "swe").glob("*")],
+)
 config[RUN] = current_run(workflow)
 # Stored costs are of the configuration as it is shipped.
-CURRENT = Run(None if config[RUN]["options"] else PROJECT / "docs/tables/study_cost.csv")
+CURRENT = Run(
+    None if config[RUN]["options"] else PROJECT / "docs/tables/study_cost.csv"
+)
 config["figure_captions"] = captions()  # for report/figure.rst
 
 

@@ -90,7 +90,7 @@ class Workflow(Protocol):
     execute: Any
 
 
-def guard_execution(workflow: Workflow, results: str) -> None:
+def guard_execution(workflow: Workflow, results: str, inputs: Sequence[Path] = ()) -> None:
     """Have the workflow, when it is executed, look after what a killed run left and look at its folder.
 
     Snakemake offers no hook before it takes its own lock, so its ``execute`` is wrapped. Nothing happens
@@ -99,6 +99,7 @@ def guard_execution(workflow: Workflow, results: str) -> None:
     Args:
         workflow: Snakemake's object of this name, in a Snakefile.
         results: Folder of the study's results.
+        inputs: Files that a study begins with.
     """
     # it goes into shell lines as it is, and the environment may lie in a folder with a blank in its name
     sys.executable = shlex.quote(sys.executable)
@@ -118,6 +119,7 @@ def guard_execution(workflow: Workflow, results: str) -> None:
         if executor_plugin.common_settings.dryrun_exec:
             return run()
         check_writable(Path(results))
+        check_dates(inputs)
         with held_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks")):
             return run()
 
@@ -147,6 +149,21 @@ def check_writable(folder: Path) -> None:
     except OSError as error:
         reason = write_fault(error) or str(error)
         raise WorkflowError(f"{folder}: results cannot be written, {reason}") from None
+
+
+def check_dates(inputs: Sequence[Path]) -> None:
+    """Refuse inputs that are dated in the future: Snakemake takes what is made of them for older.
+
+    Raises:
+        WorkflowError: There is such a file; the message has the command that dates it anew.
+    """
+    ahead = [path for path in inputs if path.is_file() and path.stat().st_mtime > time.time()]
+    if ahead:
+        named = shlex.join(["touch", *map(str, ahead)])
+        raise WorkflowError(
+            f"{ahead[0]} is dated in the future, so that what is made of it would count as older; correct the "
+            f"clock, or date it anew: {named}"
+        )
 
 
 def current_run(workflow: Workflow) -> dict[str, int | str]:
