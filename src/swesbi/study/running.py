@@ -161,8 +161,8 @@ def check_dates(inputs: Sequence[Path]) -> None:
     if ahead:
         named = shlex.join(["touch", *map(str, ahead)])
         raise WorkflowError(
-            f"{ahead[0]} is dated in the future, so that what is made of it would count as older; correct the "
-            f"clock, or date it anew: {named}"
+            f"{ahead[0]} is dated in the future, so that what is made of it would count as older; correct "
+            f"the clock, or date it anew: {named}"
         )
 
 
