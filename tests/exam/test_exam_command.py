@@ -240,4 +240,5 @@ def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: 
     assert found.status == status(read_support(out / "support.json"))
     assert found.efficiency == exact.efficiency
     low, high = np.quantile(exact.phi[:, 0], [0.05, 0.95])
-    assert (found.low[2], found.high[2]) == (low, high)
+    # of the same draws; how numpy interpolates between two of them may differ in the last bit
+    assert (found.low[2], found.high[2]) == pytest.approx((low, high), rel=1e-14)
