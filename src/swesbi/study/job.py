@@ -24,6 +24,8 @@ LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
 START_UP = "start-up: "
 """Begins the line of a log that says what came before the stage, in seconds of processor time."""
+RUN_WITH = "run with: "
+"""Begins the line that gives what Snakemake was given beside its targets."""
 SERVED = "runs of the stage: "
 """Begins the line that says how many runs of the stage the job serves: one for each of its subjects."""
 MEMBERS = "members"
@@ -64,6 +66,7 @@ def run_job(snakemake: SnakemakeJob) -> None:
     exit_when_gone(run_now["process"])
     with logging_to(Path(str(snakemake.log[0])), run_now["options"]):
         print(f"{START_UP}{time.process_time():.3f} s")
+        print(f"{RUN_WITH}{run_now['options']}")
         served = list(_served(stage, files))
         print(f"{SERVED}{len(served)}")
         progress = Progress(stage["name"], len(served), unit="subject")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
-import shlex
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -15,9 +13,9 @@ import numpy as np
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError
 from swesbi.artefacts.files import check_json, check_whole
-from swesbi.config.read import CONFIGURATION, ConfigError, overlay, parse_config, read_yaml
 from swesbi.study.inspect.diff import ArrayDifference, FileDifference, RunDifference, compare_runs
 from swesbi.study.inspect.read import FACTS, ORIGIN, READERS, SETTINGS, Array, Content, read
+from swesbi.study.job import RUN_WITH
 
 HEADER: Final = ("array", "dimensions", "units", "missing", "min", "median", "mean", "max", "meaning")
 LEFT: Final = frozenset({"file", "array", "dimensions", "units", "meaning"})
@@ -26,8 +24,6 @@ VERDICTS: Final = "support.json"
 SHOWN_TEXTS: Final = 4
 SHOWN_FILES: Final = 3
 ARTEFACTS: Final = (".h5", ".pt", ".json")
-MERGED: Final = "configuration.yaml"
-"""The configuration of a finished study, in its results."""
 OF_RESULTS: Final = ("logs", "cohort")
 """Folders beside each other in the results of every study."""
 ANSWERS: Final = ("new", "change")
@@ -241,17 +237,10 @@ def _told(error: ArtefactError) -> str:
 
 
 def _options(results: Path) -> str:
-    """Return what Snakemake is given for the configuration that a study was made with; nothing for ours."""
-    made, here = results / MERGED, Path(CONFIGURATION)
-    if not made.is_file() or not here.is_file():
-        return ""
-    ours, folder = read_yaml(here), os.path.relpath(results)
-    try:
-        if parse_config(overlay(ours, read_yaml(made) | {"results": folder})) == parse_config(ours):
-            return ""
-    except ConfigError:  # of another version, whose studies this one does not make
-        return ""
-    return shlex.join(["--configfile", os.path.relpath(made), "--config", f"results={folder}"])
+    """Return what Snakemake was given beside its targets, as the last log of a study says."""
+    logs = sorted((results / "logs").rglob("*.log"), key=lambda path: path.stat().st_mtime)
+    lines = logs[-1].read_text(encoding="utf-8").splitlines() if logs else []
+    return next((line.removeprefix(RUN_WITH) for line in lines if line.startswith(RUN_WITH)), "")
 
 
 def _each(files: Sequence[Path], lines: Callable[[Path], list[str]]) -> int:
