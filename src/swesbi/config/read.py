@@ -210,14 +210,25 @@ def relocate(
 def typed_again(merged: dict[str, Any], said: Sequence[str]) -> dict[str, Any]:
     """Return a configuration with values of Snakemake's ``--config`` as YAML has them.
 
-    Snakemake reads a number within braces or brackets as text.
+    Snakemake reads a number within braces or brackets as text. What has none is left as Snakemake reads it.
 
     Args:
         merged: The configuration, with these values in it.
         said: The values as they were typed, ``KEY=VALUE``.
+
+    Raises:
+        ConfigError: What stands within braces or brackets is no YAML.
     """
-    pairs = [one.partition("=") for one in said]
-    return overlay(merged, {key: yaml.safe_load(value) for key, _, value in pairs})
+    for key, _, value in (one.partition("=") for one in said):
+        if not value.startswith(("{", "[")):
+            continue
+        try:
+            merged = overlay(merged, {key: yaml.safe_load(value)})
+        except yaml.YAMLError as error:
+            raise ConfigError(
+                f"--config {key}={value}: cannot be read as YAML; close its brackets"
+            ) from error
+    return merged
 
 
 def _section(raw: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:

@@ -129,8 +129,11 @@ def _with_plain_names(text: str) -> str:
         (place for place, line in enumerate(lines) if line.strip() and not line.startswith(COMMENT)), 0
     )
     before = lines[first - 1] if first else ""
-    as_many = any(before.count(sign) == lines[first].count(sign) > 0 for sign in DELIMITERS if before)
-    if before.startswith(COMMENT) and as_many and re.match(BEGINS_WITH_A_NUMBER, lines[first]):
+    if (
+        before.startswith(COMMENT)
+        and re.match(BEGINS_WITH_A_NUMBER, lines[first])
+        and any(before.count(sign) == lines[first].count(sign) > 0 for sign in DELIMITERS)
+    ):
         lines[first - 1] = before.lstrip(f"{COMMENT} ")
     return "".join(lines)
 

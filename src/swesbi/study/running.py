@@ -151,13 +151,17 @@ def check_writable(folder: Path) -> None:
         raise WorkflowError(f"{folder}: results cannot be written, {reason}") from None
 
 
+SKEW_S: Final = 2.0
+"""By how much clocks of a network may differ; a job takes as long."""
+
+
 def check_dates(inputs: Sequence[Path]) -> None:
     """Refuse inputs that are dated in the future: Snakemake takes what is made of them for older.
 
     Raises:
         WorkflowError: There is such a file; the message has the command that dates it anew.
     """
-    ahead = [path for path in inputs if path.is_file() and path.stat().st_mtime > time.time()]
+    ahead = [path for path in inputs if path.is_file() and path.stat().st_mtime > time.time() + SKEW_S]
     if ahead:
         named = shlex.join(["touch", *map(str, ahead)])
         raise WorkflowError(
