@@ -21,6 +21,7 @@ from swesbi.checks.discrepancy.cohort import GeneratedRecording, record_subject
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_yaml
 from swesbi.parameters import THETA_NAMES
+from swesbi.recording.clinical import CLINICAL
 from swesbi.virtual_cohort.clinical import measure
 from swesbi.virtual_cohort.files import samples_table
 from swesbi.virtual_cohort.volunteers import simulate_truth
@@ -31,6 +32,7 @@ density_kg_m3: {density}
 protocol:
   phases: {phases}
 """
+READ_MMHG = {one.name: one.declared for one in CLINICAL if one.unit == "mmHg"}
 CONTEXT_COLUMNS = ["subject", "sex", "age_years", "bsa_m2", "hr_bpm", "lvedv_ml", "lvesv_ml", "ivsd_cm"]
 
 
@@ -67,12 +69,14 @@ def generate(config: Config, numbers: Sequence[int]) -> list[GeneratedRecording]
 
 
 def write(folder: Path, made: Sequence[GeneratedRecording], config: Config) -> None:
-    """Write a cohort with cuff pressures, its truth apart."""
+    """Write a cohort, its truth apart; cuff pressures outside what is read (a heart in shock) stay empty."""
     (folder / "swe").mkdir(parents=True)
     contexts = pd.DataFrame([asdict(one.volunteer.context) for one in made])[CONTEXT_COLUMNS]
     measures = [measure(simulate_truth(one.volunteer), config.seed) for one in made]
-    pressures = {name: [getattr(one, name) for one in measures] for name in ("sbp_mmhg", "dbp_mmhg")}
-    contexts.round(2).assign(**pressures).to_csv(folder / "subjects.csv", index=False)
+    pressures = pd.DataFrame({name: [getattr(one, name) for one in measures] for name in READ_MMHG})
+    read = [pressures[name].between(*bounds) for name, bounds in READ_MMHG.items()]
+    pressures = pressures.where(np.logical_and.reduce(read) & (pressures["dbp_mmhg"] < pressures["sbp_mmhg"]))
+    contexts.round(2).join(pressures).to_csv(folder / "subjects.csv", index=False)
     truth = pd.DataFrame(np.array([one.volunteer.theta for one in made]), columns=list(THETA_NAMES))
     truth.insert(0, "subject", contexts["subject"])
     truth.to_csv(folder / "truth.csv", index=False)
