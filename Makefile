@@ -2,6 +2,7 @@
 PYTHON ?= python3
 CORES ?= 2
 TESTS ?= not slow and not exhaustive
+OF ?= tests
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
@@ -12,7 +13,7 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help mutants cluster study smoke report acquisition-seeds discrepancy sensitivity ladder readings exam changes full verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help mutants cluster study smoke report acquisition-seeds discrepancy sensitivity readings exam changes full verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -53,12 +54,6 @@ sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a ta
 changes: $(INSTALLED) ## what has changed between the visits of each person of new_subjects.cohort: results/tables/changes.csv
 	$(BIN)/snakemake --cores $(CORES) changes
 
-ladder: $(INSTALLED) ## what the posteriors owe to the equations: a table and a figure (docs/ladder.md)
-	$(BIN)/snakemake --cores $(CORES) results/tables/ladder.csv
-	for name in ladder ladder_pairs ladder_moves; do \
-		cp results/tables/$$name.csv tests/reference/study/$$name.csv; done
-	cp results/figures/ladder.png docs/figures/ladder.png
-
 readings: $(INSTALLED) ## which readings of the paper's text give its numbers: tables and a figure, in an hour on a finished study (docs/readings.md)
 	$(BIN)/snakemake --cores $(CORES) results/tables/readings.csv
 	for name in readings readings_given readings_recovery readings_verdicts readings_weights; do \
@@ -91,13 +86,14 @@ docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished stud
 	$(BIN)/python -m swesbi.show.docs
 
 test: $(INSTALLED) ## the fast tests
-	$(PYTEST) -m "$(TESTS)"
+	$(PYTEST) -m "$(TESTS)" $(OF)
 
 test-slow: smoke ## the slow tests: what reads or reruns a smoke study, faults, statistics in larger sizes
 	$(PYTEST) -m slow
 
 test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on clusters and without network, mutations of the code
 	$(PYTEST) -m exhaustive
+	$(PYTEST) studies
 
 mutants: $(INSTALLED) ## what the tests guard: one-line faults, each against its package's tests; fails where one lives that was killed
 	$(BIN)/python tests/mutants.py --compare tests/reference/mutants.csv
@@ -105,7 +101,7 @@ mutants: $(INSTALLED) ## what the tests guard: one-line faults, each against its
 lint: $(INSTALLED) ## ruff and snakefmt
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/snakefmt --check Snakefile workflow/rules
+	$(BIN)/snakefmt --check Snakefile workflow/rules studies
 
 types: $(INSTALLED) ## mypy in strict mode
 	$(BIN)/mypy
@@ -127,7 +123,7 @@ reference: smoke ## renew the stored tables: of the small study, and of the full
 format: $(INSTALLED) ## format the code in place
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt Snakefile workflow/rules
+	$(BIN)/snakefmt Snakefile workflow/rules studies
 
 clean: ## remove the virtual environment, caches and the smoke study; results/ stays
 	rm -rf $(VENV) results-smoke .snakemake .pytest_cache .mypy_cache .ruff_cache src/*.egg-info

@@ -35,7 +35,7 @@ from pathlib import Path
 from typing import Final
 
 import swesbi
-from swesbi.code_hash import Package, Place
+from swesbi.code_hash import Packages, Place
 from swesbi.study.registry import STAGES, stage_place
 
 SOURCE: Final = Path(swesbi.__file__).parent
@@ -99,7 +99,7 @@ def stages_an_edited_line_reruns(
         entries: The function of each stage.
         counts: Whether the lines of a file count.
     """
-    package = Package(folder)
+    package = Packages(folder)
     followed = Counter(
         line for entry in entries for line in set(_lines(package, package.followed(entry.module, entry.name)))
     )
@@ -108,7 +108,7 @@ def stages_an_edited_line_reruns(
     return sum(followed[line] for line in lines) / len(lines)
 
 
-def _lines(package: Package, places: Iterable[Place]) -> Iterator[Line]:
+def _lines(package: Packages, places: Iterable[Place]) -> Iterator[Line]:
     for place in places:
         for first, last in package.definition(place).lines:
             yield from ((place.module, number) for number in range(first, last + 1))

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import hashlib
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,12 +41,12 @@ class Place(NamedTuple):
     name: str
 
 
-class Package:
-    """The sources of a package, read as they are needed."""
+class Packages:
+    """The sources of packages that lead to each other, read as they are needed."""
 
-    def __init__(self, folder: Path) -> None:
-        """Take the package in ``folder``, of the folder's name."""
-        self.folder, self.name = folder, folder.name
+    def __init__(self, *folders: Path) -> None:
+        """Take the packages in ``folders``, of the folders' names."""
+        self.folders = {folder.name: folder for folder in folders}
         self._files: dict[str, Path | None] = {}
         self._sources: dict[str, Source] = {}
         self._links: dict[Place, tuple[tuple[Place, ...], bytes]] = {}
@@ -54,7 +55,7 @@ class Package:
         """Return 16 hexadecimal digits that name the code that a function leads to.
 
         Raises:
-            ModuleNotFoundError: The package has no such module.
+            ModuleNotFoundError: There is no such module.
             AttributeError: The module defines no such name.
             ValueError: Code that it leads to cannot be followed.
         """
@@ -127,7 +128,7 @@ class Package:
         while chain not in seen:
             seen.add(chain)
             module, rest = chain[0], chain[1:]
-            if module.split(".", maxsplit=1)[0] != self.name:
+            if module.split(".", maxsplit=1)[0] not in self.folders:
                 return None, chain
             passed[module] = None
             source = self._source(module)
@@ -155,7 +156,7 @@ class Package:
 
     def _source(self, module: str) -> Source:
         if module not in self._sources:
-            self._sources[module] = read_source(module, self._path(module), self.name)
+            self._sources[module] = read_source(module, self._path(module), frozenset(self.folders))
         return self._sources[module]
 
     def _has(self, module: str) -> bool:
@@ -164,12 +165,13 @@ class Package:
     def _path(self, module: str) -> Path:
         path = self._file(module)
         if path is None:
-            raise ModuleNotFoundError(f"the package has no module {module!r}")
+            raise ModuleNotFoundError(f"there is no module {module!r}")
         return path
 
     def _file(self, module: str) -> Path | None:
         if module not in self._files:
-            base = self.folder.joinpath(*module.split(".")[1:])
+            package, *below = module.split(".")
+            base = self.folders[package].joinpath(*below)
             files = (path for path in (base / "__init__.py", base.with_suffix(".py")) if path.is_file())
             self._files[module] = next(files, None)
         return self._files[module]
@@ -180,11 +182,18 @@ def stage_hash(module: str, name: str = "run") -> str:
     """Return the hash of a stage's function, ``run`` of ``swesbi.study.stages.pool``, say.
 
     Raises:
-        As ``Package.hash``.
+        As ``Packages.hash``.
     """
-    return _package().hash(module, name)
+    return _packages(module.partition(".")[0]).hash(module, name)
 
 
 @cache
-def _package() -> Package:
-    return Package(Path(__file__).parent)
+def _packages(name: str) -> Packages:
+    """Return the sources of this package, and of another one that imports it."""
+    own = Path(__file__).parent
+    if name == own.name:
+        return Packages(own)
+    spec = find_spec(name)
+    if spec is None or not spec.submodule_search_locations:
+        raise ModuleNotFoundError(f"no package is named {name!r}")
+    return Packages(own, Path(spec.submodule_search_locations[0]))

@@ -64,15 +64,15 @@ class Source:
     dynamic: bool
 
 
-def read_source(name: str, path: Path, package: str) -> Source:
-    """Read the module ``name`` of ``package``.
+def read_source(name: str, path: Path, packages: frozenset[str]) -> Source:
+    """Read the module ``name`` of one of ``packages``.
 
     Raises:
         ValueError: It has what cannot be followed: a star import, ``exec`` and the like.
         SyntaxError: It is no Python.
     """
     with _collector_waiting():
-        reader = _Reader(name, path, package)
+        reader = _Reader(name, path, packages)
         reader.read(ast.parse(path.read_text(encoding="utf-8"), str(path)).body)
         return Source(reader.written(), reader.imports, reader.dynamic)
 
@@ -92,8 +92,8 @@ def _collector_waiting() -> Iterator[None]:
 class _Reader(syntax.Names):
     """Sorts the statements of one module."""
 
-    def __init__(self, name: str, path: Path, package: str) -> None:
-        super().__init__(name, path, package)
+    def __init__(self, name: str, path: Path, packages: frozenset[str]) -> None:
+        super().__init__(name, path, packages)
         self._effects: list[ast.stmt] = []
         self._at_runtime: dict[str, syntax.Chain] = {}
 
@@ -181,7 +181,7 @@ class _Reader(syntax.Names):
         )
 
     def _is_dotted(self, text: str) -> bool:
-        return text.startswith(f"{self.package}.") and all(map(str.isidentifier, text.split(".")))
+        return "." in text and self.is_own((text,)) and all(map(str.isidentifier, text.split(".")))
 
 
 class _Writer:

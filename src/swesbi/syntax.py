@@ -22,14 +22,14 @@ class Names:
     Attributes:
         name: The module's.
         path: Its file.
-        package: Name of the package whose definitions are followed.
+        packages: Names of the packages whose definitions are followed.
         imports: Names that it binds by an import, and what they stand for.
         bound: Names that it binds otherwise, with the statements that do.
         dynamic: Whether it imports modules by names that are made when it runs.
     """
 
-    def __init__(self, name: str, path: Path, package: str) -> None:
-        self.name, self.path, self.package = name, path, package
+    def __init__(self, name: str, path: Path, packages: frozenset[str]) -> None:
+        self.name, self.path, self.packages = name, path, packages
         self.imports: dict[str, Chain] = {}
         self.bound: dict[str, list[ast.stmt]] = {}
         self.dynamic = False
@@ -42,7 +42,7 @@ class Names:
         """Return what each name that an import statement binds stands for.
 
         Raises:
-            ValueError: It is a star import from the package.
+            ValueError: It is a star import from one of the packages.
         """
         if isinstance(statement, ast.Import):
             return {
@@ -59,11 +59,11 @@ class Names:
         return {alias.asname or alias.name: (module, alias.name) for alias in statement.names}
 
     def is_own(self, chain: Chain) -> bool:
-        """Tell whether a chain begins in the package."""
-        return chain[0].split(".", maxsplit=1)[0] == self.package
+        """Tell whether a chain begins in one of the packages."""
+        return chain[0].split(".", maxsplit=1)[0] in self.packages
 
     def note(self, name: str, line: int) -> None:
-        """Note what is no name of the package: it may import modules that the text does not name.
+        """Note what is no name of a package: it may import modules that the text does not name.
 
         Raises:
             ValueError: It changes definitions, or runs code, in ways that the text does not show.
@@ -80,7 +80,7 @@ class Names:
         return ".".join([*base, *([statement.module] if statement.module else [])])
 
     def brought_in(self, statement: ast.Import | ast.ImportFrom) -> dict[str, Chain]:
-        """Return what an import brings in from the package, by the name that it binds."""
+        """Return what an import brings in from the packages, by the name that it binds."""
         targets = self.targets(statement)
         if isinstance(statement, ast.Import):
             targets = {f"{alias.name} as a module": (alias.name,) for alias in statement.names}

@@ -111,6 +111,33 @@ def copy_study(folder: Path) -> StudyCopy:
     return StudyCopy(folder)
 
 
+def run_side_study(study: StudyCopy, name: str) -> Path:
+    """Run a side study in its small sizes on a finished copy; return the folder of its results.
+
+    A second run finds nothing to do.
+    """
+    for part in ("__init__.py", "stage.py", "study.smk"):
+        target = study.folder / "studies" / part
+        target.parent.mkdir(exist_ok=True)
+        shutil.copy2(ROOT / "studies" / part, target)
+    copy_tree(ROOT / "studies" / name, study.folder / "studies" / name)
+    snakemake = [
+        sys.executable,
+        "-m",
+        "snakemake",
+        "--snakefile",
+        f"studies/{name}/Snakefile",
+        "--cores",
+        "2",
+    ]
+    given = ["--configfile", study.config, f"studies/{name}/small.yaml"]
+    for expected in ("", "Nothing to be done"):
+        done = study.call(*snakemake[1:], *given)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert expected in done.stdout + done.stderr
+    return study.results / "studies" / name
+
+
 def adopt_results(study: StudyCopy) -> None:
     """Give a copy the results of ``make smoke`` in the project, where there are any, current or not."""
     for part in (RESULTS, KNOWN):

@@ -57,7 +57,6 @@ def written(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Pa
         "reproduction.md",
         "calibration.md",
         "population.md",
-        "ladder.md",
         "readings.md",
         "exam.md",
     ):

@@ -20,7 +20,7 @@ from study_copy import ROOT
 from traced import SOURCE, Trace
 
 from swesbi.__main__ import main
-from swesbi.code_hash import Package, Place, stage_hash
+from swesbi.code_hash import Packages, Place, stage_hash
 from swesbi.recording.settings import ContextRow
 from swesbi.study.registry import STAGES, stage_place
 from swesbi.study.stages import cmaes, cohort, inference, predictive, simulation, training
@@ -51,7 +51,7 @@ class Toy:
             path.write_text(text)
 
     def hash(self, name: str = "run", module: str = "toy.stages.one") -> str:
-        return Package(self.folder).hash(module, name)
+        return Packages(self.folder).hash(module, name)
 
     def changed_by(self, name: str, old: str, new: str) -> bool:
         """Tell whether an edit changes the hash of the stage; the edit stays."""
@@ -303,7 +303,7 @@ def functions(path: Path) -> Iterable[Place]:
     return [Place(module, part.name) for part in body if isinstance(part, ast.FunctionDef)]
 
 
-PACKAGE = Package(SOURCE)
+PACKAGE = Packages(SOURCE)
 PACKAGES = sorted(path.parent for path in SOURCE.glob("*/__init__.py"))
 
 
@@ -325,7 +325,7 @@ def test_an_edit_reruns_the_stages_that_reach_it(folder: Path, copied: Path) -> 
     )
     function.body.append(ast.parse("print('edited')").body[0])
     path.write_text(ast.unparse(tree))
-    after = Package(copied)
+    after = Packages(copied)
     # all other modules are what they were
     PACKAGE.hash(*entry(next(iter(STAGES))))
     after._sources = {name: source for name, source in PACKAGE._sources.items() if name != edited.module}

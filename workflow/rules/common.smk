@@ -23,7 +23,7 @@ from swesbi.study.registry import stage_code
 
 # Snakemake has merged the files of --configfile; the paths in those from elsewhere count from their own folders.
 # In another folder than the project's, recordings are the project's and results lie there.
-PROJECT = Path(workflow.basedir)
+PROJECT = Path(str(workflow.current_basedir)).parents[1]
 try:
     config |= typed_again(config, workflow.config_settings.config_args or ())
     relocate(config, PROJECT / "config.yaml", Path.cwd(), DATA)

@@ -7,7 +7,6 @@ from typing import Literal
 from pydantic import Field
 
 from swesbi.base import Settings
-from swesbi.checks.ladder.settings import LadderSettings
 from swesbi.checks.readings.settings import ReadingsSettings
 from swesbi.checks.settings import CmaesSettings, DiscrepancyStudySettings, Variant
 from swesbi.config.experiments import Name
@@ -35,12 +34,6 @@ class SensitivitySettings(Settings):
     experiment: Name = Field(description="an experiment of kind speeds")
     short_training_epochs: int = Field(ge=1, description="epochs of the variants without `full_training`")
     variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
-
-
-class LadderChoiceSettings(LadderSettings):
-    """The ladder of structures, on the network of one experiment."""
-
-    experiment: Name = Field(description="an experiment of kind speeds, or one over a population")
 
 
 class ReadingsChoiceSettings(ReadingsSettings):

@@ -18,7 +18,6 @@ from swesbi.config.beside import (
     CmaesStudySettings,
     DiscrepancyChoiceSettings,
     ExamChoiceSettings,
-    LadderChoiceSettings,
     NewSubjectsSettings,
     PlanChoiceSettings,
     ReadingsChoiceSettings,
@@ -45,7 +44,7 @@ from swesbi.prior import NuisanceSettings, PriorSettings
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 
-FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs"})
+FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "studies"})
 
 
 def check_prior_names(config: Config) -> None:
@@ -244,15 +243,6 @@ def check_sensitivity(config: Config) -> None:
         raise ValueError(f"sensitivity.variants needs the variant {BASE!r}, with `changes: {{}}`")
 
 
-def check_ladder(config: Config) -> None:
-    """The ladder begins with the network of an experiment with an exact likelihood, or of a population."""
-    if config.base_of(name := config.ladder.experiment) not in config.speed_experiments:
-        known = ", ".join((*config.speed_experiments, *config.population_experiments)) or "none"
-        raise ValueError(
-            f"ladder.experiment = {name!r} is neither of kind speeds nor over a population; known: {known}"
-        )
-
-
 CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_prior_names,
     check_experiment_names,
@@ -269,7 +259,6 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_kinds,
     check_plan,
     check_sensitivity,
-    check_ladder,
 )
 
 
@@ -304,7 +293,6 @@ class Config(Settings):
     cohort_posterior: HierarchySettings
     discrepancy_study: DiscrepancyChoiceSettings
     sensitivity: SensitivitySettings
-    ladder: LadderChoiceSettings
     readings: ReadingsChoiceSettings
     exam: ExamChoiceSettings
     changes: ChangeSettings

@@ -62,7 +62,6 @@ def named(study: Study, wildcards: Wildcards, kind: str) -> str:
         "experiment": (*study.config.experiments, *study.config.population_experiments),
         "prior": study.config.priors,
         "variant": study.config.sensitivity.variants,
-        "structure": study.config.ladder.structures,
         "reading": study.config.readings.readings,
     }
     if name not in known[kind]:

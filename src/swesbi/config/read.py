@@ -9,7 +9,7 @@ import os
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Final, get_args, get_origin
+from typing import Annotated, Any, Final, TypeVar, get_args, get_origin
 
 import yaml
 from pydantic import BaseModel, ValidationError
@@ -255,10 +255,22 @@ def parse_config(raw: Mapping[str, Any], source: str = "config.yaml") -> Config:
     Raises:
         ConfigError: Lists every problem with key, value and remedy.
     """
+    return parse_section(raw, source, Config)
+
+
+Section = TypeVar("Section", bound=BaseModel)
+
+
+def parse_section(raw: object, source: str, model: type[Section]) -> Section:
+    """Validate a section of the configuration that belongs to a side study.
+
+    Raises:
+        ConfigError: Lists every problem with key, value and remedy.
+    """
     try:
-        return Config.model_validate_json(json.dumps(raw, default=str))
+        return model.model_validate_json(json.dumps(raw, default=str))
     except ValidationError as error:
-        raise describe(error, source, Config) from error
+        raise describe(error, source, model) from error
 
 
 def overlay(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

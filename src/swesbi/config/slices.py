@@ -122,11 +122,16 @@ def _slice(study: Study, wildcards: Wildcards, stage: str) -> dict[str, Any]:
     if stage in COMPOSED:
         return COMPOSED[stage](study, wildcards)
     if stage.endswith(FIGURE):
-        return _fields(study, wildcards, SOURCES.get(stage, SHARED_BY_FIGURES))
-    return _fields(study, wildcards, SOURCES[stage])
+        return fields_of(study, wildcards, SOURCES.get(stage, SHARED_BY_FIGURES))
+    return fields_of(study, wildcards, SOURCES[stage])
 
 
-def _fields(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any]:
+def fields_of(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any]:
+    """Return the plain values of sources by field, as `SOURCES` writes them.
+
+    Raises:
+        As ``value_of``.
+    """
     values = {}
     for assignment in sources.split():
         field, _, source = assignment.rpartition("=")
@@ -140,7 +145,7 @@ def _fields(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any]:
 def _discrepancy(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     section = study.config.discrepancy_study.to_plain()
     none = {"speed_fraction": 0.0, "timing_cycle": 0.0}  # what is chosen already must not matter
-    settings = _fields(study, {"experiment": section.pop("experiment")}, "model acquisition recording")
+    settings = fields_of(study, {"experiment": section.pop("experiment")}, "model acquisition recording")
     settings["model"]["discrepancy"] = none
     return settings | {"study": section}
 
@@ -153,32 +158,14 @@ def _sensitivity_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     training = _slice(changed, chosen, "train_flow")
     if not variant.full_training:
         training["estimator"]["epochs"] = section.short_training_epochs
-    own = _fields(changed, chosen, "experiment.exact experiment.simulations_per_subject seed")
+    own = fields_of(changed, chosen, "experiment.exact experiment.simulations_per_subject seed")
     return own | {"fix_passive_scale": variant.fix_passive_scale, "train": training}
 
 
 def _sensitivity(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     section = study.config.sensitivity
     labels = {name: variant.label for name, variant in section.variants.items()}
-    shown = _fields(study, {"experiment": section.experiment}, "cohort_title experiment.exact.interval")
-    return shown | {"labels": labels}
-
-
-def _ladder_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what the posteriors under one structure depend on: the changed model, and the study's own."""
-    section, name = study.config.ladder, named(study, wildcards, "structure")
-    changes = section.structures[name].changes
-    changed = study.with_changes(changes, f"ladder.structures.{name}.changes")
-    chosen = {"experiment": section.experiment}
-    own = _fields(study, chosen, "base=model experiment.exact")
-    return own | _fields(changed, chosen, "model") | {"effort": section.effort.to_plain()}
-
-
-def _ladder(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    section = study.config.ladder
-    labels = {name: structure.label for name, structure in section.structures.items()}
-    chosen = {"experiment": section.experiment}
-    shown = _fields(study, chosen, "cohort_title experiment.exact.interval ladder.survives_widths")
+    shown = fields_of(study, {"experiment": section.experiment}, "cohort_title experiment.exact.interval")
     return shown | {"labels": labels}
 
 
@@ -197,12 +184,12 @@ def _readings_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     section, name = study.config.readings, named(study, wildcards, "reading")
     reading, chosen = section.readings[name], {"experiment": section.experiment}
     changed = study.with_changes(reading.changes, f"readings.readings.{name}.changes")
-    if _fields(changed, chosen, SIMULATED) != _fields(study, chosen, SIMULATED):
+    if fields_of(changed, chosen, SIMULATED) != fields_of(study, chosen, SIMULATED):
         raise ConfigError(
             f"readings.readings.{name}.changes: changes the prior or the forward model; readings are run on "
             "the study's simulations, so make it an experiment of its own"
         )
-    chain = _fields(
+    chain = fields_of(
         changed,
         chosen,
         f"{RECORDED} prior experiment.simulations_per_subject experiment.summary "
@@ -223,21 +210,21 @@ def _readings_seeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 def _readings_cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     section, name = study.config.readings, named(study, wildcards, "reading")
     own = {"weights": section.cmaes.to_plain(), "treatment": section.readings[name].treatment.to_plain()}
-    searched = _fields(study, wildcards, "cmaes.search prior=prior_of_cmaes")
-    return own | searched | {"protocol": _fields(study, wildcards, RECORDED)}
+    searched = fields_of(study, wildcards, "cmaes.search prior=prior_of_cmaes")
+    return own | searched | {"protocol": fields_of(study, wildcards, RECORDED)}
 
 
 def _readings(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    shown = _fields(study, wildcards, "cohort_title readings.comparison")
+    shown = fields_of(study, wildcards, "cohort_title readings.comparison")
     readings = study.config.readings.readings
     return shown | {"readings": {name: reading.to_plain() for name, reading in readings.items()}}
 
 
 def _paper_comparison(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     names = ("observation_model", "estimator", "support", "predictive", "recovery")
-    own = _fields(study, wildcards, " ".join(["prior", *(f"experiment.{name}" for name in names)]))
+    own = fields_of(study, wildcards, " ".join(["prior", *(f"experiment.{name}" for name in names)]))
     general = "cmaes=cmaes.search cohort_title main_experiment=name recording"
-    return _fields(study, wildcards, general) | {"experiment": own}
+    return fields_of(study, wildcards, general) | {"experiment": own}
 
 
 def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
@@ -266,15 +253,13 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 def _outside(name: str, study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    return OUTSIDE[name](study, wildcards, _fields)
+    return OUTSIDE[name](study, wildcards, fields_of)
 
 
 COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
     "discrepancy": _discrepancy,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,
-    "ladder_run": _ladder_run,
-    "ladder": _ladder,
     "readings_run": _readings_run,
     "readings_seeds": _readings_seeds,
     "readings_cmaes": _readings_cmaes,

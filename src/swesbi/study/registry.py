@@ -70,10 +70,11 @@ def stage_function(name: str) -> Callable[..., None]:
     """Return the function of a stage; its module is imported now, with all that the stage needs.
 
     Raises:
-        KeyError: There is no such stage.
+        As ``stage_place``.
     """
-    function: Callable[..., None] = getattr(import_module(_STAGES[name].module), name)
-    return function
+    module, function = stage_place(name)
+    run: Callable[..., None] = getattr(import_module(module), function)
+    return run
 
 
 def file_types(run: Callable[..., None]) -> dict[str, Any]:
@@ -95,16 +96,19 @@ def file_arguments(run: Callable[..., None], files: Mapping[str, Any]) -> dict[s
 def stage_place(name: str) -> tuple[str, str]:
     """Return the module and the name of the function of a stage.
 
+    A stage of another package is named with its module, ``studies.ladder.stages:ladder``.
+
     Raises:
-        KeyError: There is no such stage.
+        KeyError: The study has no such stage.
     """
-    return _STAGES[name].module, name
+    module, _, function = name.rpartition(":")
+    return (module, function) if module else (_STAGES[name].module, name)
 
 
 def stage_code(name: str) -> str:
     """Return the hash of the code that a stage runs.
 
     Raises:
-        KeyError: There is no such stage.
+        As ``stage_place`` and ``Packages.hash``.
     """
     return stage_hash(*stage_place(name))

@@ -30,6 +30,7 @@ EXIT_ORPHAN: Final = 3
 RUN: Final = "current_run"
 """Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
 LOGGER = logging.getLogger("swesbi")
+SNAKEFILE: Final = "Snakefile"
 STATE: Final = Path(".snakemake")
 LOCK: Final = "swesbi-run.lock"
 
@@ -88,6 +89,7 @@ class Workflow(Protocol):
     scheduling_settings: Any
     overwrite_configfiles: Sequence[str | Path]
     execute: Any
+    main_snakefile: str
 
 
 def guard_execution(workflow: Workflow, results: str, inputs: Sequence[Path] = ()) -> None:
@@ -174,10 +176,12 @@ def current_run(workflow: Workflow) -> dict[str, int | str]:
     """Return what a job has to know of the run that starts it, and that changes no result.
 
     Returns:
-        ``process``: its number; ``options``: ``--configfile`` and ``--config`` as they were given, to be
-        typed again.
+        ``process``: its number; ``options``: the Snakefile of a side study, ``--configfile`` and ``--config``
+        as they were given, to be typed again.
     """
+    snakefile = os.path.relpath(workflow.main_snakefile)
     files = [os.path.relpath(path) for path in workflow.overwrite_configfiles]
-    parts = {"--configfile": files, "--config": list(workflow.config_settings.config_args or ())}
+    parts = {"--snakefile": [snakefile] if snakefile != SNAKEFILE else []}
+    parts |= {"--configfile": files, "--config": list(workflow.config_settings.config_args or ())}
     options = " ".join(shlex.join([name, *values]) for name, values in parts.items() if values)
     return {"process": os.getpid(), "options": options}

@@ -97,7 +97,7 @@ class Calls:
         raise self.refuse(node, f"the name {node.id}")
 
     def _known(self, node: ast.expr, chain: syntax.Chain) -> str:
-        if chain[0].split(".")[0] == self.module.package:
+        if chain[0].split(".")[0] in self.module.packages:
             return self.program.reference(chain)
         name = ".".join(chain)
         if name not in library.LIBRARY:
@@ -191,7 +191,7 @@ class Calls:
     def _call(self, node: ast.expr) -> str:
         assert isinstance(node, ast.Call)
         chain = self.chain(node.func)
-        own = chain is not None and chain[0].split(".")[0] == self.module.package
+        own = chain is not None and chain[0].split(".")[0] in self.module.packages
         if isinstance(node.func, ast.Attribute) and (chain is None or (own and self._is_of_value(chain))):
             return self._method_call(node, node.func)
         if chain is not None and own:

@@ -7,7 +7,7 @@ from typing import Final
 
 from swesbi.config.study import Study
 from swesbi.show.docs.calibration import PARTS as CALIBRATION_PARTS
-from swesbi.show.docs.calibration import REFERENCE, experiment_shown, read_calibration_results
+from swesbi.show.docs.calibration import experiment_shown, read_calibration_results
 from swesbi.show.docs.exam import (
     MARK,
     SITTINGS,
@@ -16,8 +16,6 @@ from swesbi.show.docs.exam import (
     page_part,
     sittings_part,
 )
-from swesbi.show.docs.ladder import PARTS as LADDER_PARTS
-from swesbi.show.docs.ladder import LadderResults
 from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
 from swesbi.show.docs.pushes import MARK as FREE_RUNNING
@@ -30,7 +28,6 @@ from swesbi.show.docs.results import read_results
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
 POPULATION_PAGE: Final = "population.md"
-LADDER_PAGE: Final = "ladder.md"
 READINGS_PAGE: Final = "readings.md"
 EXAM_PAGE: Final = "exam.md"
 
@@ -44,14 +41,13 @@ def stored_pages(study: Study, docs: Path) -> Pages:
     Raises:
         ArtefactError: A stored table is not what its name says.
     """
-    ladder, readings = LadderResults.read(REFERENCE), ReadingsResults.read(docs / "tables")
+    readings = ReadingsResults.read(docs / "tables")
     exam = ExamResults.read(docs / "tables", study.config.exam_interval)
     pushes = PushesResults.read(docs / "tables", study.config.exam_interval)
     shown = {CALIBRATION_PAGE: {MARK: calibration_part(exam)}} if experiment_shown(study) else {}
     if study.config.populations_run:
         shown[POPULATION_PAGE] = {FREE_RUNNING: pushes_part(pushes)}
     return {
-        LADDER_PAGE: {mark: part(ladder) for mark, part in LADDER_PARTS.items()},
         READINGS_PAGE: {mark: part(readings) for mark, part in READINGS_PARTS.items()},
         EXAM_PAGE: {MARK: page_part(exam), SITTINGS: sittings_part(exam)},
         **shown,

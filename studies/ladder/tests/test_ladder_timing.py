@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
+from ladder_case import LADDER
 from speed_case import ROOT
 
-from swesbi.checks.ladder.timing import (
+from studies.ladder.timing import (
     FAILED,
     RANGES,
     SEARCHED,
@@ -36,7 +37,7 @@ OUTSIDE = {"ivct_ms", "lvet_ms", "ivrt_ms", "dpdt_mmhg_s"}
 def configured() -> ForwardModelSettings:
     raw = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
     study = load_study(raw)
-    changes = study.config.ladder.structures["physiological_timing"].changes
+    changes = LADDER.structures["physiological_timing"].changes
     return study.with_changes(changes, "test").config.forward_model
 
 
@@ -102,7 +103,7 @@ def test_the_nuisance_parameters_move_with_the_setting() -> None:
     study = load_study(
         read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
     )
-    changes = study.config.ladder.structures["physiological_timing"].changes
+    changes = LADDER.structures["physiological_timing"].changes
     changed = study.with_changes(changes, "test").config
     moved = moved_nuisances(changed.forward_model, study.config.priors["calibrated"].nuisances)
     assert "passive_wall_factor" not in moved

@@ -1,10 +1,10 @@
 """Search the setting of the forward model with physiological timing, and print it and what it reaches.
 
-python benchmarks/physiological_timing.py              # the search, two runs of four minutes on a free core
-python benchmarks/physiological_timing.py --judge      # what the setting in config.yaml reaches, in seconds
+python -m studies.ladder.physiological_timing          # the search, two runs of four minutes on a free core
+python -m studies.ladder.physiological_timing --judge  # what the setting in config.yaml reaches, in seconds
 
 Contexts are those of the shipped cohort and of twelve healthy adults of the population; theta is the centre
-of the prior. The values go to `ladder.structures.physiological_timing` of config.yaml.
+of the prior. The values go to `ladder.structures.physiological_timing` of config.yaml beside this file.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ import argparse
 import time
 from collections.abc import Sequence
 from itertools import count
+from pathlib import Path
 from typing import Final
 
 import numpy as np
-from cases import ROOT
 
-from swesbi.checks.ladder.ejection import holds_published, prior_predictive_lvet_ms
-from swesbi.checks.ladder.timing import (
+from studies.ladder.ejection import holds_published, prior_predictive_lvet_ms
+from studies.ladder.settings import LadderSettings
+from studies.ladder.timing import (
     SEARCHED,
     TimingSearch,
     moved_nuisances,
@@ -29,7 +30,7 @@ from swesbi.checks.ladder.timing import (
     timing_table,
 )
 from swesbi.config.models import Config
-from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.read import parse_config, parse_section, read_yaml
 from swesbi.config.study import Study
 from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
@@ -37,6 +38,8 @@ from swesbi.population.contexts import draw_population
 from swesbi.prior import log_centre
 from swesbi.recording.cohort import read_subjects
 
+HERE: Final = Path(__file__).parent
+ROOT: Final = HERE.parents[1]
 ADULTS: Final = 12
 GROUP: Final = "adults"
 COHORT: Final = ROOT / "data" / "virtual_volunteers" / "subjects.csv"
@@ -58,8 +61,9 @@ def healthy_adults(config: Config, wanted: int) -> tuple[Context, ...]:
 
 
 def configured(config: Config) -> Config:
-    """Return the configuration changed to the structure as config.yaml has it."""
-    changes = config.ladder.structures[STRUCTURE].changes
+    """Return the study's configuration changed to the structure as the ladder's has it."""
+    ladder = parse_section(read_yaml(HERE / "config.yaml")["ladder"], "ladder", LadderSettings)
+    changes = ladder.structures[STRUCTURE].changes
     return Study(config, {}).with_changes(changes, "config.yaml").config
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 import speed_case
 
-from swesbi.arrays import FloatArray
-from swesbi.checks.ladder.infer import Rung
-from swesbi.checks.ladder.posteriors import (
+from studies.ladder.infer import Rung
+from studies.ladder.posteriors import (
     CHANGED,
     CHOSEN,
     SHIPPED,
@@ -18,8 +18,10 @@ from swesbi.checks.ladder.posteriors import (
     PairEvidence,
     StructureResult,
 )
-from swesbi.checks.ladder.quantities import QUANTITIES
-from swesbi.checks.ladder.settings import LadderEffort
+from studies.ladder.quantities import QUANTITIES
+from studies.ladder.settings import LadderEffort, LadderSettings
+from swesbi.arrays import FloatArray
+from swesbi.config.read import parse_section, read_yaml
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.fitted import FittedProposal
@@ -29,6 +31,8 @@ from swesbi.posterior.student import StudentProposal
 from swesbi.prior import JointPriorSettings, log_centre, to_logit
 
 SEED: Final = 5
+LADDER_CONFIG: Final = read_yaml(Path(__file__).parents[1] / "config.yaml")["ladder"]
+LADDER: Final = parse_section(LADDER_CONFIG, "ladder", LadderSettings)
 LEVELS: Final = np.linspace(0.0, 1.0, 2001)
 EFFORT: Final = LadderEffort(
     speed_fractions=(0.01, 0.03),

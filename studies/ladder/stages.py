@@ -9,14 +9,15 @@ from pathlib import Path
 
 from pydantic import Field
 
+from studies.ladder.figure import draw_ladder
+from studies.ladder.infer import Rung, infer_structure, second_recording
+from studies.ladder.posteriors import KIND, read_structure, to_groups
+from studies.ladder.proposal import first_proposal
+from studies.ladder.settings import LadderEffort
+from studies.ladder.summary import moves_table, pairs_table
+from studies.ladder.table import ABOUT_PEOPLE, ladder_table
 from swesbi.artefacts import save
 from swesbi.base import Settings
-from swesbi.checks.ladder.infer import Rung, infer_structure, second_recording
-from swesbi.checks.ladder.posteriors import KIND, read_structure, to_groups
-from swesbi.checks.ladder.proposal import first_proposal
-from swesbi.checks.ladder.settings import LadderEffort
-from swesbi.checks.ladder.summary import moves_table, pairs_table
-from swesbi.checks.ladder.table import ABOUT_PEOPLE, ladder_table
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline
@@ -24,7 +25,6 @@ from swesbi.networks.spline.flow import flow_proposal
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
 from swesbi.show.csv import write_csv
-from swesbi.show.figures.ladder import draw_ladder
 from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.origin import Origin
 

@@ -10,8 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import softmax
 
-from swesbi.arrays import FloatArray
-from swesbi.checks.ladder.posteriors import (
+from studies.ladder.posteriors import (
     CHANGED,
     CHOSEN,
     SHIPPED,
@@ -19,8 +18,9 @@ from swesbi.checks.ladder.posteriors import (
     StructureResult,
     check_same_subjects,
 )
-from swesbi.checks.ladder.quantities import CHANGE_OF, QUANTITIES, WORDS
-from swesbi.checks.ladder.quantities import CHANGED as WITHIN_A_PERSON
+from studies.ladder.quantities import CHANGE_OF, QUANTITIES, WORDS
+from studies.ladder.quantities import CHANGED as WITHIN_A_PERSON
+from swesbi.arrays import FloatArray
 from swesbi.checks.settings import BASE
 from swesbi.draws import median_and_interval, resampled_rows
 from swesbi.seeds import generator

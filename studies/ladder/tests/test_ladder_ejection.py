@@ -7,9 +7,10 @@ import re
 import numpy as np
 import pytest
 from forward_model_cases import COHORT
+from ladder_case import LADDER
 from speed_case import ROOT
 
-from swesbi.checks.ladder.ejection import PUBLISHED_MS, holds_published, prior_predictive_lvet_ms
+from studies.ladder.ejection import PUBLISHED_MS, holds_published, prior_predictive_lvet_ms
 from swesbi.config.models import Config
 from swesbi.config.read import read_yaml
 from swesbi.config.study import load_study
@@ -19,13 +20,13 @@ from swesbi.prior import NuisanceSettings
 
 DRAWS = 60
 CONTEXTS = tuple(COHORT.values())
-PAGE = (ROOT / "docs" / "ladder.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "studies" / "ladder" / "README.md").read_text(encoding="utf-8")
 
 
 def configured(structure: str) -> Config:
     raw = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
     study = load_study(raw)
-    return study.with_changes(study.config.ladder.structures[structure].changes, "test").config
+    return study.with_changes(LADDER.structures[structure].changes, "test").config
 
 
 @pytest.mark.parametrize(("structure", "holds"), [("base", False), ("physiological_timing", True)])

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from scipy.special import softmax
 
+from studies.ladder.posteriors import SHIPPED, StructureResult
+from studies.ladder.quantities import QUANTITIES, WORDS
+from studies.ladder.table import AVERAGE
 from swesbi.arrays import BoolArray
-from swesbi.checks.ladder.posteriors import SHIPPED, StructureResult
-from swesbi.checks.ladder.quantities import QUANTITIES, WORDS
-from swesbi.checks.ladder.table import AVERAGE
 from swesbi.checks.settings import BASE
 
 MOVES: Final = (

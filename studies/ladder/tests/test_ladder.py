@@ -12,33 +12,29 @@ import pandas as pd
 import pytest
 from exact_study import EXACT, write_inputs
 from figure_text import assert_text_apart
-from ladder_case import EFFORT, PAIRS, QUICK, SEED, result, rung, wide_proposal
+from ladder_case import EFFORT, LADDER, LADDER_CONFIG, PAIRS, QUICK, SEED, result, rung, wide_proposal
 from speed_case import PHI, ROOT, model, settings
 
+from studies.ladder import stages as stage
+from studies.ladder.figure import draw_ladder
+from studies.ladder.infer import best_pair, infer_structure, second_recording
+from studies.ladder.posteriors import CHANGED, CHOSEN, KIND, SHIPPED, read_structure, to_groups
+from studies.ladder.proposal import MovedProposal, first_proposal
+from studies.ladder.quantities import changed_recording, quantities_of
+from studies.ladder.settings import LadderEffort, LadderSettings, run_settings
+from studies.ladder.summary import moves_table, pairs_table, total_evidence
+from studies.ladder.table import AVERAGE, averaged, ladder_table, model_probabilities
 from swesbi.artefacts import Provenance, save
-from swesbi.checks.ladder.infer import best_pair, infer_structure, second_recording
-from swesbi.checks.ladder.posteriors import CHANGED, CHOSEN, KIND, SHIPPED, read_structure, to_groups
-from swesbi.checks.ladder.proposal import MovedProposal, first_proposal
-from swesbi.checks.ladder.quantities import changed_recording, quantities_of
-from swesbi.checks.ladder.settings import LadderEffort
-from swesbi.checks.ladder.summary import moves_table, pairs_table, total_evidence
-from swesbi.checks.ladder.table import ABOUT_PEOPLE, AVERAGE, averaged, ladder_table, model_probabilities
-from swesbi.config.read import ConfigError, read_yaml
-from swesbi.config.slices import stage_settings
+from swesbi.config.read import ConfigError, parse_section, read_yaml
 from swesbi.config.study import load_study
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
 from swesbi.networks.spline.flow import FlowProposal
 from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, ParameterPrior, in_bounds, log_centre
-from swesbi.show.docs.ladder import PARTS, LadderResults
-from swesbi.show.docs.marks import PART
-from swesbi.show.figures.ladder import draw_ladder
-from swesbi.study.stages import ladder as stage
 from swesbi.study.stages.origin import Origin
 
-SHIPPED_CONFIG = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+STUDY = load_study(read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")})
 LABELS = {"base": "as configured", "other": "another"}
-STRUCTURES = SHIPPED_CONFIG["ladder"]["structures"]
 FILES = {
     "table": ".csv",
     "pairs": "_pairs.csv",
@@ -292,33 +288,16 @@ def test_the_stage_writes_tables_and_a_figure(outputs: dict[str, Path]) -> None:
     assert set(pd.read_csv(outputs["pairs"])["structure"]) == set(LABELS)
 
 
-def test_the_documentation_says_what_survives_and_what_the_evidence_is_not(outputs: dict[str, Path]) -> None:
-    frames = [pd.read_csv(outputs[name]) for name in ("table", "pairs", "moves")]
-    parts = {name: part(LadderResults(*frames)) for name, part in PARTS.items()}
-    assert ABOUT_PEOPLE in parts["ladder_evidence"]
-    assert "conditional" in parts["ladder_posteriors"]
-    survivors = parts["ladder_moves"].split("What survives: ")[1]
-    assert "attained stiffness" in survivors
-    assert "k_0 in kPa" not in survivors
-    assert all("make ladder" in part(None) for part in PARTS.values())
-
-
-def test_every_part_stands_on_the_page() -> None:
-    page = (ROOT / "docs" / "ladder.md").read_text(encoding="utf-8")
-    assert sorted(match["name"] for match in PART.finditer(page)) == sorted(PARTS)
-
-
 def test_the_text_of_the_figure_stands_apart() -> None:
-    names = list(STRUCTURES)
-    labels = {name: STRUCTURES[name]["label"] for name in names}
-    results = {name: result(tuple("ABCDEFGH"), 1.0 + 0.1 * n, -3.0 * n) for n, name in enumerate(names)}
+    labels = {name: structure.label for name, structure in LADDER.structures.items()}
+    results = {name: result(tuple("ABCDEFGH"), 1.0 + 0.1 * n, -3.0 * n) for n, name in enumerate(labels)}
     figure = draw_ladder(ladder_table(results, labels, 0.9, SEED), 0.5, "virtual volunteers")
     assert_text_apart(figure)
 
 
-@pytest.mark.parametrize("structure", sorted(STRUCTURES))
+@pytest.mark.parametrize("structure", sorted(LADDER.structures))
 def test_every_structure_is_a_valid_configuration(structure: str) -> None:
-    found = stage_settings(load_study(SHIPPED_CONFIG), "ladder_run", structure=structure)
+    found = run_settings(STUDY, LADDER, structure)
     assert (found["model"] == found["base"]) == (structure == "base")
     assert found["model"]["discrepancy"] == found["base"]["discrepancy"]
     typed = stage.LadderRunStageSettings.from_plain(found)
@@ -326,33 +305,28 @@ def test_every_structure_is_a_valid_configuration(structure: str) -> None:
 
 
 def test_a_centre_that_moves_is_that_of_the_forward_model_too() -> None:
-    study = load_study(SHIPPED_CONFIG)
     for structure in ("alpha_4", "physiological_timing"):
-        found = stage_settings(study, "ladder_run", structure=structure)["model"]
+        found = run_settings(STUDY, LADDER, structure)["model"]
         nuisances, heart = found["prior"]["theta"]["nuisances"], found["forward_model"]
         for name in ("destruction_alpha", "sigma_0_pa", "activation_onset_s", "activation_duration_s"):
             assert nuisances[name]["centre"] == heart[name], (structure, name)
 
 
 def test_a_wrong_ladder_is_refused_by_its_key() -> None:
-    def changed(**values: object) -> dict[str, Any]:
-        return SHIPPED_CONFIG | {"ladder": SHIPPED_CONFIG["ladder"] | values}
+    def changed(**values: object) -> LadderSettings:
+        return parse_section(LADDER_CONFIG | values, "ladder", LadderSettings)
 
     with pytest.raises(ConfigError, match="ladder.experiment = 'paper' is neither"):
-        load_study(changed(experiment="paper"))
+        run_settings(STUDY, changed(experiment="paper"), "base")
     with pytest.raises(ConfigError, match="needs the structure 'base'"):
-        load_study(
-            changed(structures={"a": {"label": "a", "changes": {}}, "b": {"label": "b", "changes": {}}})
-        )
+        changed(structures={"a": {"label": "a", "changes": {}}, "b": {"label": "b", "changes": {}}})
     with pytest.raises(ConfigError, match="change.k_x = 2"):
-        load_study(changed(change={"k_x": 2.0}))
-    with pytest.raises(ConfigError, match="structure = 'x': unknown"):
-        stage_settings(load_study(SHIPPED_CONFIG), "ladder_run", structure="x")
-    wrong = SHIPPED_CONFIG["ladder"]["structures"] | {
-        "x": {"label": "x", "changes": {"passive": {"exponent_b": -1.0}}}
-    }
+        changed(change={"k_x": 2.0})
+    with pytest.raises(ConfigError, match="max_round = 3.*did you mean 'max_rounds'"):
+        changed(max_round=3)
+    wrong = {"label": "x", "changes": {"passive": {"exponent_b": -1.0}}}
     with pytest.raises(ConfigError, match=r"ladder\.structures\.x\.changes: 1 problem"):
-        stage_settings(load_study(changed(structures=wrong)), "ladder_run", structure="x")
+        run_settings(STUDY, changed(structures=LADDER_CONFIG["structures"] | {"x": wrong}), "x")
 
 
 def test_the_shipped_pair_leads_the_grid_and_stands_in_it_once() -> None:

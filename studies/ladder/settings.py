@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Any, Self
 
 from pydantic import Field, JsonValue, model_validator
 
 from swesbi.base import Settings
 from swesbi.checks.settings import BASE, Cycle, Fraction
+from swesbi.config.read import ConfigError
+from swesbi.config.slices import fields_of
+from swesbi.config.study import Study
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
 
@@ -51,8 +54,9 @@ class LadderEffort(Settings):
 
 
 class LadderSettings(LadderEffort):
-    """The ladder of structures."""
+    """The ladder of structures: the section ``ladder`` of config.yaml."""
 
+    experiment: str = Field(min_length=1, description="its network gives first proposals")
     survives_widths: float = Field(
         gt=0.0, description="a quantity survives that no structure moves by as many widths of its interval"
     )
@@ -68,3 +72,30 @@ class LadderSettings(LadderEffort):
     def effort(self) -> LadderEffort:
         """What one structure's inference depends on."""
         return LadderEffort(**{name: getattr(self, name) for name in LadderEffort.model_fields})
+
+
+def run_settings(study: Study, ladder: LadderSettings, structure: str) -> dict[str, Any]:
+    """Return what the posteriors under one structure depend on: the changed model, and the study's own.
+
+    Raises:
+        ConfigError: The experiment has no exact likelihood, or the changed configuration is not valid.
+    """
+    config, chosen = study.config, {"experiment": ladder.experiment}
+    if config.base_of(ladder.experiment) not in config.speed_experiments:
+        known = ", ".join((*config.speed_experiments, *config.population_experiments)) or "none"
+        raise ConfigError(
+            f"ladder.experiment = {ladder.experiment!r} is neither of kind speeds nor over a population; "
+            f"known: {known}"
+        )
+    changed = study.with_changes(
+        ladder.structures[structure].changes, f"ladder.structures.{structure}.changes"
+    )
+    own = fields_of(study, chosen, "base=model experiment.exact")
+    return own | fields_of(changed, chosen, "model") | {"effort": ladder.effort.to_plain()}
+
+
+def table_settings(study: Study, ladder: LadderSettings) -> dict[str, Any]:
+    """Return what tables and figure depend on."""
+    labels = {name: structure.label for name, structure in ladder.structures.items()}
+    shown = fields_of(study, {"experiment": ladder.experiment}, "cohort_title experiment.exact.interval")
+    return shown | {"survives_widths": ladder.survives_widths, "labels": labels}

@@ -8,9 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
-from swesbi.checks.discrepancy.evidence import Bank, PriorProposal, cover_pairs, evidence_se
-from swesbi.checks.ladder.posteriors import (
+from studies.ladder.posteriors import (
     CHANGED,
     CHOSEN,
     SHIPPED,
@@ -18,8 +16,10 @@ from swesbi.checks.ladder.posteriors import (
     PairEvidence,
     StructureResult,
 )
-from swesbi.checks.ladder.quantities import changed_recording, quantities_of
-from swesbi.checks.ladder.settings import LadderEffort
+from studies.ladder.quantities import changed_recording, quantities_of
+from studies.ladder.settings import LadderEffort
+from swesbi.arrays import FloatArray
+from swesbi.checks.discrepancy.evidence import Bank, PriorProposal, cover_pairs, evidence_se
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings

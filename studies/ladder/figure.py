@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from swesbi.checks.ladder.posteriors import SHIPPED
-from swesbi.checks.ladder.quantities import ATTAINED, CHANGE_OF, SHOWN
-from swesbi.checks.ladder.table import ABOUT_PEOPLE, AVERAGE
+from studies.ladder.posteriors import SHIPPED
+from studies.ladder.quantities import ATTAINED, CHANGE_OF, SHOWN
+from studies.ladder.table import ABOUT_PEOPLE, AVERAGE
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.show.figures.choices import subject_points

@@ -1,0 +1,55 @@
+"""What a side study begins with: the study it asks about, its own section of the configuration, params of its stages.
+
+Files of the study are inputs that no rule makes: `make study` comes first.
+"""
+
+import sys
+from pathlib import Path
+
+from swesbi.config.read import parse_section
+
+HERE = Path(workflow.basedir)
+
+
+configfile: str(HERE.parents[1] / "config.yaml")
+
+
+SECTION = config.pop(HERE.name, None)
+
+
+include: "../workflow/rules/common.smk"
+
+
+sys.path.insert(0, str(HERE.parents[1]))
+OUT = f"{RESULTS}/studies/{HERE.name}"
+
+
+def section_of(model):
+    """Return the side study's own section of the configuration."""
+    try:
+        return parse_section(
+            SECTION, f"studies/{HERE.name}/config.yaml: {HERE.name}", model
+        )
+    except ConfigError as error:
+        raise WorkflowError(str(error)) from None
+
+
+def own_stage(name, settings):
+    """Return the function that gives the params of a stage of this side study, ``settings`` a function of the wildcards."""
+    place = f"studies.{HERE.name}.stages:{name}"
+
+    def params(wildcards):
+        try:
+            plain = settings(wildcards)
+        except ConfigError as error:
+            raise WorkflowError(str(error)) from None
+        code = stage_code(place)
+        return {
+            "code": code,
+            "name": place,
+            "seed": CONFIG.seed,
+            "settings": plain,
+            "subject": "",
+        }
+
+    return params
