@@ -17,10 +17,10 @@ from study_copy import StudyCopy
 
 from swesbi.study.job import logging_to
 from swesbi.study.running import (
+    check_run,
     check_writable,
     current_run,
-    guard_execution,
-    held_with_others,
+    hold_with_others,
     remove_stale_locks,
 )
 
@@ -28,9 +28,9 @@ SHARD = "results-smoke/simulations/paper/A/shard-0.h5"
 POOL = "results-smoke/paper/pool.h5"
 
 HOLDER = (
-    "import sys, time; from pathlib import Path; from swesbi.study.running import held_with_others\n"
-    "with held_with_others(Path(sys.argv[1]), lambda: print('alone', flush=True)):\n"
-    "    print('held', flush=True); time.sleep(60)\n"
+    "import sys, time; from pathlib import Path; from swesbi.study.running import hold_with_others\n"
+    "hold_with_others(Path(sys.argv[1]), lambda: print('alone', flush=True))\n"
+    "print('held', flush=True); time.sleep(60)\n"
 )
 ORPHAN = (
     "import sys, time; from swesbi.study.running import exit_when_gone\n"
@@ -152,19 +152,16 @@ def test_a_folder_is_tried_before_a_run(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_only_a_lone_run_removes_locks_and_a_killed_one_is_no_company(tmp_path: Path) -> None:
     lock, calls = tmp_path / "state" / "lock", []
-    with held_with_others(lock, lambda: calls.append("first")):
-        pass
+    os.close(hold_with_others(lock, lambda: calls.append("first")))
     holder = subprocess.Popen([sys.executable, "-c", HOLDER, str(lock)], stdout=subprocess.PIPE, text=True)
     try:
         assert holder.stdout is not None
         assert [holder.stdout.readline(), holder.stdout.readline()] == ["alone\n", "held\n"]
-        with held_with_others(lock, lambda: calls.append("beside a living run")):
-            pass
+        os.close(hold_with_others(lock, lambda: calls.append("beside a living run")))
     finally:
         holder.kill()
         holder.wait()
-    with held_with_others(lock, lambda: calls.append("after a killed run")):
-        pass
+    os.close(hold_with_others(lock, lambda: calls.append("after a killed run")))
     assert calls == ["first", "after a killed run"]
 
 
@@ -193,58 +190,27 @@ def test_a_job_ends_soon_after_its_run() -> None:
             process.wait()
 
 
-def workflow(is_main: bool, executed: list[object]) -> SimpleNamespace:
+def workflow(on_cluster: bool = False) -> SimpleNamespace:
     return SimpleNamespace(
-        is_main_process=is_main,
-        dag_settings=SimpleNamespace(force_incomplete=False),
-        scheduling_settings=SimpleNamespace(max_jobs_per_timespan="100/1s"),
+        local_exec=not on_cluster,
+        scheduler=SimpleNamespace(job_rate_limiter="100/1s"),
         config_settings=SimpleNamespace(config_args=["seed=5", "cohort_title=a b"]),
         overwrite_configfiles=[Path("tests/smoke.yaml").absolute()],
-        execute=lambda executor_plugin, updated_files: executed.append(updated_files),
+        main_snakefile=str(Path("Snakefile").absolute()),
     )
-
-
-def plugin(dry: bool, on_cluster: bool = False) -> SimpleNamespace:
-    return SimpleNamespace(common_settings=SimpleNamespace(dryrun_exec=dry, non_local_exec=on_cluster))
-
-
-@pytest.mark.parametrize("dry", [False, True])
-def test_an_execution_makes_unfinished_results_again_and_a_dry_one_changes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dry: bool
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    stale = tmp_path / ".snakemake" / "locks" / "0.input.lock"
-    stale.parent.mkdir(parents=True)
-    stale.touch()
-    executed: list[object] = []
-    study = workflow(True, executed)
-    guard_execution(study, "results")
-    study.execute(executor_plugin=plugin(dry), updated_files=["x"])
-    assert executed == [["x"]]
-    assert study.dag_settings.force_incomplete
-    assert stale.exists() is dry
 
 
 @pytest.mark.parametrize(("on_cluster", "limit"), [(False, None), (True, "100/1s")])
 def test_jobs_on_this_machine_start_without_a_limit_a_second(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, on_cluster: bool, limit: str | None
+    tmp_path: Path, on_cluster: bool, limit: str | None
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    study = workflow(True, [])
-    guard_execution(study, "results")
-    study.execute(executor_plugin=plugin(False, on_cluster), updated_files=[])
-    assert study.scheduling_settings.max_jobs_per_timespan == limit
-
-
-def test_processes_of_single_jobs_are_left_alone() -> None:
-    study = workflow(False, [])
-    execute = study.execute
-    guard_execution(study, "results")
-    assert study.execute is execute
+    study = workflow(on_cluster)
+    check_run(study, str(tmp_path))
+    assert study.scheduler.job_rate_limiter == limit
 
 
 def test_jobs_know_the_process_and_the_options_of_their_run() -> None:
-    assert current_run(workflow(True, [])) == {
+    assert current_run(workflow()) == {
         "process": os.getpid(),
         "options": "--configfile tests/smoke.yaml --config seed=5 'cohort_title=a b'",
     }

@@ -18,7 +18,7 @@ from swesbi.show.page import FURTHER
 from swesbi.population.settings import MOST_SHOWN
 from swesbi.study.forecast import Run
 from swesbi.study.running import RUN
-from swesbi.study.running import current_run, guard_execution
+from swesbi.study.running import check_run, current_run, guard_run
 from swesbi.study.registry import stage_code
 
 # Snakemake has merged the files of --configfile; the paths in those from elsewhere count from their own folders.
@@ -65,11 +65,7 @@ SPEEDS = "|".join(CONFIG.speed_experiments) or NONE
 OVER_POPULATION = "|".join(CONFIG.population_experiments) or NONE
 EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or NONE
 
-guard_execution(
-    workflow,
-    RESULTS,
-    [STUDY.cohort / "subjects.csv", *(STUDY.cohort / "swe").glob("*")],
-)
+guard_run(workflow)
 config[RUN] = current_run(workflow)
 # Stored costs are of the configuration as it is shipped.
 CURRENT = Run(
@@ -83,6 +79,11 @@ OF_SEVERAL = {}
 
 
 onstart:
+    check_run(
+        workflow,
+        RESULTS,
+        [STUDY.cohort / "subjects.csv", *(STUDY.cohort / "swe").glob("*")],
+    )
     # costs are stored by rule: two rules may run one stage
     jobs = [
         OF_SEVERAL.get(job.rule.name, [job.rule.name])

@@ -16,8 +16,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final, Protocol
 
@@ -35,8 +34,7 @@ STATE: Final = Path(".snakemake")
 LOCK: Final = "swesbi-run.lock"
 
 
-@contextmanager
-def held_with_others(path: Path, when_alone: Callable[[], None]) -> Iterator[None]:
+def hold_with_others(path: Path, when_alone: Callable[[], None]) -> int:
     """Hold the lock beside other runs; first, if there is none, do what only a lone run may.
 
     Where the file system knows no such locks, ``when_alone`` is never called.
@@ -44,16 +42,16 @@ def held_with_others(path: Path, when_alone: Callable[[], None]) -> Iterator[Non
     Args:
         path: The lock's file, which stays; its folder is made if need be.
         when_alone: Called while no other process holds the lock.
+
+    Returns:
+        The open file; the lock lasts until it is closed, which the end of the process does.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-    try:
-        if _lock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB):
-            when_alone()
-        _lock(handle, fcntl.LOCK_SH)
-        yield
-    finally:
-        os.close(handle)
+    if _lock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB):
+        when_alone()
+    _lock(handle, fcntl.LOCK_SH)
+    return handle
 
 
 def _lock(handle: int, mode: int) -> bool:
@@ -84,48 +82,44 @@ class Workflow(Protocol):
     """What this module uses of Snakemake's ``workflow`` object."""
 
     is_main_process: bool
-    dag_settings: Any
-    config_settings: Any
-    scheduling_settings: Any
-    overwrite_configfiles: Sequence[str | Path]
-    execute: Any
+    local_exec: bool
     main_snakefile: str
+    config_settings: Any
+    output_settings: Any
+    scheduler: Any
+    overwrite_configfiles: Sequence[str | Path]
 
 
-def guard_execution(workflow: Workflow, results: str, inputs: Sequence[Path] = ()) -> None:
-    """Have the workflow, when it is executed, look after what a killed run left and look at its folder.
+def guard_run(workflow: Workflow) -> None:
+    """Hold the lock of runs until this process ends, and remove what a killed run left.
 
-    Snakemake offers no hook before it takes its own lock, so its ``execute`` is wrapped. Nothing happens
-    in the processes of single jobs, and a dry run changes nothing.
+    A Snakefile calls it. Nothing happens in the processes of single jobs, and a dry run changes nothing.
+    Unfinished results are made again by ``rerun-incomplete`` of the profile: each is written whole, but
+    perhaps under other settings.
+    """
+    # it goes into shell lines as it is, and the environment may lie in a folder with a blank in its name
+    sys.executable = shlex.quote(sys.executable)
+    if workflow.is_main_process and not workflow.output_settings.dryrun:
+        hold_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks"))
+
+
+def check_run(workflow: Workflow, results: str, inputs: Sequence[Path] = ()) -> None:
+    """Look at the folder of the results and at the inputs before the first job; called by ``onstart``.
 
     Args:
         workflow: Snakemake's object of this name, in a Snakefile.
         results: Folder of the study's results.
         inputs: Files that a study begins with.
+
+    Raises:
+        WorkflowError: Nothing can be written, or an input is dated in the future.
     """
-    # it goes into shell lines as it is, and the environment may lie in a folder with a blank in its name
-    sys.executable = shlex.quote(sys.executable)
-    if not workflow.is_main_process:
-        return
-    execute = workflow.execute
-
-    @functools.wraps(execute)
-    def guarded(*arguments: Any, executor_plugin: Any, **options: Any) -> Any:  # noqa: ANN401
-        # unfinished results are made again: each is written whole, but perhaps under other settings
-        workflow.dag_settings.force_incomplete = True
-        if not executor_plugin.common_settings.non_local_exec:
-            # A limit of jobs a second is meant for clusters. Snakemake sets itself a timer for it after every
-            # job, and none ends: two hundred jobs later it looks two hundred times a second.
-            workflow.scheduling_settings.max_jobs_per_timespan = None
-        run = functools.partial(execute, *arguments, executor_plugin=executor_plugin, **options)
-        if executor_plugin.common_settings.dryrun_exec:
-            return run()
-        check_writable(Path(results))
-        check_dates(inputs)
-        with held_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks")):
-            return run()
-
-    workflow.execute = guarded
+    check_writable(Path(results))
+    check_dates(inputs)
+    if workflow.local_exec and workflow.scheduler.job_rate_limiter is not None:
+        # A limit of jobs a second is meant for clusters. Snakemake sets itself a timer for it after every
+        # job, and none ends: two hundred jobs later it looks two hundred times a second.
+        workflow.scheduler.job_rate_limiter = None
 
 
 def remove_stale_locks(folder: Path) -> None:
