@@ -24,9 +24,8 @@ COLUMNS: Final = (
 TIME: Final = "time_ms"
 STANDARD_ERROR: Final = "se_m_s"
 EVENT: Final = "event"
-PUSH: Final = "push"
-"""The one word in ``EVENT``: waves that the heart sets off itself are refused."""
+"""What set off a wave, in tables of natural waves; such a table is refused."""
 FREE_REQUIRED: Final = (TIME, "rr_ms")
-FREE_OPTIONAL: Final = ("beat", "repeat", STANDARD_ERROR, "fit_r2", "status", EVENT)
+FREE_OPTIONAL: Final = ("beat", "repeat", STANDARD_ERROR, "fit_r2", "status")
 FREE_COLUMNS: Final = (*FREE_REQUIRED, SPEED, *FREE_OPTIONAL)
 """Of a free-running recording: it has instants in place of phases."""

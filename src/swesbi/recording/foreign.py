@@ -73,7 +73,7 @@ class Wanted:
 
 
 GATED: Final = Wanted(COLUMNS)
-FREE: Final = Wanted((*FREE_REQUIRED, SPEED), FREE_OPTIONAL)
+FREE: Final = Wanted((*FREE_REQUIRED, SPEED), (*FREE_OPTIONAL, EVENT))
 PHASE: Final = "phase_index"
 
 

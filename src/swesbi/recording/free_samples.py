@@ -14,7 +14,6 @@ from swesbi.recording.columns import (
     EVENT,
     FAILED_STATUSES,
     FREE_OPTIONAL,
-    PUSH,
     STANDARD_ERROR,
     STATUS_OK,
     TIME,
@@ -22,9 +21,10 @@ from swesbi.recording.columns import (
 from swesbi.recording.foreign import FREE
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.phases import LATEST_BEAT_PHASE
+from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.reader import (
-    NATURAL_WAVE,
-    NO_NATURAL_WAVES,
+    EVENT_HERE,
+    NO_EVENT,
     OWN_FORM,
     SPEED_RANGE_M_S,
     read_columns,
@@ -36,7 +36,7 @@ from swesbi.recording.reader import (
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import PA_PER_KPA
-from swesbi.recording.table import MISSING, TextTable
+from swesbi.recording.table import TextTable
 from swesbi.recording.units import MODULUS_UNITS, SPEED_UNITS
 
 SEVERAL: Final = (
@@ -102,13 +102,14 @@ def read_free_samples(
         subject: Whose rows are wanted of a table of several.
 
     Raises:
-        RecordingError: The table is malformed, a value is impossible, a row is a natural wave, or a push is
+        RecordingError: The table is malformed or one of natural waves, a value is impossible, or a push is
             given twice or lies beyond the end of its beat; it lists every problem with file, row, column and
             value.
     """
     table = read_columns(path, layout, subject, FREE)
+    if EVENT in table.cells:
+        raise RecordingError(Problem(str(path), EVENT_HERE, NO_EVENT, column=EVENT))
     has = tuple(name for name in FREE_OPTIONAL if name in table.cells)
-    _only_pushes(table)
     table.unique([name for name in ("repeat", "beat", TIME) if name in table.cells])
     time = table.number(TIME, 0, 5000, A_TIME)
     rr = read_rr_ms(table)
@@ -131,12 +132,6 @@ def read_free_samples(
     )
     table.finish()
     return samples
-
-
-def _only_pushes(table: TextTable) -> None:
-    if EVENT in table.cells:
-        words = np.char.lower(np.char.strip(np.asarray(table.cells[EVENT], dtype=np.str_)))
-        table.flag(EVENT, ~np.isin(words, (PUSH, *MISSING)), NATURAL_WAVE, NO_NATURAL_WAVES)
 
 
 def _numbered(table: TextTable, column: str, remedy: str) -> IntArray:

@@ -30,10 +30,10 @@ ASK_FREE: Final = (
     "networks and the experiments of the paper need gated phases; `swesbi new-subject` answers it without a "
     "network; in a study's own cohort leave it out of `subjects`"
 )
-NATURAL_WAVE: Final = "is a natural wave, which the heart sets off itself: the model does not interpret it"
-NO_NATURAL_WAVES: Final = "leave natural waves out; a push has `push` there, or nothing"
-EVENT_HERE: Final = "says what set off each wave, of a recording without time_ms"
-NO_EVENT: Final = "natural waves are not interpreted: leave them out, and this column of gated pushes too"
+EVENT_HERE: Final = "says what set off each wave"
+NO_EVENT: Final = (
+    "natural waves are not interpreted: leave them out; a table of pushes goes without this column"
+)
 OTHER_GATE: Final = 0.85  # of the distance of two gates; samples binned by phase lie within one
 SAME_GATE: Final = "correct the label or the delay; a label stands for one gate, in every repeat"
 SPEED_RANGE_M_S: Final = (0.05, 30.0)
