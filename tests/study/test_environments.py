@@ -62,8 +62,8 @@ def test_what_the_image_copies_is_there_and_what_it_installs_is_pinned() -> None
     copied = [Path(source) for arguments in instructions("COPY") for source in arguments[:-1]]
     assert all((ROOT / source).exists() for source in copied)
     installed = next(line for line in RECIPE.splitlines() if line.startswith("RUN pip install"))
-    assert re.findall(r"--requirement (\S+)", installed) == ["environment.txt", "environment-cluster.txt"]
-    assert {"environment.txt", "environment-cluster.txt", "src"} <= {str(source) for source in copied}
+    assert re.findall(r"--requirement (\S+)", installed) == ["environment.txt"]
+    assert {"environment.txt", "src"} <= {str(source) for source in copied}
 
 
 def test_the_linter_finds_nothing() -> None:
