@@ -1,17 +1,17 @@
-"""The JSON Schema of ``config.yaml``, for editors: ``python -m swesbi.config.schema`` writes it anew."""
+"""The JSON Schema of ``config.yaml``, for editors: ``python -m swesbi.config.schema FILE`` writes it."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from swesbi.artefacts import atomic_path
 from swesbi.config.models import Config
 
-SCHEMA: Final = Path("config.schema.json")
-"""Where it lies, beside ``config.yaml``, whose first line names it."""
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 
 
@@ -24,18 +24,20 @@ def config_schema() -> dict[str, Any]:
     return {"$schema": DIALECT, **Config.model_json_schema()}
 
 
-def schema_text() -> str:
-    """Return the schema as the file holds it."""
-    return json.dumps(config_schema(), indent=1, ensure_ascii=False) + "\n"
-
-
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Write the file; return 0."""
-    with atomic_path(SCHEMA) as temporary:
-        temporary.write_text(schema_text(), encoding="utf-8", newline="\n")
-    print(f"wrote {SCHEMA}")
+    parser = argparse.ArgumentParser(
+        prog="python -m swesbi.config.schema",
+        description="Writes the JSON Schema of config.yaml, by which editors complete and check it.",
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="the file to write")
+    path: Path = parser.parse_args(arguments).file
+    text = json.dumps(config_schema(), indent=1, ensure_ascii=False) + "\n"
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+    print(f"wrote {path}")
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))
