@@ -1,15 +1,14 @@
-"""Shows what files of the study hold and how they were made; compares two runs; checks checksums."""
+"""Says in short what files of the study are; compares two runs of it; checks checksums."""
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Final
-
-import numpy as np
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError
 from swesbi.artefacts.files import check_json, check_whole
@@ -17,12 +16,11 @@ from swesbi.study.inspect.diff import ArrayDifference, FileDifference, RunDiffer
 from swesbi.study.inspect.read import FACTS, ORIGIN, READERS, SETTINGS, Array, Content, read
 from swesbi.study.job import RUN_WITH
 
-HEADER: Final = ("array", "dimensions", "units", "missing", "min", "median", "mean", "max", "meaning")
-LEFT: Final = frozenset({"file", "array", "dimensions", "units", "meaning"})
+LEFT: Final = frozenset({"file", "array", "units", "meaning"})
 DIFFERENCES: Final = ("file", "array", "units", "max abs", "max rel", "meaning")
 VERDICTS: Final = "support.json"
-SHOWN_TEXTS: Final = 4
 SHOWN_FILES: Final = 3
+HASH_DIGITS: Final = 16
 ARTEFACTS: Final = (".h5", ".pt", ".json")
 OF_RESULTS: Final = ("logs", "cohort")
 """Folders beside each other in the results of every study."""
@@ -33,16 +31,21 @@ EXIT_DIFFERENT: Final = 1
 EXIT_ERROR: Final = 2
 
 
-def as_lines(content: Content) -> list[str]:
-    """Return what a file is, how it was made, and a row for each of its arrays."""
-    lines = [str(content.path), f"  {content.what}"]
-    lines += [f"  {content.integrity}"] if content.integrity else []
-    for title, facts in content.sections.items():
-        lines += [f"  {title}:", *_pairs(facts)] if facts else []
-    if content.arrays:
-        rows = [_row(part) for array in content.arrays for part in _by_unit(array)]
-        lines += ["  arrays:", *(f"    {line}" for line in table(rows))]
-    return lines
+def summary(content: Content) -> list[str]:
+    """Return what a file is, what made it, and of each array path, dimensions, units and meaning."""
+    lines = [f"{content.path}: {content.kind}"]
+    lines += [f"  {key}: {value}" for key, value in content.sections.get(ORIGIN, {}).items()]
+    if settings := content.sections.get(SETTINGS):
+        in_order = json.dumps(dict(settings), sort_keys=True).encode()
+        lines.append(f"  settings hash: {hashlib.sha256(in_order).hexdigest()[:HASH_DIGITS]}")
+    lines += [f"  {key}: {value}" for key, value in content.sections.get(FACTS, {}).items()]
+    return [*lines, *(f"  {_in_words(array)}" for array in content.arrays)]
+
+
+def _in_words(array: Array) -> str:
+    sizes = zip(array.dims, array.values.shape, strict=True)
+    dimensions = " x ".join(f"{name} {size}" for name, size in sizes) or "scalar"
+    return "  ".join(part for part in (array.name, dimensions, array.units, array.meaning) if part)
 
 
 def difference_lines(difference: RunDifference) -> list[str]:
@@ -71,12 +74,7 @@ def difference_lines(difference: RunDifference) -> list[str]:
     return [*lines, "the runs are equal" if difference.is_empty else "the runs differ"]
 
 
-def _pairs(facts: Mapping[str, str]) -> list[str]:
-    width = max(map(len, facts))
-    return [f"    {name:<{width}}  {value}" for name, value in facts.items()]
-
-
-def table(rows: Sequence[Sequence[str]], header: Sequence[str] = HEADER) -> list[str]:
+def table(rows: Sequence[Sequence[str]], header: Sequence[str]) -> list[str]:
     """Return rows of text as aligned lines below a header, numbers to the right."""
     widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
     return [
@@ -86,46 +84,6 @@ def table(rows: Sequence[Sequence[str]], header: Sequence[str] = HEADER) -> list
         ).rstrip()
         for row in (header, *rows)
     ]
-
-
-def _by_unit(array: Array) -> list[Array]:
-    """Return an array whose last axis runs over values of several units as one array for each of them."""
-    units = array.units.split(", ")
-    if len(units) == 1 or not array.values.ndim or array.values.shape[-1] != len(units):
-        return [array]
-    return [
-        replace(
-            array, name=f"{array.name}[{j}]", dims=array.dims[:-1], values=array.values[..., j], units=unit
-        )
-        for j, unit in enumerate(units)
-    ]
-
-
-def _row(array: Array) -> tuple[str, ...]:
-    sizes = zip(array.dims, array.values.shape, strict=True)
-    dims = " x ".join(f"{name} {size}" for name, size in sizes) or "scalar"
-    return (array.name, dims, array.units, *_statistics(array), array.meaning or _texts(array))
-
-
-def _statistics(array: Array) -> tuple[str, ...]:
-    """Return how many values are missing, and minimum, median, mean and maximum of the others."""
-    if not array.is_numeric:
-        return ("", "", "", "", "")
-    values = array.values.astype(np.float64)
-    finite = values[np.isfinite(values)]
-    missing = str(values.size - finite.size)
-    if not finite.size:
-        return (missing, "", "", "", "")
-    return (missing, *(f"{f(finite):.5g}" for f in (np.min, np.median, np.mean, np.max)))
-
-
-def _texts(array: Array) -> str:
-    """Return the first few different texts of an array of text."""
-    if array.is_numeric:
-        return ""
-    different = list(dict.fromkeys(map(str, array.values.ravel())))
-    more = f", ... ({len(different)} different)" if len(different) > SHOWN_TEXTS else ""
-    return ", ".join(different[:SHOWN_TEXTS]) + more
 
 
 def _grouped(differences: Iterable[FileDifference], section: str) -> list[str]:
@@ -160,7 +118,7 @@ def main(arguments: Sequence[str]) -> int:
     """Run the command.
 
     Returns:
-        0: shown, all whole, or equal; 1: the runs differ; 2: a file is missing, damaged or unreadable.
+        0: told, all whole, or equal; 1: the runs differ; 2: a file is missing, damaged or unreadable.
     """
     parser = _parser()
     given = parser.parse_args(arguments)
@@ -170,15 +128,15 @@ def main(arguments: Sequence[str]) -> int:
         return _compare(*given.diff)
     if given.check:
         return _each(_artefacts_in(given.files), _whole)
-    return _each(given.files, lambda path: [*as_lines(read(path)), ""])
+    return _each(given.files, lambda path: [*summary(read(path)), ""])
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi inspect",
-        description="Shows what files of the study are, how they were made (settings, seed, code, version), "
-        f"and their arrays with dimensions, units and statistics. Formats: {', '.join(READERS)}.",
-        epilog="Exit code: 0 shown, whole or equal; 1 the runs differ; 2 a file is missing, damaged or "
+        description="Says what files of the study are, what made them (seed, settings, code, version), "
+        f"and which arrays they hold, with dimensions and units. Formats: {', '.join(READERS)}.",
+        epilog="Exit code: 0 told, whole or equal; 1 the runs differ; 2 a file is missing, damaged or "
         "cannot be read. The message for a damaged file ends with the command that makes it again.",
     )
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="files of the study")
