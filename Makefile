@@ -2,7 +2,7 @@
 PYTHON ?= python3
 CORES ?= 2
 TESTS ?= not slow and not exhaustive
-OF ?= tests
+OF ?= tests tools
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
@@ -13,7 +13,7 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help mutants cluster study smoke report acquisition-seeds discrepancy sensitivity readings exam changes full verify crate container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help mutants cluster study smoke report acquisition-seeds discrepancy sensitivity readings exam changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -75,9 +75,6 @@ full: study ## the checks of calibration in large sizes, with the networks of th
 
 verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code
 	$(BIN)/python -m swesbi verify --out results/tables/claims.csv
-
-crate: $(INSTALLED) ## the finished study as an RO-Crate, described for machines: results/crate
-	$(BIN)/python -m swesbi crate
 
 container: ## an image of the project, where podman or docker can build one
 	$$(command -v podman || command -v docker || { echo "neither podman nor docker is here: install one of them" >&2; echo false; }) build --file Containerfile --tag swesbi .

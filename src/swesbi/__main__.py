@@ -33,7 +33,6 @@ COMMANDS = {
     "plan": "swesbi.study.plan",
     "exam": "swesbi.study.exam",
     "verify": "swesbi.study.verify",
-    "crate": "swesbi.study.crate",
     "inspect": "swesbi.study.inspect.command",
 }
 

@@ -1,10 +1,14 @@
-"""Pack a finished study as an RO-Crate: workflow, settings, data and results, described for machines."""
+"""Pack a finished study as an RO-Crate: ``python tools/crate.py RESULTS``, in the project's folder.
+
+The crate holds workflow, settings, data and results, described for machines.
+"""
 
 from __future__ import annotations
 
 import argparse
 import mimetypes
 import shutil
+import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,8 +22,7 @@ from rocrate.rocrate import ROCrate
 
 from swesbi import __version__
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import add_options, in_words, parsed, read_merged, read_yaml
-from swesbi.config.study import Study, load_study
+from swesbi.config.read import ConfigError, read_yaml
 
 VERSION: Final = "1.1"
 """Of RO-Crate: the one that the profiles below extend."""
@@ -41,6 +44,9 @@ SHIPPED: Final = ("data/virtual_volunteers", "data/virtual_trial")
 FORMATS: Final = {".yaml": "application/yaml", ".tex": "application/x-tex", ".md": "text/markdown"}
 """What Python's own table of formats does not know."""
 CITATION: Final = Path("CITATION.cff")
+BASE: Final = Path("config.yaml")
+MERGED: Final = "configuration.yaml"
+EXIT_USAGE: Final = 2
 ENVIRONMENT: Final = ("environment.txt", "pyproject.toml")
 ABOUT: Final = ("README.md", "LICENSE", "data/LICENSE", str(CITATION))
 CODE: Final = {"workflow": "rules and scripts of the workflow", "src": "the package that the rules call"}
@@ -52,9 +58,9 @@ class Packed:
     """Files of one run, relative to the project's folder.
 
     Attributes:
-        settings: What was configured: the file, and what was merged over it.
+        settings: What was configured: the base configuration, and all choices of the run.
         data: The recordings, with what is known of the subjects.
-        results: The page, its configuration, tables and figures.
+        results: The page, tables and figures.
         shipped: Whether the recordings are those of the project.
     """
 
@@ -65,39 +71,35 @@ class Packed:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run `crate`; return 0.
-
-    Raises:
-        ConfigError: The configuration is wrong.
-        ArtefactError: The study is not finished.
-    """
-    options = parsed(_parser(), arguments)
-    study = load_study(
-        read_merged(options.config, options.overlay), in_words(options.config, options.overlay)
-    )
-    folder = options.out or Path(study.config.results) / "crate"
-    packed = files_of(study, tuple(path for path in (options.config, options.overlay) if path))
-    write_crate(packed, folder)
+    """Pack a study; return 0, or 2 after one message where it is not finished or has files elsewhere."""
+    options = _parser().parse_args(arguments)
+    folder = options.out or options.results / "crate"
+    try:
+        packed = files_of(options.results)
+        write_crate(packed, folder)
+    except (ArtefactError, ConfigError, OSError) as error:
+        print(f"crate: {error}", file=sys.stderr)
+        return EXIT_USAGE
     print(f"wrote {folder}: {len(packed.data)} files of data, {len(packed.results)} of results")
     return 0
 
 
-def files_of(study: Study, settings: tuple[Path, ...]) -> Packed:
-    """Return what is packed of a study.
+def files_of(results: Path) -> Packed:
+    """Return what is packed of a study, by its folder of results.
 
     Raises:
         ArtefactError: The study is not finished.
+        ConfigError: Its configuration cannot be read.
     """
-    results, cohort = Path(study.config.results), study.cohort
-    page = results / "report.html"
+    page, merged = results / "report.html", results / MERGED
     if not page.is_file():
         raise ArtefactError(f"{page} does not exist: finish the study first (make study)")
+    cohort = Path(read_yaml(merged)["cohort"])
     recordings = [path for path in sorted(cohort.rglob("*")) if path.is_file()]
     shown = chain.from_iterable(
         sorted((results / name).glob("*")) for name in ("tables", "figures", "report")
     )
-    shipped = study.cohort.as_posix() in SHIPPED
-    return Packed(settings, tuple(recordings), (page, results / "configuration.yaml", *shown), shipped)
+    return Packed((BASE, merged), tuple(recordings), (page, *shown), cohort.as_posix() in SHIPPED)
 
 
 def write_crate(packed: Packed, folder: Path) -> None:
@@ -186,12 +188,16 @@ def _file(crate: ROCrate, path: Path, licence: str = "") -> Entity:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="swesbi crate",
+        prog="tools/crate.py",
         description="Pack a finished study as an RO-Crate: a folder with workflow, configuration, "
         "environment, recordings, tables and figures, and ro-crate-metadata.json, which says what each of "
         "them is and that this workflow made these results of these recordings (profile Workflow Run Crate "
         "0.5). Run it in the project's folder.",
     )
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="default: crate, in the study's results")
-    add_options(parser)
+    parser.add_argument("results", type=Path, metavar="RESULTS", help="folder of results of the study")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="default: crate, in RESULTS")
     return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -15,8 +15,7 @@ from rocrate_validator import models, services
 from rocrate_validator.utils.http import HttpRequester
 from study_copy import ROOT
 
-from swesbi.artefacts import ArtefactError
-from swesbi.study.crate import CODE_LICENCE, DATA_LICENCE, PROFILES, main
+from tools.crate import CODE_LICENCE, DATA_LICENCE, PROFILES, main
 
 FILES = (
     "Snakefile",
@@ -49,16 +48,17 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (package / "__pycache__").mkdir(parents=True)
     (package / "__init__.py").write_text("")
     (package / "__pycache__" / "x.pyc").write_bytes(b"1")
-    for name in ("tables/ppc.csv", "tables/ppc.tex", "figures/ppc.png", "report.html", "configuration.yaml"):
+    for name in ("tables/ppc.csv", "tables/ppc.tex", "figures/ppc.png", "report.html"):
         path = tmp_path / "results" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(name, encoding="utf-8")
+    shutil.copyfile(ROOT / "config.yaml", tmp_path / "results" / "configuration.yaml")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 def packed(project: Path) -> Path:
-    assert main([]) == 0
+    assert main(["results"]) == 0
     return project / "results" / "crate"
 
 
@@ -122,6 +122,7 @@ def test_the_workflow_made_the_results_of_the_recordings(project: Path) -> None:
     assert kinds(entities["Snakefile"]) == {"File", "SoftwareSourceCode", "ComputationalWorkflow"}
     assert {
         "config.yaml",
+        "results/configuration.yaml",
         "data/virtual_volunteers/subjects.csv",
         "data/virtual_volunteers/swe/A.csv",
     } <= ids(run["object"])
@@ -133,11 +134,10 @@ def test_only_recordings_that_are_shipped_have_the_licence_of_the_shipped_ones(p
     shipped = graph(packed(project))
     assert shipped["data/virtual_volunteers/swe/A.csv"]["license"] == {"@id": DATA_LICENCE}
     shutil.copytree(project / "data" / "virtual_volunteers", project / "data" / "own")
-    (project / "own.yaml").write_text("cohort: data/own\n", encoding="utf-8")
-    assert main(["--overlay", "own.yaml"]) == 0
-    own = graph(project / "results" / "crate")
+    (project / "results" / "configuration.yaml").write_text("cohort: data/own\n", encoding="utf-8")
+    own = graph(packed(project))
     assert "license" not in own["data/own/swe/A.csv"] and "license" not in own["results/tables/ppc.csv"]
-    assert own["own.yaml"]["license"] == {"@id": CODE_LICENCE} and DATA_LICENCE not in own
+    assert own["config.yaml"]["license"] == {"@id": CODE_LICENCE} and DATA_LICENCE not in own
 
 
 def test_the_same_files_give_the_same_bytes_without_a_place_or_a_time(project: Path) -> None:
@@ -156,21 +156,23 @@ def test_the_same_files_give_the_same_bytes_without_a_place_or_a_time(project: P
     ]
 
 
-def test_an_unfinished_study_is_not_packed(project: Path) -> None:
+def test_an_unfinished_study_is_not_packed(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (project / "results" / "report.html").unlink()
-    with pytest.raises(ArtefactError, match=r"report\.html does not exist: finish the study first"):
-        main([])
+    assert main(["results"]) == 2
+    assert "results/report.html does not exist: finish the study first" in capsys.readouterr().err
     assert not (project / "results" / "crate").exists()
 
 
 def test_a_file_from_elsewhere_is_refused_and_the_former_crate_stays(
-    project: Path, tmp_path_factory: pytest.TempPathFactory
+    project: Path, tmp_path_factory: pytest.TempPathFactory, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = files_below(packed(project))
-    elsewhere = tmp_path_factory.mktemp("elsewhere") / "overlay.yaml"
-    elsewhere.write_text("seed: 1\n", encoding="utf-8")
-    with pytest.raises(ArtefactError, match="lies outside of"):
-        main(["--overlay", str(elsewhere)])
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    (elsewhere / "subjects.csv").write_text("subject\n", encoding="utf-8")
+    merged = project / "results" / "configuration.yaml"
+    merged.write_text(f"cohort: {elsewhere}\n", encoding="utf-8")
+    assert main(["results"]) == 2
+    assert "lies outside of" in capsys.readouterr().err
     assert files_below(project / "results" / "crate") == before
 
 

@@ -1,0 +1,1 @@
+"""Programs around a finished study, which the study does not need."""
