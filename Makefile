@@ -13,7 +13,7 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help mutants cluster study smoke report acquisition-seeds discrepancy sensitivity readings exam changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help mutants cluster study smoke report acquisition-seeds sensitivity readings exam changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -40,11 +40,6 @@ acquisition-seeds: $(INSTALLED) ## virtual volunteers under 20 acquisition seeds
 	$(BIN)/snakemake --cores $(CORES) results/tables/acquisition_seeds.csv
 	cp results/tables/acquisition_seeds_medians.csv data/virtual_volunteers/acquisition_seeds.csv
 	$(BIN)/python -m swesbi.virtual_cohort data/virtual_volunteers
-
-discrepancy: $(INSTALLED) ## the model's discrepancy chosen on a generated cohort: a table and a figure, in minutes
-	$(BIN)/snakemake --cores $(CORES) results/tables/discrepancy.csv
-	cp results/tables/discrepancy.csv tests/reference/study/discrepancy.csv
-	cp results/figures/discrepancy.png docs/figures/discrepancy.png
 
 sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a table and a figure, in half an hour
 	$(BIN)/snakemake --cores $(CORES) results/tables/sensitivity.csv

@@ -1,10 +1,10 @@
-"""What hearts of development ask for that are further from the model than those of `make discrepancy`.
+"""What hearts of development ask for that are further from the model than those of studies/discrepancy.
 
     python benchmarks/development_hearts.py --csv docs/tables/development_hearts.csv
 
 Hearts of the exam's stream of development (docs/exam.md), none of which sits it, are recorded and inferred by
 adaptive importance sampling, no network in between: 40 of generator b, whose physiology is drawn from ranges
-twice as wide in log as those of ``make discrepancy``, 60 of y, whose passive stiffness rises in compression
+twice as wide in log as those of studies/discrepancy, 60 of y, whose passive stiffness rises in compression
 as in stretch, and 24 of z, which have another structure (thin wall, second Piola stress, proximal
 capacitance). Each is inferred with the nuisance parameters free, as configured; with one exponent of the
 passive stiffness; with widths of 1 and 2 of the prior of its factor in compression; and with all nuisances
@@ -24,8 +24,7 @@ from typing import Final
 import pandas as pd
 from passive_beat import study_settings, with_known_physiology
 
-from swesbi.checks.discrepancy.cohort import GeneratedSubject
-from swesbi.checks.discrepancy.evidence import PairScore, discrepancy_table, score_subject
+from swesbi.checks.evidence import PairScore, discrepancy_table, score_subject
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_yaml
@@ -40,6 +39,7 @@ from swesbi.progress import Progress
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator as stream_of
 from swesbi.show.csv import write_csv
+from swesbi.virtual_cohort.generated import GeneratedSubject
 
 STREAM: Final = "development"
 HEARTS: Final = {"b": 40, "y": 60, "z": 24}

@@ -3,14 +3,14 @@ r"""What a fixed passive stiffness, and physiology taken as known, do where the 
     python benchmarks/passive_beat.py --csv docs/tables/passive_beat.csv \
         --figure docs/figures/passive-beat.png
 
-Generated subjects of a richer physiology than the model's, those of ``make discrepancy``, are inferred three
-times by adaptive importance sampling, no network in between: with the passive part along one reference beat
-of each subject, whatever theta is simulated; along the stretch of each simulation's own beat; and along the
-own beat with the nuisance parameters free. The first two take physiology and scale of the speeds as known, at
-the discrepancy that ``calibrated`` had while it did (2 % in speed, 1.5 % of the cycle); the third is as
-configured. Prints for each how often the true parameters lie in their credible intervals, the median
-log-width of these, the error in log and how it goes with the true parameter, and the total log evidence.
-Takes minutes on one core.
+Generated subjects of a richer physiology than the model's, on which the discrepancy was chosen
+(studies/discrepancy), are inferred three times by adaptive importance sampling, no network in between: with
+the passive part along one reference beat of each subject, whatever theta is simulated; along the stretch of
+each simulation's own beat; and along the own beat with the nuisance parameters free. The first two take
+physiology and scale of the speeds as known, at the discrepancy that ``calibrated`` had while it did (2 % in
+speed, 1.5 % of the cycle); the third is as configured. Prints for each how often the true parameters lie in
+their credible intervals, the median log-width of these, the error in log and how it goes with the true
+parameter, and the total log evidence. Takes minutes on one core.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.arrays import FloatArray
-from swesbi.checks.discrepancy.cohort import GeneratedSubject, generate_cohort
-from swesbi.checks.discrepancy.evidence import Bank, fill_bank, score_pairs
+from swesbi.base import Settings
+from swesbi.checks.evidence import Bank, fill_bank, score_pairs
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.config.read import read_yaml
-from swesbi.config.slices import stage_settings
+from swesbi.config.slices import fields_of
 from swesbi.config.study import load_study
 from swesbi.draws import normalised
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
@@ -40,11 +40,13 @@ from swesbi.measurement.settings import DiscrepancySettings, PassiveBeat
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.prior import NuisanceSettings
 from swesbi.progress import Progress
+from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.style import TEXT_WIDTH_IN, new_figure, plain_decades, save_figure, style
 from swesbi.show.numbers import as_percent
-from swesbi.study.stages.sensitivity import DiscrepancyStageSettings
+from swesbi.virtual_cohort.generated import GeneratedSubject, generate_cohort
+from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 Name = Literal["reference", "own", "free"]
 TITLES: Final[dict[Name, str]] = {
@@ -53,11 +55,31 @@ TITLES: Final[dict[Name, str]] = {
     "free": "own beat, physiology free",
 }
 """What each inference is called, in the order shown."""
+EXPERIMENT: Final = "calibrated"
+EFFORT: Final = DiscrepancyStudySettings(
+    subjects=50,
+    speed_fractions=(0.02,),
+    timing_cycles=(0.0,),
+    simulations_per_round=2000,
+    max_rounds=20,
+    min_effective_draws=500,
+    interval=0.9,
+)
+"""As much as the choice of the discrepancy takes, at the one pair that is in use."""
 FORMER: Final = DiscrepancySettings(speed_fraction=0.02, timing_cycle=0.015)
 HEIGHT_IN: Final = 2.6
 SHOWN: Final = "k_sr_per_s"
 SYMBOL: Final = THETA_SYMBOLS[THETA_NAMES.index(SHOWN)]
 COVERED, MISSED = "#0072B2", "#D55E00"
+
+
+class GeneratedSettings(Settings):
+    """What the generated subjects and their posteriors depend on."""
+
+    model: SpeedModelSettings
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    study: DiscrepancyStudySettings
 
 
 @dataclass(frozen=True)
@@ -103,13 +125,11 @@ def _arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def study_settings(config: Path) -> tuple[DiscrepancyStageSettings, int]:
-    """Return the settings of the study of the discrepancy, with the discrepancy that its experiment has."""
+def study_settings(config: Path) -> tuple[GeneratedSettings, int]:
+    """Return the settings of the experiment with an exact likelihood, and the study's seed."""
     study = load_study(read_yaml(config))
-    settings = DiscrepancyStageSettings.from_plain(stage_settings(study, "discrepancy"))
-    experiment = study.config.speed_experiments[study.config.discrepancy_study.experiment]
-    chosen = {"discrepancy": experiment.observation_model.discrepancy}
-    return settings.model_copy(update={"model": settings.model.model_copy(update=chosen)}), study.config.seed
+    plain = fields_of(study, {"experiment": EXPERIMENT}, "model acquisition recording")
+    return GeneratedSettings.from_plain(plain | {"study": EFFORT.to_plain()}), study.config.seed
 
 
 def with_known_physiology(model: SpeedModelSettings) -> SpeedModelSettings:
@@ -128,7 +148,7 @@ def inferences(model: SpeedModelSettings) -> dict[Name, SpeedModelSettings]:
     return {"reference": along("reference"), "own": along("own"), "free": model}
 
 
-def infer(settings: DiscrepancyStageSettings, subjects: int, seed: int) -> list[Estimate]:
+def infer(settings: GeneratedSettings, subjects: int, seed: int) -> list[Estimate]:
     """Generate the cohort, and estimate every parameter of every subject by every inference."""
     model = settings.model
     cohort = generate_cohort(

@@ -19,7 +19,7 @@ from studies.ladder.posteriors import (
 from studies.ladder.quantities import changed_recording, quantities_of
 from studies.ladder.settings import LadderEffort
 from swesbi.arrays import FloatArray
-from swesbi.checks.discrepancy.evidence import Bank, PriorProposal, cover_pairs, evidence_se
+from swesbi.checks.evidence import Bank, PriorProposal, cover_pairs, evidence_se
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings

@@ -376,7 +376,7 @@ AFFECTED = {
     "population_experiments__amortised__calibration__two_sample_draws": {"population_agreement"},
     "population_experiments__amortised__nulls__recordings": {"population_null"},
     "passive__exponent_b": OF_A_RECORDING
-    | {"passive", "recovery_acquisition", "acquisition_seeds", "discrepancy", "readings_cmaes"}
+    | {"passive", "recovery_acquisition", "acquisition_seeds", "readings_cmaes"}
     | READINGS,
     "recording__min_samples_per_phase": READINGS
     | {
@@ -386,7 +386,6 @@ AFFECTED = {
         "recovery_acquisition",
         "acquisition_seeds",
         "explorer",
-        "discrepancy",
         "calibration_recordings",
         "misspecification",
         "train_population",
@@ -398,7 +397,6 @@ AFFECTED = {
     "new_subjects__margin_fraction": set(),
     "new_subjects__uninformative__shift": set(),
     "noise__interval": {"noise"},
-    "discrepancy_study__subjects": {"discrepancy"},
     "exam__score__least_supported": {"exam_table"},
     "readings__comparison__spread_fraction": {"readings"},
     "readings__cmaes__seeds": {"readings_cmaes"},
@@ -415,7 +413,6 @@ AFFECTED = {
         "recovery_acquisition",
         "epochs",
         "acquisition_seeds",
-        "discrepancy",
     },
     "experiments__paper__epoch_study__candidate_draws": {"epochs"},
     "acquisition_seeds__seeds": {"acquisition_seeds", "readings_seeds"},

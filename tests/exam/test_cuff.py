@@ -9,7 +9,6 @@ import pytest
 from exam_case import CONFIG, HEART, SEED, STREAM, generators, recorded
 from study_copy import ROOT
 
-from swesbi.checks.discrepancy.cohort import draw_volunteer
 from swesbi.exam import hearts
 from swesbi.exam.beat import Beat
 from swesbi.exam.cuff import cuff_pressures
@@ -20,6 +19,7 @@ from swesbi.heart.simulate import simulate
 from swesbi.recording.ingest import ingest
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.generated import draw_volunteer
 from swesbi.virtual_cohort.volunteers import forward_model_of
 
 ERRORS = CONFIG.clinical.errors

@@ -9,7 +9,6 @@ import pytest
 from exam_case import CONFIG, CONTEXT, LVESV_FRACTION, SEED, STREAM, generators, recorded
 from study_copy import ROOT
 
-from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, draw_context, draw_volunteer
 from swesbi.exam import hearts, ranges
 from swesbi.exam.echocardiography import with_own_lvesv
 from swesbi.exam.generators import all_generators, generator_of
@@ -20,6 +19,7 @@ from swesbi.measurement.operator import SERIES_MODULUS_KPA
 from swesbi.population.contexts import is_plausible
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
+from swesbi.virtual_cohort.generated import PHYSIOLOGY, draw_context, draw_volunteer
 from swesbi.virtual_cohort.volunteers import (
     LATE_DIASTOLE,
     TruthCurve,

@@ -14,7 +14,7 @@ import speed_case
 from exam_case import CONFIG, recorded
 
 from swesbi.arrays import FloatArray
-from swesbi.checks.discrepancy.evidence import fill_bank
+from swesbi.checks.evidence import fill_bank
 from swesbi.draws import effective_draws, normalised, resampled_rows
 from swesbi.exam.recorded import RecordedHeart
 from swesbi.exam.score import ASKED, QUANTITIES, HeartAnswer, intervals, truths

@@ -342,7 +342,7 @@ def test_stages_reach_their_science_and_no_other() -> None:
             "new_subject_of_population",
             "readings_cmaes",
         },
-        Place("swesbi.recording.noise", "fit_noise"): {"noise", "discrepancy"},
+        Place("swesbi.recording.noise", "fit_noise"): {"noise"},
     }
     for place, stages in reaching.items():
         assert {stage for stage in STAGES if place in PACKAGE.followed(*entry(stage))} == stages

@@ -1,1 +1,1 @@
-"""What the answers rest on: recovery, calibration, predictions, CMA-ES, identifiability, discrepancy."""
+"""What the answers rest on: recovery, calibration, predictions, CMA-ES, identifiability, evidence."""

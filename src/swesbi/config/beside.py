@@ -8,7 +8,7 @@ from pydantic import Field
 
 from swesbi.base import Settings
 from swesbi.checks.readings.settings import ReadingsSettings
-from swesbi.checks.settings import CmaesSettings, DiscrepancyStudySettings, Variant
+from swesbi.checks.settings import CmaesSettings, Variant
 from swesbi.config.experiments import Name
 from swesbi.exam.settings import ExamSettings
 from swesbi.planning.settings import PlanSettings
@@ -20,12 +20,6 @@ class CmaesStudySettings(Settings):
 
     prior: Name = Field(description="name of the prior whose bounds limit the search")
     search: CmaesSettings
-
-
-class DiscrepancyChoiceSettings(DiscrepancyStudySettings):
-    """The choice of the discrepancy for one experiment."""
-
-    experiment: Name = Field(description="an experiment of kind speeds")
 
 
 class SensitivitySettings(Settings):

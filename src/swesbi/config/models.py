@@ -16,7 +16,6 @@ from swesbi.change.settings import ChangeGroupsSettings, ChangeSettings
 from swesbi.checks.settings import BASE, AcquisitionSeedsSettings
 from swesbi.config.beside import (
     CmaesStudySettings,
-    DiscrepancyChoiceSettings,
     ExamChoiceSettings,
     NewSubjectsSettings,
     PlanChoiceSettings,
@@ -204,12 +203,6 @@ def check_population_experiments(config: Config) -> None:
 def check_kinds(config: Config) -> None:
     """Sections beside the experiments name an experiment of the kind that they are for."""
     asked: tuple[tuple[str, str, Iterable[str], str], ...] = (
-        (
-            "discrepancy_study",
-            config.discrepancy_study.experiment,
-            config.speed_experiments,
-            "of kind speeds",
-        ),
         ("sensitivity", config.sensitivity.experiment, config.speed_experiments, "of kind speeds"),
         ("readings", config.readings.experiment, config.feature_experiments, "of kind features"),
         ("exam", config.exam.experiment, config.population_experiments, "over a population"),
@@ -291,7 +284,6 @@ class Config(Settings):
     cmaes: CmaesStudySettings
     acquisition_seeds: AcquisitionSeedsSettings
     cohort_posterior: HierarchySettings
-    discrepancy_study: DiscrepancyChoiceSettings
     sensitivity: SensitivitySettings
     readings: ReadingsChoiceSettings
     exam: ExamChoiceSettings

@@ -142,14 +142,6 @@ def fields_of(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any
     return values
 
 
-def _discrepancy(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    section = study.config.discrepancy_study.to_plain()
-    none = {"speed_fraction": 0.0, "timing_cycle": 0.0}  # what is chosen already must not matter
-    settings = fields_of(study, {"experiment": section.pop("experiment")}, "model acquisition recording")
-    settings["model"]["discrepancy"] = none
-    return settings | {"study": section}
-
-
 def _sensitivity_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     section, name = study.config.sensitivity, named(study, wildcards, "variant")
     variant = section.variants[name]
@@ -257,7 +249,6 @@ def _outside(name: str, study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
-    "discrepancy": _discrepancy,
     "sensitivity_run": _sensitivity_run,
     "sensitivity": _sensitivity,
     "readings_run": _readings_run,

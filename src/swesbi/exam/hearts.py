@@ -9,7 +9,6 @@ from typing import Final
 import numpy as np
 
 from swesbi.arrays import FloatArray
-from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, Range, draw_context, volunteer_in
 from swesbi.exam.echocardiography import with_own_lvesv
 from swesbi.exam.heart import K_SR, ExamHeart
 from swesbi.exam.noise import louder
@@ -30,6 +29,7 @@ from swesbi.heart.simulate import Beats, simulate
 from swesbi.measurement.operator import active_stiffness_map, passive_shape
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import PriorSettings
+from swesbi.virtual_cohort.generated import PHYSIOLOGY, Range, draw_context, volunteer_in
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import TruthCurve, Volunteer, designed_scale, forward_model_of
 

@@ -8,7 +8,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, Range
 from swesbi.context import Context
 from swesbi.exam.beat import Beat
 from swesbi.exam.land import CalciumTransient, LandParameters
@@ -17,6 +16,7 @@ from swesbi.exam.ranges import log_uniform
 from swesbi.exam.strangers import Drawn
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.parameters import THETA_NAMES
+from swesbi.virtual_cohort.generated import PHYSIOLOGY, Range
 from swesbi.virtual_cohort.volunteers import PASSIVE_C0_PA, PASSIVE_C2_PA
 
 LETTER: Final = "f"

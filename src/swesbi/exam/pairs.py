@@ -15,7 +15,6 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from swesbi.arrays import FloatArray
-from swesbi.checks.discrepancy.cohort import Range, volunteer_in
 from swesbi.context import Context
 from swesbi.exam.echocardiography import with_own_lvesv
 from swesbi.exam.hearts import SimulatedHearts
@@ -36,6 +35,7 @@ from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.acquisition import acquire
+from swesbi.virtual_cohort.generated import Range, volunteer_in
 from swesbi.virtual_cohort.volunteers import TruthCurve, Volunteer, designed_scale, forward_model_of
 
 MAX_ATTEMPTS: Final = 50

@@ -15,7 +15,6 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from swesbi.checks.discrepancy.cohort import Range
 from swesbi.context import Context
 from swesbi.exam.beat import PHASES, Beat
 from swesbi.exam.heart import K_SR
@@ -23,6 +22,7 @@ from swesbi.exam.ranges import log_uniform
 from swesbi.exam.strangers import Drawn
 from swesbi.parameters import K_0, K_ATP, THETA_SI
 from swesbi.prior import PriorSettings, sample
+from swesbi.virtual_cohort.generated import Range
 
 LETTER: Final = "e"
 VARIED: Final[Range] = (0.8, 1.25)

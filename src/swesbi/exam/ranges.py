@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.checks.discrepancy.cohort import PHYSIOLOGY, Range
 from swesbi.context import Context
 from swesbi.population.contexts import draw_one, is_plausible
 from swesbi.population.settings import PopulationSettings
+from swesbi.virtual_cohort.generated import PHYSIOLOGY, Range
 from swesbi.virtual_cohort.volunteers import COMMON
 
 DrawContext = Callable[[int, np.random.Generator], Context]

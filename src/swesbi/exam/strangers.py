@@ -11,7 +11,6 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from swesbi.arrays import FloatArray
-from swesbi.checks.discrepancy.cohort import PHYSIOLOGY
 from swesbi.context import Context
 from swesbi.exam.beat import Beat
 from swesbi.exam.echocardiography import with_own_lvesv
@@ -20,6 +19,7 @@ from swesbi.measurement.operator import passive_shape
 from swesbi.population.contexts import draw_one
 from swesbi.population.settings import PopulationSettings
 from swesbi.seeds import generator
+from swesbi.virtual_cohort.generated import PHYSIOLOGY
 from swesbi.virtual_cohort.volunteers import designed_scale
 
 LOGGER = logging.getLogger("swesbi")

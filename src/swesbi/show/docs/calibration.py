@@ -17,7 +17,6 @@ from swesbi.recording.noise import read_noise
 from swesbi.show.docs.nuisances import Nuisance, nuisances, nuisances_part, reasons_of
 from swesbi.show.docs.results import at_length, finished, of_experiment, read_experiment, read_table
 from swesbi.show.numbers import MISSING, fixed, share
-from swesbi.show.results import records
 from swesbi.show.table import Table, markdown, of_records
 from swesbi.show.tables.calibration import alarms_table, calibration_summary
 from swesbi.show.tables.exact import (
@@ -44,14 +43,12 @@ class CalibrationResults:
         shown: What the page of results shows of it too.
         cohort_title: What the subjects are ("virtual volunteers").
         nuisances: What is not known of a heart, with what the posteriors say of it.
-        discrepancy: The study of the discrepancy; None before ``make discrepancy``.
         sensitivity: The study of other choices; None before ``make sensitivity``.
     """
 
     shown: Exact
     cohort_title: str
     nuisances: tuple[Nuisance, ...]
-    discrepancy: pd.DataFrame | None
     sensitivity: pd.DataFrame | None
 
 
@@ -95,7 +92,6 @@ def read_calibration_results(
         shown,
         study.config.cohort_title,
         _nuisances(study, name, shown, config),
-        _if_there(REFERENCE / "discrepancy.csv"),
         _if_there(REFERENCE / "sensitivity.csv"),
     )
 
@@ -141,39 +137,6 @@ def truth_part(results: CalibrationResults) -> str:
     return f"Inside: {_inside(results.shown)}.\n\n{_with_title(truth_table)(results)}"
 
 
-def discrepancy_part(results: CalibrationResults) -> str:
-    """Show the evidence of the sizes of the discrepancy on the generated cohort."""
-    if results.discrepancy is None:
-        return "Not measured yet: `make discrepancy`."
-    pairs = results.discrepancy.sort_values("log_evidence", ascending=False)
-    in_use = results.shown.experiment.settings["observation_model"]["discrepancy"]
-    named = (_pair(pairs, **size) for size in (in_use, {"speed_fraction": 0.0, "timing_cycle": 0.0}))
-    chosen = pd.concat([pairs.head(5), *named]).drop_duplicates(["speed_fraction", "timing_cycle"])
-    rows = [
-        {
-            "speed": share(row["speed_fraction"], 0),
-            "timing (cycle)": share(row["timing_cycle"]),
-            "log evidence": fixed(row["log_evidence"], 1),
-            "below the best": f"{fixed(row['below_best'], 1)} ± {fixed(row['below_best_se'], 1)}",
-        }
-        | {f"coverage `{name}`": share(row[f"coverage_{name}"], 0) for name in THETA_NAMES}
-        for row in records(chosen)
-    ]
-    note = (
-        f"{int(pairs['subjects'].iloc[0])} generated subjects; the five pairs of the highest evidence, then "
-        f"those of the pair in use ({_in_words(**in_use)}) and of none that are not among them."
-    )
-    return f"{markdown(of_records(rows))}\n\n{note}"
-
-
-def _in_words(speed_fraction: float, timing_cycle: float) -> str:
-    return f"{share(speed_fraction, 0)}, {share(timing_cycle)}"
-
-
-def _pair(pairs: pd.DataFrame, speed_fraction: float, timing_cycle: float) -> pd.DataFrame:
-    return pairs[(pairs["speed_fraction"] == speed_fraction) & (pairs["timing_cycle"] == timing_cycle)]
-
-
 def sensitivity_part(results: CalibrationResults) -> str:
     """Show how far other choices move medians, in widths of the intervals."""
     if results.sensitivity is None:
@@ -210,7 +173,6 @@ def _if_there(path: Path) -> pd.DataFrame | None:
 PARTS: Final[Mapping[str, Callable[[CalibrationResults], str]]] = {
     "answer": answer_part,
     "noise": _with_title(noise_table),
-    "discrepancy": discrepancy_part,
     "nuisances": lambda results: nuisances_part(results.nuisances),
     "verdicts": _with_title(verdicts_table),
     "posteriors": _with_title(exact_table),

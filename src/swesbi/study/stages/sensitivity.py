@@ -1,4 +1,4 @@
-"""What follows from choices: discrepancy, variants of an experiment, acquisition seeds of the volunteers."""
+"""What follows from choices: variants of an experiment, acquisition seeds of the volunteers."""
 
 from __future__ import annotations
 
@@ -12,13 +12,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.base import Settings
-from swesbi.checks.discrepancy.cohort import generate_cohort
-from swesbi.checks.discrepancy.evidence import best_pair, discrepancy_table, score_subject
 from swesbi.checks.draws import CurveScores, score_cycles, score_theta
 from swesbi.checks.readings.recordings import truth_of
 from swesbi.checks.scores import reduction_percent
 from swesbi.checks.sensitivity import read_posteriors, sensitivity_table
-from swesbi.checks.settings import DiscrepancyStudySettings, PredictiveSettings, Seeds
+from swesbi.checks.settings import PredictiveSettings, Seeds
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats
 from swesbi.measurement import likelihood
@@ -33,9 +31,9 @@ from swesbi.progress import Progress
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
-from swesbi.seeds import generator, integer_seed
+from swesbi.seeds import integer_seed
 from swesbi.show.csv import write_csv
-from swesbi.show.figures.choices import draw_discrepancy, draw_sensitivity
+from swesbi.show.figures.choices import draw_sensitivity
 from swesbi.show.figures.style import save_figure
 from swesbi.show.training_tables import SeedRow, medians_table, seeds_table
 from swesbi.simulations import PriorSimulations, group_by_subject, read_simulations
@@ -44,57 +42,10 @@ from swesbi.study.stages.origin import Origin
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import Support, diagnose
 from swesbi.virtual_cohort.acquisition import record
-from swesbi.virtual_cohort.settings import ACQUISITION_SEED, AcquisitionSettings
+from swesbi.virtual_cohort.settings import ACQUISITION_SEED
 from swesbi.virtual_cohort.volunteers import Truth
 
 LOGGER = logging.getLogger("swesbi")
-
-
-class DiscrepancyStageSettings(Settings):
-    """What the choice depends on: the model, the protocol of the recordings, grid and effort.
-
-    The grid takes the place of the model's own discrepancy, which is not used.
-    """
-
-    model: likelihood.SpeedModelSettings
-    acquisition: AcquisitionSettings
-    recording: RecordingSettings
-    study: DiscrepancyStudySettings
-
-
-def discrepancy(
-    *, table: Path, figure_pdf: Path, figure_png: Path, settings: DiscrepancyStageSettings, origin: Origin
-) -> None:
-    """Generate and record the cohort, score every pair on every subject, and write what they add up to.
-
-    Raises:
-        RuntimeError: A subject could not be recorded.
-    """
-    model, study = settings.model, settings.study
-    cohort = generate_cohort(
-        study.subjects,
-        model.prior.theta,
-        settings.acquisition,
-        settings.recording,
-        model.measurement.grid_points,
-        origin.seed,
-    )
-    progress, scores = Progress("discrepancy", len(cohort), unit="subject"), []
-    for index, subject in enumerate(cohort):
-        rng = generator(origin.seed, "discrepancy", "bank", index)
-        scores.append(score_subject(subject, model, study, rng))
-        progress.step()
-    phases = [len(subject.recording.phase) for subject in cohort]
-    frame = discrepancy_table(study.pairs, scores, phases, study.interval)
-    write_csv(table, frame)
-    save_figure(draw_discrepancy(frame, study.interval), figure_pdf, figure_png)
-    best = best_pair(frame)
-    LOGGER.info(
-        "highest total log evidence over %d generated subjects: speed_fraction %g, timing_cycle %g",
-        len(cohort),
-        best.speed_fraction,
-        best.timing_cycle,
-    )
 
 
 class SensitivityStageSettings(Settings):

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from swesbi.arrays import IntArray
-from swesbi.checks.discrepancy.cohort import GeneratedSubject
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model, standardise
@@ -26,6 +25,7 @@ from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.student import fitted_proposal
 from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobian, sample, to_logit
+from swesbi.virtual_cohort.generated import GeneratedSubject
 
 FloatArray = NDArray[np.float64]
 
@@ -313,14 +313,6 @@ def discrepancy_table(
             }
         )
     return pd.DataFrame(rows)
-
-
-def best_pair(table: pd.DataFrame) -> DiscrepancySettings:
-    """Return the pair with the highest total log evidence."""
-    row = table.iloc[int(table["log_evidence"].argmax())]
-    return DiscrepancySettings(
-        speed_fraction=float(row["speed_fraction"]), timing_cycle=float(row["timing_cycle"])
-    )
 
 
 def _standard_error_of_sum(differences: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
