@@ -13,7 +13,7 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help mutants cluster study smoke report acquisition-seeds sensitivity readings exam changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help mutants cluster study smoke report acquisition-seeds readings exam changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -40,11 +40,6 @@ acquisition-seeds: $(INSTALLED) ## virtual volunteers under 20 acquisition seeds
 	$(BIN)/snakemake --cores $(CORES) results/tables/acquisition_seeds.csv
 	cp results/tables/acquisition_seeds_medians.csv data/virtual_volunteers/acquisition_seeds.csv
 	$(BIN)/python -m swesbi.virtual_cohort data/virtual_volunteers
-
-sensitivity: $(INSTALLED) ## what other choices do to the exact posteriors: a table and a figure, in half an hour
-	$(BIN)/snakemake --cores $(CORES) results/tables/sensitivity.csv
-	cp results/tables/sensitivity.csv tests/reference/study/sensitivity.csv
-	cp results/figures/sensitivity.png docs/figures/sensitivity.png
 
 changes: $(INSTALLED) ## what has changed between the visits of each person of new_subjects.cohort: results/tables/changes.csv
 	$(BIN)/snakemake --cores $(CORES) changes

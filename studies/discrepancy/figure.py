@@ -15,8 +15,8 @@ from matplotlib.ticker import ScalarFormatter
 from scipy.stats import binom
 
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.show.figures.choices import MARKERS
 from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, in_percent, new_figure, style
+from swesbi.show.figures.subject_points import MARKERS
 from swesbi.show.numbers import as_percent
 
 HEIGHT_IN: Final = 4.2

@@ -40,7 +40,7 @@ HEAVY = {
     "pandas",
     "xarray",
 }
-WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper", "variant": "base", "structure": "base"}
+WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper"}
 OF_OTHERS = (
     "new_subject",
     "free_subject",
@@ -304,7 +304,6 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "calibration_recordings",
     "calibration_local",
     "identifiability",
-    "sensitivity_run",
     "population_simulate",
     "train_population",
     "population_calibration",
@@ -322,13 +321,12 @@ AFFECTED = {
     | READINGS,
     "experiments__paper__support__candidate_draws": {"posterior", "epochs", "acquisition_seeds"} | READINGS,
     "experiments__paper__recovery__recordings": {"recovery", "epochs", "recovery_acquisition"} | READINGS,
-    "experiments__calibrated__estimator__learning_rate": {"train_flow", "sensitivity_run"},
-    "experiments__calibrated__simulations_per_subject": {"speed_pool", "sensitivity_run"},
+    "experiments__calibrated__estimator__learning_rate": {"train_flow"},
+    "experiments__calibrated__simulations_per_subject": {"speed_pool"},
     "experiments__calibrated__observation_model__discrepancy__speed_fraction": OF_A_RECORDING,
     "experiments__calibrated__exact__min_effective_draws": {
         "explorer",
         "exact_posterior",
-        "sensitivity_run",
         "calibration_local",
         "calibration_recordings",
         "population_calibration",

@@ -191,7 +191,6 @@ def documented(exact: Exact) -> CalibrationResults:
         shown=exact,
         cohort_title=TITLE,
         nuisances=(),
-        sensitivity=None,
     )
 
 
@@ -208,7 +207,6 @@ def test_every_part_of_the_page_is_written_from_results(documented: CalibrationR
     )
     assert "between repeats | 4.43 |" in filled
     assert "weighted, mcmc: 0.510 to 0.510" in filled
-    assert "make sensitivity" in parts["sensitivity"]
 
 
 def test_a_page_without_truth_or_reported_subjects_can_be_written(documented: CalibrationResults) -> None:

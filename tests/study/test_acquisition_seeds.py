@@ -25,7 +25,7 @@ from swesbi.networks.paper.pool import build_pool
 from swesbi.networks.paper.training import train
 from swesbi.prior import PriorSettings, in_bounds
 from swesbi.show.training_tables import SCORES, SeedRow, medians_table, seeds_table
-from swesbi.study.stages import sensitivity as acquisition_seeds
+from swesbi.study.stages import acquisition_seeds
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.support import read_support
 

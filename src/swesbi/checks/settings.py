@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Self
 
-from pydantic import Field, JsonValue, model_validator
+from pydantic import Field, model_validator
 
 from swesbi.base import Level, Settings
 from swesbi.measurement.settings import DiscrepancySettings
@@ -106,21 +106,6 @@ class EpochStudySettings(Settings):
 
     checkpoint_epochs: CheckpointEpochs
     candidate_draws: int = Field(ge=1, description="draws from each checkpoint for a subject, at most")
-
-
-class Variant(Settings):
-    """One choice made otherwise; ``changes`` lie over the configuration as another file would."""
-
-    label: str = Field(min_length=1, description="what figures and tables call it")
-    changes: dict[str, JsonValue] = Field(description="keys of the configuration with their other values")
-    full_training: bool = Field(
-        default=False,
-        description="train as long as the experiment does; else short, since exact weights make good for it",
-    )
-    fix_passive_scale: bool = Field(
-        default=False,
-        description="take the passive scale calibrated beforehand, as the paper does, for granted",
-    )
 
 
 class DiscrepancyStudySettings(Settings):

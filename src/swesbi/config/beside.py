@@ -8,7 +8,7 @@ from pydantic import Field
 
 from swesbi.base import Settings
 from swesbi.checks.readings.settings import ReadingsSettings
-from swesbi.checks.settings import CmaesSettings, Variant
+from swesbi.checks.settings import CmaesSettings
 from swesbi.config.experiments import Name
 from swesbi.exam.settings import ExamSettings
 from swesbi.planning.settings import PlanSettings
@@ -20,14 +20,6 @@ class CmaesStudySettings(Settings):
 
     prior: Name = Field(description="name of the prior whose bounds limit the search")
     search: CmaesSettings
-
-
-class SensitivitySettings(Settings):
-    """Variants of one experiment, each rerun with a choice made otherwise."""
-
-    experiment: Name = Field(description="an experiment of kind speeds")
-    short_training_epochs: int = Field(ge=1, description="epochs of the variants without `full_training`")
-    variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
 
 
 class ReadingsChoiceSettings(ReadingsSettings):

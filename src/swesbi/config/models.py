@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from swesbi.base import Settings
 from swesbi.change.settings import ChangeGroupsSettings, ChangeSettings
-from swesbi.checks.settings import BASE, AcquisitionSeedsSettings
+from swesbi.checks.settings import AcquisitionSeedsSettings
 from swesbi.config.beside import (
     CmaesStudySettings,
     ExamChoiceSettings,
@@ -21,7 +21,6 @@ from swesbi.config.beside import (
     PlanChoiceSettings,
     ReadingsChoiceSettings,
     ResourceSettings,
-    SensitivitySettings,
 )
 from swesbi.config.experiments import (
     AnyExperiment,
@@ -203,7 +202,6 @@ def check_population_experiments(config: Config) -> None:
 def check_kinds(config: Config) -> None:
     """Sections beside the experiments name an experiment of the kind that they are for."""
     asked: tuple[tuple[str, str, Iterable[str], str], ...] = (
-        ("sensitivity", config.sensitivity.experiment, config.speed_experiments, "of kind speeds"),
         ("readings", config.readings.experiment, config.feature_experiments, "of kind features"),
         ("exam", config.exam.experiment, config.population_experiments, "over a population"),
         ("plan", config.plan.experiment, config.population_experiments, "over a population"),
@@ -230,12 +228,6 @@ def check_plan(config: Config) -> None:
         )
 
 
-def check_sensitivity(config: Config) -> None:
-    """One of the variants changes nothing."""
-    if (base := config.sensitivity.variants.get(BASE)) is None or base.changes or base.fix_passive_scale:
-        raise ValueError(f"sensitivity.variants needs the variant {BASE!r}, with `changes: {{}}`")
-
-
 CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_prior_names,
     check_experiment_names,
@@ -251,7 +243,6 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_population_experiments,
     check_kinds,
     check_plan,
-    check_sensitivity,
 )
 
 
@@ -284,7 +275,6 @@ class Config(Settings):
     cmaes: CmaesStudySettings
     acquisition_seeds: AcquisitionSeedsSettings
     cohort_posterior: HierarchySettings
-    sensitivity: SensitivitySettings
     readings: ReadingsChoiceSettings
     exam: ExamChoiceSettings
     changes: ChangeSettings

@@ -142,25 +142,6 @@ def fields_of(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any
     return values
 
 
-def _sensitivity_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    section, name = study.config.sensitivity, named(study, wildcards, "variant")
-    variant = section.variants[name]
-    changed = study.with_changes(variant.changes, f"sensitivity.variants.{name}.changes")
-    chosen = {"experiment": section.experiment}
-    training = _slice(changed, chosen, "train_flow")
-    if not variant.full_training:
-        training["estimator"]["epochs"] = section.short_training_epochs
-    own = fields_of(changed, chosen, "experiment.exact experiment.simulations_per_subject seed")
-    return own | {"fix_passive_scale": variant.fix_passive_scale, "train": training}
-
-
-def _sensitivity(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    section = study.config.sensitivity
-    labels = {name: variant.label for name, variant in section.variants.items()}
-    shown = fields_of(study, {"experiment": section.experiment}, "cohort_title experiment.exact.interval")
-    return shown | {"labels": labels}
-
-
 SIMULATED: Final = "prior forward_model"
 """What the simulations of an experiment depend on, beside its subjects."""
 RECORDED: Final = "forward_model measurement passive recording passive_reference_prior=reference_prior"
@@ -249,8 +230,6 @@ def _outside(name: str, study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
-    "sensitivity_run": _sensitivity_run,
-    "sensitivity": _sensitivity,
     "readings_run": _readings_run,
     "readings_seeds": _readings_seeds,
     "readings_cmaes": _readings_cmaes,

@@ -16,8 +16,8 @@ from swesbi.prior import JointPriorSettings
 from swesbi.recording.noise import read_noise
 from swesbi.show.docs.nuisances import Nuisance, nuisances, nuisances_part, reasons_of
 from swesbi.show.docs.results import at_length, finished, of_experiment, read_experiment, read_table
-from swesbi.show.numbers import MISSING, fixed, share
-from swesbi.show.table import Table, markdown, of_records
+from swesbi.show.numbers import MISSING, share
+from swesbi.show.table import Table, markdown
 from swesbi.show.tables.calibration import alarms_table, calibration_summary
 from swesbi.show.tables.exact import (
     Exact,
@@ -31,9 +31,6 @@ from swesbi.show.tables.experiments import level
 from swesbi.show.tables.subjects import score_table
 from swesbi.verdict.answers import status
 
-REFERENCE: Final = Path("tests/reference/study")
-"""Tables of studies of their own, which take longer than the study: committed, not made anew."""
-
 
 @dataclass(frozen=True)
 class CalibrationResults:
@@ -43,13 +40,11 @@ class CalibrationResults:
         shown: What the page of results shows of it too.
         cohort_title: What the subjects are ("virtual volunteers").
         nuisances: What is not known of a heart, with what the posteriors say of it.
-        sensitivity: The study of other choices; None before ``make sensitivity``.
     """
 
     shown: Exact
     cohort_title: str
     nuisances: tuple[Nuisance, ...]
-    sensitivity: pd.DataFrame | None
 
 
 def experiment_shown(study: Study) -> str | None:
@@ -92,7 +87,6 @@ def read_calibration_results(
         shown,
         study.config.cohort_title,
         _nuisances(study, name, shown, config),
-        _if_there(REFERENCE / "sensitivity.csv"),
     )
 
 
@@ -137,22 +131,6 @@ def truth_part(results: CalibrationResults) -> str:
     return f"Inside: {_inside(results.shown)}.\n\n{_with_title(truth_table)(results)}"
 
 
-def sensitivity_part(results: CalibrationResults) -> str:
-    """Show how far other choices move medians, in widths of the intervals."""
-    if results.sensitivity is None:
-        return "Not measured yet: `make sensitivity`."
-    rows = []
-    for label, part in results.sensitivity.groupby("label", sort=False):
-        moved = part.groupby("parameter")["shift_in_widths"].apply(lambda shifts: shifts.abs().max())
-        width = part.groupby("parameter")["width_ratio"].median()
-        rows.append(
-            {"choice": str(label)}
-            | {f"`{name}`": f"{fixed(moved[name], 2)}; {fixed(width[name], 2)}" for name in THETA_NAMES}
-        )
-    what = "Largest move of a median in widths of its interval; median ratio of the widths."
-    return f"{markdown(of_records(rows))}\n\n{what}\n\n![Other choices](figures/sensitivity.png)"
-
-
 def _with_title(make: Callable[[Exact, str], Table]) -> Callable[[CalibrationResults], str]:
     return lambda results: markdown(make(results.shown, results.cohort_title))
 
@@ -166,10 +144,6 @@ def _inside(exact: Exact) -> str:
     return f"{int((known['inside'].astype(str) == 'True').sum())} of {len(known)}"
 
 
-def _if_there(path: Path) -> pd.DataFrame | None:
-    return read_table(path) if path.is_file() else None
-
-
 PARTS: Final[Mapping[str, Callable[[CalibrationResults], str]]] = {
     "answer": answer_part,
     "noise": _with_title(noise_table),
@@ -181,5 +155,4 @@ PARTS: Final[Mapping[str, Callable[[CalibrationResults], str]]] = {
     "calibration": _plain(calibration_summary),
     "alarms": _plain(alarms_table),
     "identifiability": _with_title(identifiability_table),
-    "sensitivity": sensitivity_part,
 }

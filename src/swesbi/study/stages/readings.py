@@ -34,9 +34,9 @@ from swesbi.show.paper.readings import (
 )
 from swesbi.show.paper.values import read_paper
 from swesbi.simulations import group_by_subject, read_simulations
+from swesbi.study.stages.acquisition_seeds import AcquisitionSeedsStageSettings, judged_recordings
 from swesbi.study.stages.inference import check_components
 from swesbi.study.stages.origin import Origin
-from swesbi.study.stages.sensitivity import AcquisitionSeedsStageSettings, judged_recordings
 
 LOGGER = logging.getLogger("swesbi")
 

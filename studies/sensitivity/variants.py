@@ -1,4 +1,4 @@
-"""What the exact posteriors owe to choices that could have been made otherwise."""
+"""Posteriors under variants of the configuration, the file that holds them, and how far each moves."""
 
 from __future__ import annotations
 

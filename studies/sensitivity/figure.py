@@ -1,8 +1,8 @@
-"""What variants of the configuration move, and points of subjects beside each other."""
+"""What variants of the configuration move: medians and widths, a point a subject."""
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
+from swesbi.show.figures.subject_points import subject_points
 
-MARKERS: Final = "osD^vPX*"
 ROW_HEIGHT_IN: Final = 0.17
 FRAME_HEIGHT_IN: Final = 1.3
-COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C8C8C", "#000000")
 
 
 def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
@@ -58,20 +57,3 @@ def _ratios(axes: Axes, ratios: NDArray[np.float64]) -> None:
     axes.set_xlim(1.0 / reach, reach)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.axvline(1.0, color=PRIOR, linewidth=0.6)
-
-
-def subject_points(axes: Axes, rows: pd.DataFrame, names: list[str], column: str) -> None:
-    """Draw a column of rows, each at the height of its label among ``names``, a marker a subject."""
-    subjects = list(dict.fromkeys(rows["subject"]))
-    offsets = np.linspace(-0.28, 0.28, len(subjects)) if len(subjects) > 1 else np.zeros(1)
-    for number, (subject, offset) in enumerate(zip(subjects, offsets, strict=True)):
-        points = rows[rows["subject"] == subject]
-        height = [names.index(label) + offset for label in points["label"]]
-        look: dict[str, Any] = {
-            "color": COLOURS[number % len(COLOURS)],
-            "marker": MARKERS[number % len(MARKERS)],
-        }
-        axes.plot(points[column], height, linestyle="none", markersize=2.4, label=subject, **look)
-    axes.set_yticks(range(len(names)), names)
-    axes.set_ylim(len(names) - 0.5, -0.5)
-    axes.grid(axis="y", linewidth=0.3, color="#DDDDDD")

@@ -1,4 +1,4 @@
-"""What follows from choices: variants of an experiment, acquisition seeds of the volunteers."""
+"""The virtual volunteers recorded under other acquisition seeds, judged by the network of the study."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from swesbi.base import Settings
 from swesbi.checks.draws import CurveScores, score_cycles, score_theta
 from swesbi.checks.readings.recordings import truth_of
 from swesbi.checks.scores import reduction_percent
-from swesbi.checks.sensitivity import read_posteriors, sensitivity_table
 from swesbi.checks.settings import PredictiveSettings, Seeds
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats
@@ -33,8 +32,6 @@ from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
 from swesbi.show.csv import write_csv
-from swesbi.show.figures.choices import draw_sensitivity
-from swesbi.show.figures.style import save_figure
 from swesbi.show.training_tables import SeedRow, medians_table, seeds_table
 from swesbi.simulations import PriorSimulations, group_by_subject, read_simulations
 from swesbi.study.stages.inference import check_components
@@ -46,33 +43,6 @@ from swesbi.virtual_cohort.settings import ACQUISITION_SEED
 from swesbi.virtual_cohort.volunteers import Truth
 
 LOGGER = logging.getLogger("swesbi")
-
-
-class SensitivityStageSettings(Settings):
-    """What the table and the figure call things; ``labels`` by variant, in the order shown."""
-
-    cohort_title: str
-    interval: float
-    labels: dict[str, str]
-
-
-def sensitivity(
-    *,
-    variants: Sequence[Path],
-    table: Path,
-    figure_pdf: Path,
-    figure_png: Path,
-    settings: SensitivityStageSettings,
-    origin: Origin,
-) -> None:
-    """Write how far medians and intervals move under each variant; each file is named by its variant."""
-    files = {path.stem: path for path in variants}
-    posteriors = {name: read_posteriors(files[name]) for name in settings.labels}
-    frame = sensitivity_table(posteriors, settings.labels, settings.interval)
-    write_csv(table, frame)
-    save_figure(draw_sensitivity(frame, settings.cohort_title), figure_pdf, figure_png)
-
-
 FloatArray = NDArray[np.float64]
 
 

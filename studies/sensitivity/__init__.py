@@ -1,0 +1,1 @@
+"""What the exact posteriors owe to choices that could have been made otherwise."""

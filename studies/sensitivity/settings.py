@@ -1,0 +1,72 @@
+"""Settings of the sensitivity: variants of one experiment, each a choice made otherwise."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from pydantic import Field, JsonValue, model_validator
+
+from swesbi.base import Settings
+from swesbi.checks.settings import BASE
+from swesbi.config.experiments import Name
+from swesbi.config.read import ConfigError
+from swesbi.config.slices import fields_of, stage_settings
+from swesbi.config.study import Study
+
+
+class Variant(Settings):
+    """One choice made otherwise; ``changes`` lie over the configuration as another file would."""
+
+    label: str = Field(min_length=1, description="what figures and tables call it")
+    changes: dict[str, JsonValue] = Field(description="keys of the configuration with their other values")
+    full_training: bool = Field(
+        default=False,
+        description="train as long as the experiment does; else short, since exact weights make good for it",
+    )
+    fix_passive_scale: bool = Field(
+        default=False,
+        description="take the passive scale calibrated beforehand, as the paper does, for granted",
+    )
+
+
+class SensitivitySettings(Settings):
+    """Variants of one experiment, each rerun with a choice made otherwise: the section of config.yaml."""
+
+    experiment: Name = Field(description="an experiment of kind speeds")
+    short_training_epochs: int = Field(ge=1, description="epochs of the variants without `full_training`")
+    variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
+
+    @model_validator(mode="after")
+    def _check_base(self) -> Self:
+        if (base := self.variants.get(BASE)) is None or base.changes or base.fix_passive_scale:
+            raise ValueError(f"variants needs the variant {BASE!r}, with `changes: {{}}`")
+        return self
+
+
+def run_settings(study: Study, sensitivity: SensitivitySettings, variant: str) -> dict[str, Any]:
+    """Return what the posteriors under one variant depend on: the changed configuration.
+
+    Raises:
+        ConfigError: The experiment is not of kind speeds, or the changed configuration is not valid.
+    """
+    known = study.config.speed_experiments
+    if sensitivity.experiment not in known:
+        raise ConfigError(
+            f"sensitivity.experiment = {sensitivity.experiment!r} is no experiment of kind speeds; "
+            f"known: {', '.join(known) or 'none'}"
+        )
+    choice = sensitivity.variants[variant]
+    changed = study.with_changes(choice.changes, f"sensitivity.variants.{variant}.changes")
+    training = stage_settings(changed, "train_flow", experiment=sensitivity.experiment)
+    if not choice.full_training:
+        training["estimator"]["epochs"] = sensitivity.short_training_epochs
+    chosen = {"experiment": sensitivity.experiment}
+    own = fields_of(changed, chosen, "experiment.exact experiment.simulations_per_subject seed")
+    return own | {"fix_passive_scale": choice.fix_passive_scale, "train": training}
+
+
+def table_settings(study: Study, sensitivity: SensitivitySettings) -> dict[str, Any]:
+    """Return what table and figure depend on."""
+    labels = {name: variant.label for name, variant in sensitivity.variants.items()}
+    shown = fields_of(study, {"experiment": sensitivity.experiment}, "cohort_title experiment.exact.interval")
+    return shown | {"labels": labels}

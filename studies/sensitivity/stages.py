@@ -1,0 +1,146 @@
+"""Variants of one experiment: each simulated, trained and inferred anew, and what they move."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from studies.sensitivity.figure import draw_sensitivity
+from studies.sensitivity.variants import (
+    KIND,
+    VariantPosterior,
+    read_posteriors,
+    sensitivity_table,
+    to_dataset,
+)
+from swesbi.artefacts import load, save
+from swesbi.base import Settings
+from swesbi.measurement import likelihood
+from swesbi.measurement.operator import KIND as PASSIVE
+from swesbi.measurement.operator import read_passive
+from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
+from swesbi.networks.spline.pool import SubjectSimulations, at_phases
+from swesbi.parameters import REPORTED, SCALE
+from swesbi.posterior import exact as posteriors
+from swesbi.posterior.mcmc import sample_mcmc
+from swesbi.posterior.settings import ExactSettings
+from swesbi.prior import ParameterPrior, quantile
+from swesbi.seeds import generator, integer_seed
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.style import save_figure
+from swesbi.simulations import draw_simulations
+from swesbi.study.stages.flow_training import TrainFlowStageSettings
+from swesbi.study.stages.origin import Origin
+
+LOGGER = logging.getLogger("swesbi")
+FIXED_LOG_SD: Final = 1e-3  # a passive scale taken for granted: a prior of no width to speak of
+FIXED_BOUNDS: Final = (0.99, 1.01)
+
+
+class SensitivityRunStageSettings(Settings):
+    """What the posteriors of a variant depend on: the changed configuration, its seed among it."""
+
+    seed: int
+    simulations_per_subject: int
+    train: TrainFlowStageSettings
+    exact: ExactSettings
+    fix_passive_scale: bool
+
+
+def sensitivity_run(
+    *,
+    observations: Sequence[Path],
+    noise: Path,
+    passives: Sequence[Path],
+    posteriors: Path,
+    settings: SensitivityRunStageSettings,
+    origin: Origin,
+) -> None:
+    """Simulate, train and infer every subject under the variant, all in memory.
+
+    Raises:
+        ArtefactError: An input cannot be read.
+    """
+    from swesbi.networks.spline.training import train_spline  # torch, of which the other stages need nothing
+
+    models = likelihood.read_speed_models(observations, noise, settings.train.model)
+    simulated = [_simulations(model, settings) for model in models]
+    seed = integer_seed(settings.seed, "flow training")
+    label = f"variant {posteriors.stem}"
+    flow = train_spline(simulated, settings.train.conditioning, settings.train.estimator, seed, label).spline
+    scales = {load(path, PASSIVE)[1].subject: read_passive(path).scale_kpa for path in passives}
+    inferred = [_infer(model, flow, scales, settings) for model in models]
+    save(posteriors, to_dataset(inferred), origin.provenance(KIND, settings))
+    for posterior in inferred:
+        subject, efficiency = posterior.subject, posterior.efficiency
+        LOGGER.info("%s, subject %s: %s, efficiency %.2f", label, subject, posterior.sampler, efficiency)
+
+
+def _simulations(model: likelihood.SpeedModel, settings: SensitivityRunStageSettings) -> SubjectSimulations:
+    prior, context = model.settings.prior.theta, model.recording.context
+    draws = range(settings.simulations_per_subject)
+    return at_phases(
+        draw_simulations(draws, context, prior, model.settings.forward_model, settings.seed), model
+    )
+
+
+def _infer(
+    model: likelihood.SpeedModel,
+    flow: TrainedSpline,
+    scales: dict[str, float],
+    settings: SensitivityRunStageSettings,
+) -> VariantPosterior:
+    subject = model.recording.subject
+    if settings.fix_passive_scale:
+        return _with_fixed_scale(model, flow, scales[subject], settings)
+    proposal = flow_proposal(flow, model.recording)
+    exact, _ = posteriors.exact_posterior(model, proposal, settings.exact, settings.seed, "exact", subject)
+    by_mcmc = exact.sampler == "mcmc"
+    phi = exact.phi[:, REPORTED]
+    return VariantPosterior(subject, phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)
+
+
+def _with_fixed_scale(
+    model: likelihood.SpeedModel, flow: TrainedSpline, scale_kpa: float, settings: SensitivityRunStageSettings
+) -> VariantPosterior:
+    """Sample the posterior with the passive scale held, by MCMC: the flow has no such proposal."""
+    low, high = (scale_kpa * factor for factor in FIXED_BOUNDS)
+    fixed = ParameterPrior(centre=scale_kpa, log_sd=FIXED_LOG_SD, low=low, high=high)
+    prior = model.settings.prior.model_copy(update={"passive_scale_kpa": fixed})
+    held = replace(model, settings=model.settings.model_copy(update={"prior": prior}))
+    subject, mcmc = model.recording.subject, settings.exact.mcmc
+    seed = integer_seed(settings.seed, "exact", subject)
+    start = flow_proposal(flow, model.recording).draw(mcmc.start_points, seed)
+    rng = generator(settings.seed, "exact", "fixed scale", subject)
+    start[:, SCALE] = quantile(rng.random(start.shape), prior)[:, SCALE]
+    sampled = sample_mcmc(held, start, mcmc, seed)
+    phi = sampled.thinned(settings.exact.draws, rng)[:, REPORTED]
+    return VariantPosterior(subject, phi, True, float("nan"), float("nan"), sampled.converged)
+
+
+class SensitivityStageSettings(Settings):
+    """What the table and the figure call things; ``labels`` by variant, in the order shown."""
+
+    cohort_title: str
+    interval: float
+    labels: dict[str, str]
+
+
+def sensitivity(
+    *,
+    variants: Sequence[Path],
+    table: Path,
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: SensitivityStageSettings,
+    origin: Origin,
+) -> None:
+    """Write how far medians and intervals move under each variant; each file is named by its variant."""
+    files = {path.stem: path for path in variants}
+    posteriors = {name: read_posteriors(files[name]) for name in settings.labels}
+    frame = sensitivity_table(posteriors, settings.labels, settings.interval)
+    write_csv(table, frame)
+    save_figure(draw_sensitivity(frame, settings.cohort_title), figure_pdf, figure_png)
