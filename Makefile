@@ -80,7 +80,7 @@ test-slow: smoke ## the slow tests: what reads or reruns a smoke study, faults, 
 
 test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on clusters and without network, mutations of the code
 	$(PYTEST) -m exhaustive
-	$(PYTEST) studies
+	$(PYTEST) studies explorer
 
 mutants: $(INSTALLED) ## what the tests guard: one-line faults, each against its package's tests; fails where one lives that was killed
 	$(BIN)/python tests/mutants.py --compare tests/reference/mutants.csv
@@ -88,7 +88,7 @@ mutants: $(INSTALLED) ## what the tests guard: one-line faults, each against its
 lint: $(INSTALLED) ## ruff and snakefmt
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/snakefmt --check Snakefile workflow/rules studies
+	$(BIN)/snakefmt --check Snakefile workflow/rules studies explorer
 
 types: $(INSTALLED) ## mypy in strict mode
 	$(BIN)/mypy
@@ -110,7 +110,7 @@ reference: smoke ## renew the stored tables: of the small study, and of the full
 format: $(INSTALLED) ## format the code in place
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt Snakefile workflow/rules studies
+	$(BIN)/snakefmt Snakefile workflow/rules studies explorer
 
 clean: ## remove the virtual environment, caches and the smoke study; results/ stays
 	rm -rf $(VENV) results-smoke .snakemake .pytest_cache .mypy_cache .ruff_cache src/*.egg-info

@@ -26,11 +26,15 @@ include: "workflow/rules/readings.smk"
 include: "workflow/rules/exam.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
-include: "workflow/rules/explorer.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/new_subjects.smk"
 include: "workflow/rules/changes.smk"
 include: "workflow/rules/batches.smk"
+
+
+if EXPLORER.is_file():
+
+    include: "explorer/rules.smk"
 
 
 rule all:

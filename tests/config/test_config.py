@@ -295,7 +295,6 @@ def test_a_file_that_is_no_mapping_is_refused(tmp_path: Path, content: str) -> N
 
 SHOWING = {"report", "paper_comparison"}  # they print the configuration
 OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
-    "explorer",
     "train_flow",
     "exact_posterior",
     "predictive_speeds",
@@ -325,7 +324,6 @@ AFFECTED = {
     "experiments__calibrated__simulations_per_subject": {"speed_pool"},
     "experiments__calibrated__observation_model__discrepancy__speed_fraction": OF_A_RECORDING,
     "experiments__calibrated__exact__min_effective_draws": {
-        "explorer",
         "exact_posterior",
         "calibration_local",
         "calibration_recordings",
@@ -350,7 +348,6 @@ AFFECTED = {
         "population_null",
         "population_answers",
         "pushes_calibration",
-        "explorer",  # which is given the whole rule, in a second
     },
     "clinical__sbp_sd_mmhg": {"pressures"},
     "clinical__stressed_volume_factor__log_sd": {"pressures"},
@@ -383,7 +380,6 @@ AFFECTED = {
         "noise",
         "recovery_acquisition",
         "acquisition_seeds",
-        "explorer",
         "calibration_recordings",
         "misspecification",
         "train_population",

@@ -13,6 +13,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[2]
 PARTS = ("Snakefile", "config.yaml", "profiles", "workflow", "src", "data")
 RESULTS = "results-smoke"
+OF_OTHERS = shutil.ignore_patterns("explorer.*", "studies")  # results of packages that a copy does not have
 KNOWN = ".snakemake/metadata"  # what Snakemake knows of results: the inputs, params and code that made them
 COMPILED = {
     ".pyc",
@@ -140,9 +141,10 @@ def run_side_study(study: StudyCopy, name: str) -> Path:
 
 def adopt_results(study: StudyCopy) -> None:
     """Give a copy the results of ``make smoke`` in the project, where there are any, current or not."""
-    for part in (RESULTS, KNOWN):
-        if (ROOT / part).is_dir():
-            copy_tree(ROOT / part, study.folder / part)
+    if (ROOT / RESULTS).is_dir():
+        shutil.copytree(ROOT / RESULTS, study.results, ignore=OF_OTHERS)
+    if (ROOT / KNOWN).is_dir():
+        copy_tree(ROOT / KNOWN, study.folder / KNOWN)
 
 
 def duplicate(study: StudyCopy, folder: Path) -> StudyCopy:

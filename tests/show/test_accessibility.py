@@ -1,13 +1,12 @@
-"""Pages and explorer of a finished study under axe-core: nothing serious keeps a reader from reading them."""
+"""Pages of a finished study under axe-core: nothing serious keeps a reader from reading them."""
 
 from __future__ import annotations
 
 import json
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import pytest
+from accessibility import in_dark, serious
 from browser import Browser
 
 from swesbi.show.page import FURTHER
@@ -15,19 +14,14 @@ from swesbi.show.page import FURTHER
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("program")]
 
 DESKTOP_PX, PHONE_PX = 1400, 400
-LANDING, EXPLORER = "report.html", "explorer.html"
-PAGES = (LANDING, *(f"report/{name}.html" for name in FURTHER), EXPLORER)
+LANDING = "report.html"
+PAGES = (LANDING, *(f"report/{name}.html" for name in FURTHER))
 EVERY_WAY = [(width_px, dark) for width_px in (DESKTOP_PX, PHONE_PX) for dark in (False, True)]
 # further pages have the colours of the landing page, and the largest takes a while
 CASES = [
     *((name, DESKTOP_PX, False) for name in PAGES),
-    *((name, *way) for name in (LANDING, EXPLORER) for way in EVERY_WAY[1:]),
+    *((LANDING, *way) for way in EVERY_WAY[1:]),
 ]
-SERIOUS = ("serious", "critical")
-AXE = files("axe_core_python").joinpath("axe.min.js").read_text(encoding="utf-8")
-RUN = """axe.run(document, {resultTypes: ['violations'], preload: false})
-    .then(found => found.violations.map(one => [one.impact, one.id, one.nodes[0].html]))"""
-OPEN = "document.querySelectorAll('details').forEach(part => part.open = true)"
 
 
 @pytest.fixture(scope="module")
@@ -35,22 +29,6 @@ def results(program: str, request: pytest.FixtureRequest) -> Path:
     # asked for here, since pytest would otherwise run the study before it looks for the browser
     folder: Path = request.getfixturevalue("finished").results
     return folder
-
-
-def serious(page: Browser) -> list[list[str]]:
-    """What keeps people from using the open page, all of it unfolded: impact, rule, first element."""
-    page.evaluate(OPEN)
-    page.settle()
-    # the page's own policy forbids it to run code from elsewhere, which this is not
-    page.evaluate(f"{AXE}; 0")
-    found: list[list[str]] = page.evaluate(RUN)
-    return [one for one in found if one[0] in SERIOUS]
-
-
-def in_dark(page: Browser, *, dark: bool) -> None:
-    """Let the page believe that its reader prefers dark colours, or not."""
-    features: list[dict[str, Any]] = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
-    page.call("Emulation.setEmulatedMedia", features=features)
 
 
 @pytest.mark.parametrize(("name", "width_px", "dark"), CASES)

@@ -28,11 +28,11 @@ NAN = float("nan")
 COHORT = Cohort("virtual volunteers", "data", "virtual volunteers, simulated by a test", ())
 
 
-def made(new: Table | None = None) -> str:
+def made(new: Table | None = None, *links: str) -> str:
     experiment = make_experiment("paper", {name: name != "F" for name in SUBJECTS})
     observations = tuple(map(observation, SUBJECTS))
     results = Results(observations, (experiment,), experiment, pd.DataFrame())
-    landing = make_landing(results, (), "virtual volunteers", ("paper/subjects/A/ppc.png",), new)
+    landing = make_landing(results, (), "virtual volunteers", ("paper/subjects/A/ppc.png", *links), new)
     page = {"landing": landing, "cohort": COHORT}
     environment = templates().overlay(undefined=ChainableUndefined)
     return environment.get_template("report.html").render(page=page, here="report", root="")
@@ -49,6 +49,11 @@ def shown_words(html: str) -> list[str]:
 def test_eight_subjects_leave_room_for_the_exam() -> None:
     words = shown_words(made())
     assert 200 < len(words) < MOST_WORDS - 300  # the exam's sentences are about 220 words
+
+
+def test_the_explorer_is_linked_where_there_is_one() -> None:
+    assert "explorer.html" not in made()
+    assert made(None, "explorer.html").count('<a href="explorer.html">Explorer</a>') == 1
 
 
 def test_the_origin_does_not_repeat_the_title() -> None:

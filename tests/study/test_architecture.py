@@ -2,8 +2,13 @@
 
 import ast
 import functools
+import re
+from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
+
+import pytest
+from study_copy import ROOT
 
 import swesbi
 
@@ -18,7 +23,6 @@ LAYERS = (
     "syntax",
     "definitions",
     "code_hash",
-    "translation",
     "draws",
     "parameters",
     "artefacts",
@@ -41,11 +45,12 @@ LAYERS = (
     "config",
     "virtual_trial",
     "show",
-    "explorer",
     "study",
     "__main__",
 )
 """From the lowest package to the highest, as CONTRIBUTING.md lists them: each may import those before it."""
+BESIDE = ("explorer", "studies")
+"""Packages that take names of the study, which runs without them; either may be missing."""
 
 
 def modules() -> dict[str, Path]:
@@ -101,3 +106,37 @@ def test_no_circle_between_files() -> None:
         name for name in MODULES for facade in facades & graph[name] if name.startswith(f"{facade}.")
     ] == []
     TopologicalSorter(graph).prepare()  # raises CycleError, with the files of the circle
+
+
+STATEMENT = re.compile(r"^ *(?:from|import) +([\w.]+)(?: +import +(.+))?$", re.MULTILINE)
+
+
+def code_below(*folders: str) -> list[Path]:
+    endings = ("*.py", "*.smk", "Snakefile")
+    return [path for name in folders for ending in endings for path in (ROOT / name).rglob(ending)]
+
+
+def names_imported(path: Path) -> Iterator[str]:
+    """Yield the dotted names that a file imports; one of Snakemake, which is no Python, is read by line."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix != ".py":
+        for module, names in STATEMENT.findall(text):
+            yield from (f"{module}.{name.strip()}" for name in names.split(","))
+        return
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            module = f"{node.module}." if isinstance(node, ast.ImportFrom) else ""
+            yield from (f"{module}{alias.name}" for alias in node.names)
+
+
+def test_nothing_of_the_study_imports_what_it_runs_without() -> None:
+    files = [ROOT / "Snakefile", *code_below("src", "workflow", "tests", "benchmarks")]
+    assert len(files) > 500
+    found = {(path, name) for path in files for name in names_imported(path)}
+    assert {(path, name) for path, name in found if name.split(".")[0] in BESIDE} == set()
+
+
+@pytest.mark.parametrize("folder", BESIDE)
+def test_what_stands_beside_the_study_takes_public_names_of_it(folder: str) -> None:
+    found = {(path, name) for path in code_below(folder) for name in names_imported(path)}
+    assert {each for each in found if re.search(r"\b_(?!_)", each[1])} == set()

@@ -11,7 +11,10 @@ from pathlib import Path
 
 import pytest
 from study_arrays import assert_equal_results
-from study_copy import StudyCopy, copy_study, of_rule, rules_of
+from study_copy import RESULTS, StudyCopy, copy_study, of_rule, rules_of
+
+from swesbi.show.figures.registry import names_of
+from swesbi.show.page import FURTHER
 
 SHOWN = {"cohort_figures", "tables", "paper_comparison", "report"}  # of every experiment
 PREDICTIVE = {"predictive", "subject_figures", "workflow_figure", "experiments_figure"} | SHOWN
@@ -151,6 +154,36 @@ def test_every_experiment_is_made_of_its_own_subjects(tmp_path: Path) -> None:
         assert {job.output.split("/")[3] for job in of_rule(jobs, rule)} == set("AFG")
     for rule in ("ingest", "cmaes"):
         assert sum(job.is_of("G") for job in of_rule(jobs, rule)) == 1
+
+
+EXPLORER = """
+if SPEED_EXPERIMENTS:
+
+    rule explorer:
+        output:
+            f"{RESULTS}/explorer.html",
+        shell:
+            "touch {output}"
+"""
+
+
+@pytest.mark.slow
+def test_the_whole_study_is_planned_without_what_stands_beside_it(tmp_path: Path) -> None:
+    """A copy has neither the explorer nor side studies; with a page of that name it makes that page more."""
+    study = copy_study(tmp_path)
+    assert not any((study.folder / name).exists() for name in ("explorer", "studies"))
+    without = study.planned()
+    made = {job.output.removeprefix(f"{RESULTS}/") for job in without}
+    figures = [*names_of("cohort"), *(f"{name}-calibrated" for name in names_of("speeds"))]
+    tables = ("ppc", "features", "posterior", "paper_comparison", "truth")
+    expected = {"report.html", *(f"report/{name}.html" for name in FURTHER)}
+    expected |= {f"figures/{name}.png" for name in figures} | {f"tables/{name}.csv" for name in tables}
+    assert expected | {"calibrated/calibration.csv", "amortised/strata.csv"} <= made
+    assert not [name for name in made if "explorer" in name]
+    (study.folder / "explorer").mkdir()
+    (study.folder / "explorer" / "rules.smk").write_text(EXPLORER, encoding="utf-8")
+    further = study.planned() - without
+    assert {job.output for job in further} == {f"{RESULTS}/explorer.html"}
 
 
 def test_the_page_is_made_of_the_exam_that_was_sat(tmp_path: Path) -> None:

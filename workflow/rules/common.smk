@@ -24,6 +24,7 @@ from swesbi.study.registry import stage_code
 # Snakemake has merged the files of --configfile; the paths in those from elsewhere count from their own folders.
 # In another folder than the project's, recordings are the project's and results lie there.
 PROJECT = Path(str(workflow.current_basedir)).parents[1]
+EXPLORER = PROJECT / "explorer/rules.smk"  # of a package that the study runs without
 try:
     config |= typed_again(config, workflow.config_settings.config_args or ())
     relocate(config, PROJECT / "config.yaml", Path.cwd(), DATA)
@@ -462,7 +463,8 @@ def results_pages():
 
 def explorer_page():
     """Return the page on which the model is moved by hand: of the first experiment on speeds, if there is one."""
-    return [f"{RESULTS}/explorer.html"] if SPEED_EXPERIMENTS else []
+    asked = EXPLORER.is_file() and SPEED_EXPERIMENTS
+    return [f"{RESULTS}/explorer.html"] if asked else []
 
 
 def linked_artefacts():

@@ -83,8 +83,6 @@ SOURCES: Final[Mapping[str, str]] = {
     "cohort_title",
     "strata_figure": "experiment=name_of_population experiment.exact.interval",
     "tables": "cohort_title",
-    "explorer": "model experiment.exact experiment.misspecification.rule recording experiment=name "
-    "cohort_title=title_of_experiment",
     "truth": "",
     "changes_table": "",
     "changes_groups_table": "",

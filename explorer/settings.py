@@ -1,0 +1,40 @@
+"""Which part of the study's configuration the page depends on, and what its job is told."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from swesbi.config.slices import fields_of
+from swesbi.config.study import Study
+from swesbi.study.registry import stage_code
+
+STAGE: Final = "explorer.stages:explorer"
+SOURCES: Final = (
+    "model experiment.exact experiment.misspecification.rule recording experiment=name "
+    "cohort_title=title_of_experiment"
+)
+"""Fields of the stage's settings, as :data:`swesbi.config.slices.SOURCES` has those of the study's own."""
+
+
+def page_settings(study: Study, experiment: str) -> dict[str, Any]:
+    """Return what the page of an experiment on speeds depends on, plain and sorted by key.
+
+    Raises:
+        ConfigError: The study has no such experiment.
+    """
+    return dict(sorted(fields_of(study, {"experiment": experiment}, SOURCES).items()))
+
+
+def stage_params(study: Study, experiment: str) -> dict[str, Any]:
+    """Return the params of the page's job, as ``stage`` of the workflow gives those of the study's own.
+
+    Raises:
+        As ``page_settings``.
+    """
+    return {
+        "code": stage_code(STAGE),
+        "name": STAGE,
+        "seed": study.config.seed,
+        "settings": page_settings(study, experiment),
+        "subject": "",
+    }

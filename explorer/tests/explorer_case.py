@@ -1,0 +1,58 @@
+"""A page of the explorer with two shipped recordings and draws of the prior in place of posteriors."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import speed_case
+from study_copy import ROOT
+
+from explorer.data import ExploredSubject, page_data
+from explorer.page import render_page
+from explorer.physics import physics
+from swesbi.posterior.result import ExactResult
+from swesbi.prior import sample
+from swesbi.recording.cohort import find_recording, read_subject_table
+from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
+from swesbi.recording.reader import read_samples
+from swesbi.recording.speed import NoiseComponents
+from swesbi.verdict.support import Support
+
+COHORT = ROOT / "data" / "virtual_volunteers"
+NOISE = NoiseComponents(0.03, 0.06, 0.015)
+WORDS = {
+    "title": "virtual volunteers",
+    "cohort_title": "virtual volunteers",
+    "experiment": "calibrated",
+    "origin": "a test",
+}
+
+
+@cache
+def observation(subject: str) -> Observation:
+    """Return a shipped recording, ingested."""
+    settings = speed_case.shipped().recording
+    context = read_subject_table(COHORT / "subjects.csv").rows[subject].to_context()
+    samples = read_samples(find_recording(COHORT, subject), settings.phases, settings.density_kg_m3)
+    return ingest(samples, context, settings, speed_case.shipped().measurement.grid_points)
+
+
+@cache
+def explored(subject: str) -> ExploredSubject:
+    """Return a subject whose posterior is its prior, narrowed to the middle half."""
+    prior = speed_case.settings("calibrated").prior
+    phi = sample(300, prior, np.random.default_rng(7))
+    result = ExactResult(phi, phi, "importance", 0.3, 0.7, 0.2, float("nan"), True, "", 0.9)
+    verdict = f"{subject} is supported: no test speaks against it."
+    support = Support(0.0, "", 1, 1, {}, True, verdict, (), status="supported")
+    return ExploredSubject(observation(subject), result, support)
+
+
+@cache
+def page() -> str:
+    """Return the page."""
+    settings = speed_case.settings("calibrated")
+    data = page_data([explored("A"), explored("B")], NOISE, settings, speed_case.shipped().recording, 1)
+    return render_page(WORDS, data, physics(settings, speed_case.exact(), speed_case.rule()))

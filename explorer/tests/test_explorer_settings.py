@@ -1,0 +1,59 @@
+"""What the page depends on: the model, criteria of posteriors and recordings, and what it calls them."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import pytest
+from study_copy import ROOT
+
+from explorer.settings import page_settings
+from explorer.stages import ExplorerSettings
+from swesbi.config.read import ConfigError, read_yaml
+from swesbi.config.study import load_study
+
+SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+STUDY = load_study(SHIPPED)
+OWN = "experiments.calibrated"
+
+
+def settings_with(key: str, value: object) -> dict[str, Any]:
+    """Return the page's settings where one value of the configuration is another."""
+    changes = value
+    for part in reversed(key.split(".")):
+        changes = {part: changes}
+    return page_settings(STUDY.with_changes(cast(dict[str, Any], changes), "a test"), "calibrated")
+
+
+def test_they_are_those_of_the_stage() -> None:
+    settings = ExplorerSettings.from_plain(page_settings(STUDY, "calibrated"))
+    assert (settings.experiment, settings.cohort_title) == ("calibrated", SHIPPED["cohort_title"])
+    assert settings.exact == STUDY.config.speed_experiments["calibrated"].exact
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        (f"{OWN}.misspecification.rule.neighbours", 7),
+        (f"{OWN}.exact.min_effective_draws", 333),
+        (f"{OWN}.observation_model.discrepancy.speed_fraction", 0.001),
+        ("passive.exponent_b", 1.0),
+        ("recording.min_samples_per_phase", 1),
+        ("forward_model.steps_per_beat", 600),
+    ],
+)
+def test_what_the_page_uses_reaches_it(key: str, value: object) -> None:
+    assert settings_with(key, value) != page_settings(STUDY, "calibrated")
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [(f"{OWN}.estimator.learning_rate", 0.0077), ("seed", 3), ("resources.device", "cpu")],
+)
+def test_what_it_does_not_use_does_not(key: str, value: object) -> None:
+    assert settings_with(key, value) == page_settings(STUDY, "calibrated")
+
+
+def test_an_experiment_that_is_none_is_refused() -> None:
+    with pytest.raises(ConfigError, match="no_such"):
+        page_settings(STUDY, "no_such")
