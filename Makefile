@@ -13,7 +13,7 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help mutants cluster study smoke report acquisition-seeds readings exam changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help mutants cluster study smoke report exam changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -36,19 +36,8 @@ smoke: $(INSTALLED) ## a tiny study of the same shape, under results-smoke/
 report: study ## Snakemake's own report of the finished study, in one file
 	$(BIN)/snakemake --report results/snakemake-report.html
 
-acquisition-seeds: $(INSTALLED) ## virtual volunteers under 20 acquisition seeds, into their README
-	$(BIN)/snakemake --cores $(CORES) results/tables/acquisition_seeds.csv
-	cp results/tables/acquisition_seeds_medians.csv data/virtual_volunteers/acquisition_seeds.csv
-	$(BIN)/python -m swesbi.virtual_cohort data/virtual_volunteers
-
 changes: $(INSTALLED) ## what has changed between the visits of each person of new_subjects.cohort: results/tables/changes.csv
 	$(BIN)/snakemake --cores $(CORES) changes
-
-readings: $(INSTALLED) ## which readings of the paper's text give its numbers: tables and a figure, in an hour on a finished study (docs/readings.md)
-	$(BIN)/snakemake --cores $(CORES) results/tables/readings.csv
-	for name in readings readings_given readings_recovery readings_verdicts readings_weights; do \
-		cp results/tables/$$name.csv docs/tables/ || exit; done
-	cp results/figures/readings.png docs/figures/
 
 exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figures at two levels of noise and with cuff pressures, in five hours (docs/exam.md)
 	$(BIN)/python -m swesbi exam --cores $(CORES)

@@ -51,7 +51,7 @@ OF_OTHERS = (
     "exam_pressures",
 )
 """Stages of subjects outside the study."""
-WILDCARDS |= {"reading": "base", "shard": "0", "part": "0", "batch": "0"}
+WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
 
 
 def settings_of(study: Study, stage: str) -> dict[str, Any]:
@@ -312,14 +312,12 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "pressures",
     "cohort_posterior",
 }
-READINGS = {"readings_run", "readings_seeds"}  # they run the chain of the paper's experiment
 AFFECTED = {
-    "experiments__paper__predictive__draws": {"predictive", "epochs", "acquisition_seeds"} | READINGS,
-    "experiments__paper__estimator__learning_rate": {"train"} | READINGS,
-    "experiments__paper__observation_model__augmentations": {"pool", "predictive", "recovery", "epochs"}
-    | READINGS,
-    "experiments__paper__support__candidate_draws": {"posterior", "epochs", "acquisition_seeds"} | READINGS,
-    "experiments__paper__recovery__recordings": {"recovery", "epochs", "recovery_acquisition"} | READINGS,
+    "experiments__paper__predictive__draws": {"predictive", "epochs"},
+    "experiments__paper__estimator__learning_rate": {"train"},
+    "experiments__paper__observation_model__augmentations": {"pool", "predictive", "recovery", "epochs"},
+    "experiments__paper__support__candidate_draws": {"posterior", "epochs"},
+    "experiments__paper__recovery__recordings": {"recovery", "epochs", "recovery_acquisition"},
     "experiments__calibrated__estimator__learning_rate": {"train_flow"},
     "experiments__calibrated__simulations_per_subject": {"speed_pool"},
     "experiments__calibrated__observation_model__discrepancy__speed_fraction": OF_A_RECORDING,
@@ -370,16 +368,11 @@ AFFECTED = {
     "population_experiments__amortised__calibration__strata__hr_bpm": {"population_scores"},
     "population_experiments__amortised__calibration__two_sample_draws": {"population_agreement"},
     "population_experiments__amortised__nulls__recordings": {"population_null"},
-    "passive__exponent_b": OF_A_RECORDING
-    | {"passive", "recovery_acquisition", "acquisition_seeds", "readings_cmaes"}
-    | READINGS,
-    "recording__min_samples_per_phase": READINGS
-    | {
-        "readings_cmaes",
+    "passive__exponent_b": OF_A_RECORDING | {"passive", "recovery_acquisition"},
+    "recording__min_samples_per_phase": {
         "ingest",
         "noise",
         "recovery_acquisition",
-        "acquisition_seeds",
         "calibration_recordings",
         "misspecification",
         "train_population",
@@ -392,13 +385,9 @@ AFFECTED = {
     "new_subjects__uninformative__shift": set(),
     "noise__interval": {"noise"},
     "exam__score__least_supported": {"exam_table"},
-    "readings__comparison__spread_fraction": {"readings"},
-    "readings__cmaes__seeds": {"readings_cmaes"},
-    "cmaes__search__generations": {"cmaes", "readings_cmaes"},
+    "cmaes__search__generations": {"cmaes"},
     "forward_model__steps_per_beat": OF_A_RECORDING
-    | READINGS
     | {
-        "readings_cmaes",
         "simulate",
         "passive",
         "predictive",
@@ -406,11 +395,9 @@ AFFECTED = {
         "recovery",
         "recovery_acquisition",
         "epochs",
-        "acquisition_seeds",
     },
     "experiments__paper__epoch_study__candidate_draws": {"epochs"},
-    "acquisition_seeds__seeds": {"acquisition_seeds", "readings_seeds"},
-    "experiments__paper__epoch_study__checkpoint_epochs": {"train"} | READINGS,
+    "experiments__paper__epoch_study__checkpoint_epochs": {"train"},
     "resources__device": set(),
 }
 

@@ -117,11 +117,7 @@ def run_side_study(study: StudyCopy, name: str) -> Path:
 
     A second run finds nothing to do.
     """
-    for part in ("__init__.py", "stage.py", "study.smk"):
-        target = study.folder / "studies" / part
-        target.parent.mkdir(exist_ok=True)
-        shutil.copy2(ROOT / "studies" / part, target)
-    copy_tree(ROOT / "studies" / name, study.folder / "studies" / name)
+    copy_tree(ROOT / "studies", study.folder / "studies")  # one side study may take code of another
     snakemake = [
         sys.executable,
         "-m",

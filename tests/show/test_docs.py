@@ -57,7 +57,6 @@ def written(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Pa
         "reproduction.md",
         "calibration.md",
         "population.md",
-        "readings.md",
         "exam.md",
     ):
         (docs / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")

@@ -340,7 +340,6 @@ def test_stages_reach_their_science_and_no_other() -> None:
             "cmaes",
             "new_subject",
             "new_subject_of_population",
-            "readings_cmaes",
         },
         Place("swesbi.recording.noise", "fit_noise"): {"noise"},
     }

@@ -36,7 +36,7 @@ def test_parts_of_stored_tables_are_what_is_generated_now(monkeypatch: pytest.Mo
     found = stored_findings()
     assert failed(found) == []
     names = {each.where.split(":")[0] for each in found if each.outcome == HOLDS}
-    pages = ("calibration", "exam", "population", "readings")
+    pages = ("calibration", "exam", "population")
     assert names == {f"docs/{page}.md" for page in pages}
 
 

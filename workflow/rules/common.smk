@@ -555,9 +555,8 @@ def shards_of_subject(wildcards):
 
 
 def shards_of_experiment(wildcards):
-    """Return the shards of every subject of the wildcard's experiment, or else of the main one."""
-    experiment = wildcards.get("experiment", MAIN)
-    return shards_of(experiment, STUDY.subjects_of(experiment))
+    """Return the shards of every subject of the wildcard's experiment."""
+    return shards_of(wildcards.experiment, STUDY.subjects_of(wildcards.experiment))
 
 
 # Answers to subjects outside the study lie under the name of their folder.

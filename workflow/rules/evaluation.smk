@@ -61,27 +61,6 @@ rule cmaes:
         "../scripts/stage.py"
 
 
-rule acquisition_seeds:
-    """The virtual volunteers recorded anew with other noise, judged by the main experiment's network."""
-    input:
-        pool=f"{RESULTS}/{MAIN}/pool.h5",
-        estimator=f"{RESULTS}/{MAIN}/estimator.pt",
-        observations=paths_of("cohort/{subject}/observation.h5", MAIN),
-        passives=paths_of("cohort/{subject}/passive.h5", MAIN),
-        shards=shards_of_experiment,
-    output:
-        recordings=f"{RESULTS}/tables/acquisition_seeds.csv",
-        medians=f"{RESULTS}/tables/acquisition_seeds_medians.csv",
-    log:
-        f"{RESULTS}/logs/acquisition_seeds.log",
-    params:
-        stage=stage("acquisition_seeds", experiment=MAIN),
-    message:
-        "Virtual volunteers under other acquisition seeds"
-    script:
-        "../scripts/stage.py"
-
-
 rule epochs:
     """The same synthetic recordings and subjects under checkpoints of the training."""
     input:

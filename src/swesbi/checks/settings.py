@@ -1,4 +1,4 @@
-"""Settings of recovery, predictive checks, CMA-ES, and of the studies over epochs and acquisition seeds."""
+"""Settings of recovery, predictive checks, CMA-ES, the study over epochs and variants of an experiment."""
 
 from __future__ import annotations
 
@@ -15,10 +15,6 @@ Weight = Annotated[float, Field(ge=0.0)]
 Epoch = Annotated[int, Field(ge=1)]
 CheckpointEpochs = Annotated[
     tuple[Epoch, ...], Field(description="epochs whose weights are kept; the best and the last always are")
-]
-Seeds = Annotated[
-    tuple[Annotated[int, Field(ge=0)], ...],
-    Field(min_length=1, description="seeds of the acquisition noise; each volunteer is recorded under each"),
 ]
 BASE: Final = "base"
 """Name of the variant that changes nothing."""
@@ -90,12 +86,6 @@ class RecoverySettings(Settings):
                 f"candidate_draws = {self.candidate_draws}; lower the first or raise the second"
             )
         return self
-
-
-class AcquisitionSeedsSettings(Settings):
-    """The virtual volunteers recorded anew, with other noise."""
-
-    seeds: Seeds
 
 
 class EpochStudySettings(Settings):

@@ -7,7 +7,6 @@ from typing import Literal
 from pydantic import Field
 
 from swesbi.base import Settings
-from swesbi.checks.readings.settings import ReadingsSettings
 from swesbi.checks.settings import CmaesSettings
 from swesbi.config.experiments import Name
 from swesbi.exam.settings import ExamSettings
@@ -20,12 +19,6 @@ class CmaesStudySettings(Settings):
 
     prior: Name = Field(description="name of the prior whose bounds limit the search")
     search: CmaesSettings
-
-
-class ReadingsChoiceSettings(ReadingsSettings):
-    """Readings of the paper's text, on the simulations of one experiment."""
-
-    experiment: Name = Field(description="an experiment of kind features")
 
 
 class ExamChoiceSettings(ExamSettings):

@@ -13,13 +13,11 @@ from pydantic import Field, model_validator
 
 from swesbi.base import Settings
 from swesbi.change.settings import ChangeGroupsSettings, ChangeSettings
-from swesbi.checks.settings import AcquisitionSeedsSettings
 from swesbi.config.beside import (
     CmaesStudySettings,
     ExamChoiceSettings,
     NewSubjectsSettings,
     PlanChoiceSettings,
-    ReadingsChoiceSettings,
     ResourceSettings,
 )
 from swesbi.config.experiments import (
@@ -202,7 +200,6 @@ def check_population_experiments(config: Config) -> None:
 def check_kinds(config: Config) -> None:
     """Sections beside the experiments name an experiment of the kind that they are for."""
     asked: tuple[tuple[str, str, Iterable[str], str], ...] = (
-        ("readings", config.readings.experiment, config.feature_experiments, "of kind features"),
         ("exam", config.exam.experiment, config.population_experiments, "over a population"),
         ("plan", config.plan.experiment, config.population_experiments, "over a population"),
     )
@@ -273,9 +270,7 @@ class Config(Settings):
     run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments")
     main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
     cmaes: CmaesStudySettings
-    acquisition_seeds: AcquisitionSeedsSettings
     cohort_posterior: HierarchySettings
-    readings: ReadingsChoiceSettings
     exam: ExamChoiceSettings
     changes: ChangeSettings
     change_groups: ChangeGroupsSettings

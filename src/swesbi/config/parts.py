@@ -61,7 +61,6 @@ def named(study: Study, wildcards: Wildcards, kind: str) -> str:
         "subject": study.context_rows,
         "experiment": (*study.config.experiments, *study.config.population_experiments),
         "prior": study.config.priors,
-        "reading": study.config.readings.readings,
     }
     if name not in known[kind]:
         raise ConfigError(f"{kind} = {name!r}: unknown; the study has {', '.join(known[kind])}")

@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any, Final
 
 from swesbi.config.parts import Wildcards, named, value_of
-from swesbi.config.read import ConfigError
 from swesbi.config.slices_outside import OUTSIDE
 from swesbi.config.study import Study
 
@@ -33,8 +32,6 @@ SOURCES: Final[Mapping[str, str]] = {
     "measurement passive recording passive_reference_prior=reference_prior",
     "epochs": "experiment.support experiment.predictive experiment.epoch_study.candidate_draws "
     "experiment.summary experiment.observation_model experiment.recovery prior forward_model measurement",
-    "acquisition_seeds": "experiment.summary experiment.support experiment.predictive prior forward_model "
-    "measurement passive recording passive_reference_prior=reference_prior acquisition_seeds.seeds",
     "predictive": "experiment.summary experiment.observation_model experiment.predictive forward_model "
     "measurement",
     "predictive_speeds": "experiment.summary experiment.predictive model",
@@ -140,57 +137,6 @@ def fields_of(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any
     return values
 
 
-SIMULATED: Final = "prior forward_model"
-"""What the simulations of an experiment depend on, beside its subjects."""
-RECORDED: Final = "forward_model measurement passive recording passive_reference_prior=reference_prior"
-"""What recordings are read and calibrated with."""
-
-
-def _readings_run(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what one reading depends on.
-
-    Raises:
-        ConfigError: It changes what the simulations of the study are made with.
-    """
-    section, name = study.config.readings, named(study, wildcards, "reading")
-    reading, chosen = section.readings[name], {"experiment": section.experiment}
-    changed = study.with_changes(reading.changes, f"readings.readings.{name}.changes")
-    if fields_of(changed, chosen, SIMULATED) != fields_of(study, chosen, SIMULATED):
-        raise ConfigError(
-            f"readings.readings.{name}.changes: changes the prior or the forward model; readings are run on "
-            "the study's simulations, so make it an experiment of its own"
-        )
-    chain = fields_of(
-        changed,
-        chosen,
-        f"{RECORDED} prior experiment.simulations_per_subject experiment.summary "
-        "experiment.observation_model experiment.estimator experiment.epoch_study.checkpoint_epochs "
-        "experiment.support experiment.posterior experiment.predictive experiment.recovery",
-    )
-    treatment = reading.treatment.to_plain()
-    return {"chain": chain, "treatment": treatment, "changed": bool(reading.changes)}
-
-
-def _readings_seeds(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    section, name = study.config.readings, named(study, wildcards, "reading")
-    changed = study.with_changes(section.readings[name].changes, f"readings.readings.{name}.changes")
-    judged = _slice(changed, {"experiment": section.experiment}, "acquisition_seeds")
-    return {"run": _readings_run(study, wildcards), "judged": judged}
-
-
-def _readings_cmaes(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    section, name = study.config.readings, named(study, wildcards, "reading")
-    own = {"weights": section.cmaes.to_plain(), "treatment": section.readings[name].treatment.to_plain()}
-    searched = fields_of(study, wildcards, "cmaes.search prior=prior_of_cmaes")
-    return own | searched | {"protocol": fields_of(study, wildcards, RECORDED)}
-
-
-def _readings(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    shown = fields_of(study, wildcards, "cohort_title readings.comparison")
-    readings = study.config.readings.readings
-    return shown | {"readings": {name: reading.to_plain() for name, reading in readings.items()}}
-
-
 def _paper_comparison(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     names = ("observation_model", "estimator", "support", "predictive", "recovery")
     own = fields_of(study, wildcards, " ".join(["prior", *(f"experiment.{name}" for name in names)]))
@@ -228,10 +174,6 @@ def _outside(name: str, study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 COMPOSED: Final[Mapping[str, Callable[[Study, Wildcards], dict[str, Any]]]] = {
-    "readings_run": _readings_run,
-    "readings_seeds": _readings_seeds,
-    "readings_cmaes": _readings_cmaes,
-    "readings": _readings,
     "paper_comparison": _paper_comparison,
     "report": _report,
     **{name: partial(_outside, name) for name in OUTSIDE},

@@ -142,8 +142,8 @@ The shipped seed stays {seed}, whatever its own recordings came to.
 
 {table}
 
-`acquisition_seeds.csv` holds this table; `make acquisition-seeds` makes it anew after a run of the study, and
-puts one row for each recording into `results/tables/acquisition_seeds.csv`.
+`acquisition_seeds.csv` holds this table; the side study `studies/acquisition_seeds` makes it anew after a run
+of the study, with a second table of one row for each recording.
 
 - `seeds`: recordings; `seeds_within_z`: those with every |z| of the conditioning vector within the limit;
   `seeds_enough_draws`: those with enough posterior draws within the prior's bounds; `seeds_supported`: both.

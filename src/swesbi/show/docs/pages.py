@@ -20,15 +20,12 @@ from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
 from swesbi.show.docs.pushes import MARK as FREE_RUNNING
 from swesbi.show.docs.pushes import PushesResults, pushes_part
-from swesbi.show.docs.readings import PARTS as READINGS_PARTS
-from swesbi.show.docs.readings import ReadingsResults
 from swesbi.show.docs.reproduction import PARTS
 from swesbi.show.docs.results import read_results
 
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
 POPULATION_PAGE: Final = "population.md"
-READINGS_PAGE: Final = "readings.md"
 EXAM_PAGE: Final = "exam.md"
 
 Pages = dict[str, dict[str, str]]
@@ -41,14 +38,12 @@ def stored_pages(study: Study, docs: Path) -> Pages:
     Raises:
         ArtefactError: A stored table is not what its name says.
     """
-    readings = ReadingsResults.read(docs / "tables")
     exam = ExamResults.read(docs / "tables", study.config.exam_interval)
     pushes = PushesResults.read(docs / "tables", study.config.exam_interval)
     shown = {CALIBRATION_PAGE: {MARK: calibration_part(exam)}} if experiment_shown(study) else {}
     if study.config.populations_run:
         shown[POPULATION_PAGE] = {FREE_RUNNING: pushes_part(pushes)}
     return {
-        READINGS_PAGE: {mark: part(readings) for mark, part in READINGS_PARTS.items()},
         EXAM_PAGE: {MARK: page_part(exam), SITTINGS: sittings_part(exam)},
         **shown,
     }

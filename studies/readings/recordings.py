@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from studies.acquisition_seeds.truth import truth_of
+from studies.readings.settings import Treatment
+from studies.readings.treatment import smooth_cycle
 from swesbi.arrays import FloatArray
-from swesbi.artefacts import ArtefactError
 from swesbi.base import Settings
 from swesbi.checks.observed_curves import at_phases
-from swesbi.checks.readings.settings import Treatment
-from swesbi.checks.readings.treatment import smooth_cycle
-from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, reference_beat
 from swesbi.measurement.operator import PassiveBaseline, calibrate_passive, late_diastolic
@@ -24,7 +23,6 @@ from swesbi.recording.phases import sample_cycle
 from swesbi.recording.settings import RecordingSettings
 from swesbi.virtual_cohort.acquisition import record
 from swesbi.virtual_cohort.settings import ACQUISITION_SEED, AcquisitionSettings
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, simulate_truth
 
 ERRORS = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction", "scale_fraction")
 """Errors of the speeds; failures, outliers and the variation of RR are not among them."""
@@ -38,21 +36,6 @@ class CalibratedSubjectSettings(Settings):
     passive: PassiveSettings
     passive_reference_prior: PriorSettings
     forward_model: ForwardModelSettings
-
-
-def truth_of(context: Context) -> Truth:
-    """Return what is true of the virtual volunteer with this context.
-
-    Raises:
-        ArtefactError: There is none.
-    """
-    for volunteer in VOLUNTEERS:
-        if volunteer.context == context:
-            return simulate_truth(volunteer)
-    raise ArtefactError(
-        f"subject {context.subject}: its context is that of no virtual volunteer; only virtual volunteers "
-        "can be recorded anew"
-    )
 
 
 def with_errors(acquisition: AcquisitionSettings, factor: float) -> AcquisitionSettings:

@@ -14,22 +14,26 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from study_copy import ROOT, StudyCopy
 
-from swesbi.artefacts import ArtefactError
-from swesbi.checks.readings.chain import Case, ChainSettings, predictive_curves, reading_pool
-from swesbi.checks.readings.recordings import (
-    ERRORS,
-    passive_scale_error,
-    treated_subject,
-    truth_of,
-    with_errors,
+from studies.acquisition_seeds.settings import judged_settings
+from studies.acquisition_seeds.truth import truth_of
+from studies.readings import stages as stage
+from studies.readings.chain import Case, ChainSettings, predictive_curves, reading_pool
+from studies.readings.recordings import ERRORS, passive_scale_error, treated_subject, with_errors
+from studies.readings.recovery import stretched_after_peak, synthetic_cycles, synthetic_recordings
+from studies.readings.settings import (
+    Reading,
+    ReadingsSettings,
+    Treatment,
+    WeightsSettings,
+    cmaes_settings,
+    run_settings,
+    seeds_settings,
 )
-from swesbi.checks.readings.recovery import stretched_after_peak, synthetic_cycles, synthetic_recordings
-from swesbi.checks.readings.settings import ReadingsSettings, Treatment, WeightsSettings
-from swesbi.checks.readings.treatment import ALIGNED_PEAK, Features, smooth_cycle
-from swesbi.checks.readings.weights import fits_by_weights
+from studies.readings.treatment import ALIGNED_PEAK, Features, smooth_cycle
+from studies.readings.weights import fits_by_weights
+from swesbi.artefacts import ArtefactError
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
-from swesbi.config.read import ConfigError, overlay, read_yaml
-from swesbi.config.slices import stage_settings
+from swesbi.config.read import ConfigError, overlay, parse_section, read_yaml
 from swesbi.config.study import load_study
 from swesbi.measurement.likelihood import MeasuredSubject, reference_beat
 from swesbi.measurement.operator import calibrate_passive, late_diastolic, total_cycle
@@ -40,7 +44,6 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.phases import analysis_grid
 from swesbi.recording.reader import read_samples
 from swesbi.simulations import draw_simulations
-from swesbi.study.stages import readings as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual_cohort.noise_levels import through_phases
 from swesbi.virtual_cohort.settings import ACQUISITION
@@ -48,13 +51,18 @@ from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
 SHIPPED = overlay(read_yaml(ROOT / "config.yaml"), read_yaml(ROOT / "tests" / "smoke.yaml"))
 SHIPPED |= {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+FOLDER = ROOT / "studies" / "readings"
+SECTION = read_yaml(FOLDER / "config.yaml")["readings"]
+SMALL = parse_section(
+    overlay(SECTION, read_yaml(FOLDER / "small.yaml")["readings"]), "readings", ReadingsSettings
+)
 TIME_TO_PEAK = SCALAR_NAMES.index("time_to_peak_cycle")
 GRID = analysis_grid(100)
 SEED = 5
 
 
 def chain(**changes: object) -> ChainSettings:
-    plain = stage_settings(load_study(SHIPPED), "readings_run", reading="base")["chain"]
+    plain = run_settings(load_study(SHIPPED), SMALL, "base")["chain"]
     return ChainSettings.from_plain(plain | {"simulations_per_subject": 12} | changes)
 
 
@@ -280,8 +288,7 @@ def test_other_weights_give_other_fits_and_the_absolute_error_the_least() -> Non
 
 
 def test_base_must_change_nothing_and_names_must_be_known() -> None:
-    plain = load_study(SHIPPED).config.readings.to_plain()
-    del plain["experiment"]
+    plain = parse_section(SECTION, "readings", ReadingsSettings).to_plain()
     assert ReadingsSettings.from_plain(plain)
     wrong: list[tuple[dict[str, Any], str]] = [
         (
@@ -298,15 +305,41 @@ def test_base_must_change_nothing_and_names_must_be_known() -> None:
 
 
 def test_a_reading_may_not_change_the_simulations() -> None:
-    other = {"label": "x", "changes": {"forward_model": {"destruction_alpha": 2.0}}}
-    changed = overlay(SHIPPED, {"readings": {"readings": {"other": other}}})
+    other = Reading(label="x", changes={"forward_model": {"destruction_alpha": 2.0}})
+    changed = SMALL.model_copy(update={"readings": {**SMALL.readings, "other": other}})
     with pytest.raises(ConfigError, match="the study's simulations"):
-        stage_settings(load_study(changed), "readings_run", reading="other")
+        run_settings(load_study(SHIPPED), changed, "other")
+
+
+def test_readings_are_of_an_experiment_on_features() -> None:
+    changed = SMALL.model_copy(update={"experiment": "calibrated"})
+    with pytest.raises(
+        ConfigError, match="readings.experiment = 'calibrated' is no experiment of kind features"
+    ):
+        run_settings(load_study(SHIPPED), changed, "base")
+
+
+def test_a_changed_value_reaches_the_stages_of_the_reading_that_changes_it() -> None:
+    study = load_study(SHIPPED)
+    base, robust = (run_settings(study, SMALL, name) for name in ("base", "robust"))
+    assert robust["chain"]["summary"] == base["chain"]["summary"] | {"landmarks": "robust"}
+    assert not base["changed"] and robust["changed"]
+    seeds = seeds_settings(study, SMALL, "robust")
+    assert seeds["run"] == robust
+    assert seeds["judged"] == judged_settings(study, "paper", SMALL.seeds) | {
+        "summary": robust["chain"]["summary"]
+    }
+    assert cmaes_settings(study, SMALL, "noise_quarter")["treatment"]["noise_factor"] == 0.25
+
+
+def test_verdicts_are_asked_for_under_the_seeds_of_the_study_over_seeds() -> None:
+    others = read_yaml(ROOT / "studies" / "acquisition_seeds" / "config.yaml")
+    assert SECTION["seeds"] == others["acquisition_seeds"]["seeds"]
 
 
 def run(study: StudyCopy, reading: str, numbers: Path) -> pd.DataFrame:
     subjects, results = ("A", "F"), study.results
-    settings = stage_settings(load_study(SHIPPED), "readings_run", reading=reading)
+    settings = run_settings(load_study(SHIPPED), SMALL, reading)
     stage.readings_run(
         pool=results / "paper" / "pool.h5",
         checkpoints=results / "paper" / "checkpoints.pt",

@@ -8,33 +8,36 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pandas as pd
+from swesbi.study.stages.acquisition_seeds import AcquisitionSeedsStageSettings, judged_recordings
 
-from swesbi.artefacts import ArtefactError
-from swesbi.base import Settings
-from swesbi.checks.readings.chain import Case, ChainSettings, Row, answer, chosen, reading_pool, train_reading
-from swesbi.checks.readings.recordings import CalibratedSubjectSettings, treated_subject
-from swesbi.checks.readings.recovery import recovery_rows, synthetic_recordings
-from swesbi.checks.readings.settings import CASES, ComparisonSettings, Reading, Treatment, WeightsSettings
-from swesbi.checks.readings.treatment import Features
-from swesbi.checks.readings.weights import fits_by_weights
-from swesbi.checks.settings import CmaesSettings
-from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects
-from swesbi.networks.paper.estimator import Checkpoint, load_checkpoints
-from swesbi.networks.paper.pool import Pool, read_pool
-from swesbi.prior import PriorSettings
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.readings import draw_readings
-from swesbi.show.figures.style import save_figure
-from swesbi.show.paper.readings import (
+from studies.acquisition_seeds.judge import AcquisitionSeedsStageSettings, judged_recordings
+from studies.readings.chain import Case, ChainSettings, Row, answer, chosen, reading_pool, train_reading
+from studies.readings.comparison import (
+    INTERVALS,
+    closest,
     given_table,
     readings_table,
     recovery_table,
     seeds_by_reading,
     weights_table,
 )
+from studies.readings.figure import draw_readings
+from studies.readings.recordings import CalibratedSubjectSettings, treated_subject
+from studies.readings.recovery import recovery_rows, synthetic_recordings
+from studies.readings.settings import CASES, ComparisonSettings, Reading, Treatment, WeightsSettings
+from studies.readings.treatment import Features
+from studies.readings.weights import fits_by_weights
+from swesbi.artefacts import ArtefactError
+from swesbi.base import Settings
+from swesbi.checks.settings import CmaesSettings
+from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects
+from swesbi.networks.paper.estimator import Checkpoint, load_checkpoints
+from swesbi.networks.paper.pool import Pool, read_pool
+from swesbi.prior import PriorSettings
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.style import save_figure
 from swesbi.show.paper.values import read_paper
 from swesbi.simulations import group_by_subject, read_simulations
-from swesbi.study.stages.acquisition_seeds import AcquisitionSeedsStageSettings, judged_recordings
 from swesbi.study.stages.inference import check_components
 from swesbi.study.stages.origin import Origin
 
@@ -256,6 +259,8 @@ def readings(
     save_figure(
         draw_readings(frame, paper, settings.comparison, settings.cohort_title), figure_pdf, figure_png
     )
+    best, interval = closest(frame)
+    LOGGER.info("closest to all that the paper prints: %s, by the %s", best["label"], INTERVALS[interval])
 
 
 def _frames(paths: Sequence[Path]) -> Mapping[str, pd.DataFrame]:

@@ -5,42 +5,33 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from inference_case import (
-    CONTEXTS,
-    OBSERVATION_MODEL,
-    WIDE_PRIOR,
-    components,
-    estimator_settings,
-    subject_features,
-)
-from study_copy import StudyCopy
+from study_copy import ROOT, StudyCopy
 
+from studies.acquisition_seeds import stages, truth
+from studies.acquisition_seeds.judge import AcquisitionSeedsStageSettings
+from studies.acquisition_seeds.settings import judged_settings
+from studies.acquisition_seeds.table import SCORES, SeedRow, medians_table, seeds_table
 from swesbi.artefacts import ArtefactError
-from swesbi.checks.readings import recordings
 from swesbi.config.read import overlay, read_yaml
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
-from swesbi.networks.paper.maf import ROWS_PER_BATCH, draw_candidates, draw_until
-from swesbi.networks.paper.pool import build_pool
-from swesbi.networks.paper.training import train
-from swesbi.prior import PriorSettings, in_bounds
-from swesbi.show.training_tables import SCORES, SeedRow, medians_table, seeds_table
-from swesbi.study.stages import acquisition_seeds
+from swesbi.show.claims.findings import HOLDS, judged
+from swesbi.show.claims.manifest import read_manifest
+from swesbi.show.claims.sources import Sources
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.support import read_support
 
 SUBJECTS = ("A", "F")
 
 
-def settings_of(study: StudyCopy, **changes: object) -> acquisition_seeds.AcquisitionSeedsStageSettings:
+def settings_of(study: StudyCopy, **changes: object) -> AcquisitionSeedsStageSettings:
     config = overlay(read_yaml(study.folder / "config.yaml"), read_yaml(study.folder / "smoke.yaml"))
-    plain = stage_settings(load_study(config), "acquisition_seeds", experiment="paper")
-    return acquisition_seeds.AcquisitionSeedsStageSettings.from_plain(plain | changes)
+    plain = judged_settings(load_study(config), "paper", (1, 2))
+    return AcquisitionSeedsStageSettings.from_plain(plain | changes)
 
 
-def judge(study: StudyCopy, folder: Path, settings: acquisition_seeds.AcquisitionSeedsStageSettings) -> None:
+def judge(study: StudyCopy, folder: Path, settings: AcquisitionSeedsStageSettings) -> None:
     results = study.results
-    acquisition_seeds.acquisition_seeds(
+    stages.acquisition_seeds(
         pool=results / "paper" / "pool.h5",
         estimator=results / "paper" / "estimator.pt",
         observations=[results / "cohort" / name / "observation.h5" for name in SUBJECTS],
@@ -54,7 +45,7 @@ def judge(study: StudyCopy, folder: Path, settings: acquisition_seeds.Acquisitio
 
 
 @pytest.fixture(scope="module")
-def judged(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tables(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("seeds")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(finished.folder)
@@ -62,8 +53,9 @@ def judged(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Pat
     return folder
 
 
-def test_the_shipped_seed_gives_the_outcome_of_the_study(finished: StudyCopy, judged: Path) -> None:
-    table = pd.read_csv(judged / "recordings.csv", keep_default_na=False, na_values="")
+@pytest.mark.slow(minutes=0.5)
+def test_the_shipped_seed_gives_the_outcome_of_the_study(finished: StudyCopy, tables: Path) -> None:
+    table = pd.read_csv(tables / "recordings.csv", keep_default_na=False, na_values="")
     shipped = table[table["shipped"] == 1].set_index("subject")
     study = pd.read_csv(finished.results / "tables" / "ppc.csv")
     study = study[study["experiment"] == "paper"].set_index("subject")
@@ -78,13 +70,15 @@ def test_the_shipped_seed_gives_the_outcome_of_the_study(finished: StudyCopy, ju
             np.testing.assert_allclose(row[score], study[score][name], rtol=1e-6, err_msg=f"{name} {score}")
 
 
-def test_other_seeds_are_other_recordings(judged: Path) -> None:
-    table = pd.read_csv(judged / "recordings.csv")
+@pytest.mark.slow(minutes=0.1)
+def test_other_seeds_are_other_recordings(tables: Path) -> None:
+    table = pd.read_csv(tables / "recordings.csv")
     assert len(table) == 2 * len(SUBJECTS)
     assert (table.groupby("subject")["max_abs_z"].nunique() == 2).all()
     assert (table.groupby("subject")["rmse_prior_kpa"].nunique() == 2).all()
 
 
+@pytest.mark.slow(minutes=0.5)
 def test_a_supported_recording_has_scores_and_no_other(
     finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -104,11 +98,12 @@ def test_a_supported_recording_has_scores_and_no_other(
     assert strict["reason"].str.contains("outside what the prior predicts").all()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_subject_that_is_no_virtual_volunteer_is_refused(
     finished: StudyCopy, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(finished.folder)
-    monkeypatch.setattr(recordings, "VOLUNTEERS", recordings.VOLUNTEERS[1:])
+    monkeypatch.setattr(truth, "VOLUNTEERS", truth.VOLUNTEERS[1:])
     with pytest.raises(ArtefactError, match="subject A: its context is that of no virtual volunteer"):
         judge(finished, tmp_path, settings_of(finished))
 
@@ -141,20 +136,8 @@ def test_medians_count_and_skip_what_is_missing() -> None:
     assert (row["rmse_kpa"], row["max_abs_z"]) == (2.0, 1.5)
 
 
-def test_drawing_until_enough_is_the_beginning_of_drawing_all() -> None:
-    subjects = [subject_features(context, 60, np.zeros(4)) for context in CONTEXTS]
-    pool = build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
-    settings = estimator_settings(max_num_epochs=1)
-    estimator = train(pool.theta, pool.z, pool.components.names, WIDE_PRIOR, settings, 1).estimator
-    everything = draw_candidates(estimator, pool.z_obs[:1], 2 * ROWS_PER_BATCH + 500, 7)[0]
-
-    def drawn(enough: int, prior: PriorSettings = WIDE_PRIOR) -> np.ndarray:
-        return draw_until(estimator, pool.z_obs[0], enough, 2 * ROWS_PER_BATCH + 500, prior, 7)
-
-    assert in_bounds(everything, WIDE_PRIOR).sum() < len(everything), "needs some leakage"
-    for enough, batches in (
-        (1, ROWS_PER_BATCH),
-        (ROWS_PER_BATCH, 2 * ROWS_PER_BATCH),
-        (10**6, len(everything)),
-    ):
-        np.testing.assert_array_equal(drawn(enough), everything[:batches])
+def test_numbers_of_the_page_stand_in_the_stored_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    manifest = read_manifest(Path("studies/acquisition_seeds/claims.yaml"))
+    found = list(judged(manifest, Sources(manifest.sources, Path("results"), "none")))
+    assert {each.outcome for each in found} == {HOLDS}

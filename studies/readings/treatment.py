@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from studies.readings.settings import Treatment
 from swesbi.arrays import FloatArray
 from swesbi.checks.observed_curves import (
     SCALED_BY,
@@ -17,7 +18,6 @@ from swesbi.checks.observed_curves import (
     observed_curves,
     shift_cycles,
 )
-from swesbi.checks.readings.settings import Treatment
 from swesbi.measurement.settings import SCALAR_NAMES, SummarySettings
 from swesbi.measurement.summary import summarise
 from swesbi.networks.settings import ObservationModelSettings

@@ -1,4 +1,4 @@
-"""The virtual volunteers recorded under other acquisition seeds, judged by the network of the study."""
+"""The virtual volunteers recorded anew under other seeds, each recording judged by a trained network."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from studies.acquisition_seeds.settings import Seeds
+from studies.acquisition_seeds.table import SeedRow, seeds_table
+from studies.acquisition_seeds.truth import truth_of
+from swesbi.arrays import FloatArray
 from swesbi.base import Settings
 from swesbi.checks.draws import CurveScores, score_cycles, score_theta
-from swesbi.checks.readings.recordings import truth_of
 from swesbi.checks.scores import reduction_percent
-from swesbi.checks.settings import PredictiveSettings, Seeds
+from swesbi.checks.settings import PredictiveSettings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats
 from swesbi.measurement import likelihood
 from swesbi.measurement.operator import PassiveCalibrationError, calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
-from swesbi.networks.paper.estimator import load_estimator
 from swesbi.networks.paper.maf import Sampler, draw_until
-from swesbi.networks.paper.pool import Pool, read_pool, with_context
+from swesbi.networks.paper.pool import Pool, with_context
 from swesbi.population.synthetic import features_under
 from swesbi.prior import PriorSettings, in_bounds
 from swesbi.progress import Progress
@@ -31,11 +31,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
-from swesbi.show.csv import write_csv
-from swesbi.show.training_tables import SeedRow, medians_table, seeds_table
 from swesbi.simulations import PriorSimulations, group_by_subject, read_simulations
-from swesbi.study.stages.inference import check_components
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import Support, diagnose
 from swesbi.virtual_cohort.acquisition import record
@@ -43,7 +39,6 @@ from swesbi.virtual_cohort.settings import ACQUISITION_SEED
 from swesbi.virtual_cohort.volunteers import Truth
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 
 
 class AcquisitionSeedsStageSettings(Settings):
@@ -73,34 +68,6 @@ class _Judge:
     estimator: Sampler
     settings: AcquisitionSeedsStageSettings
     seed: int
-
-
-def acquisition_seeds(
-    *,
-    pool: Path,
-    estimator: Path,
-    observations: Sequence[Path],
-    passives: Sequence[Path],
-    shards: Sequence[Path],
-    recordings: Path,
-    medians: Path,
-    settings: AcquisitionSeedsStageSettings,
-    origin: Origin,
-) -> None:
-    """Record every volunteer under every seed, ingest, calibrate, infer and score; write a row for each.
-
-    The network is that of the study and is not trained again. Under the shipped seed the outcome is the
-    study's own.
-
-    Raises:
-        ArtefactError: A subject is no virtual volunteer, or an input does not fit the others.
-    """
-    data, (trained, _) = read_pool(pool), load_estimator(estimator)
-    check_components(data, trained, estimator)
-    subjects = likelihood.read_measured_subjects(observations, passives, settings.measurement)
-    table = judged_recordings(data, trained, subjects, shards, settings, origin.seed)
-    write_csv(recordings, table)
-    write_csv(medians, medians_table(table), float_format="%.4g")
 
 
 def judged_recordings(

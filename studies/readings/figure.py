@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from swesbi.checks.readings.settings import ComparisonSettings
+from studies.readings.comparison import INTERVALS, PAPER, deviations, printed_numbers
+from studies.readings.settings import ComparisonSettings
 from swesbi.show.figures.style import (
     CMAES,
     EXCLUDED_BACKGROUND,
@@ -21,7 +22,6 @@ from swesbi.show.figures.style import (
     new_figure,
     style,
 )
-from swesbi.show.paper.readings import INTERVALS, PAPER, deviations, printed_numbers
 from swesbi.show.paper.values import PaperNumber
 from swesbi.show.results import records
 

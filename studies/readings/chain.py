@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 from pydantic import Field
 
+from studies.readings.recordings import CalibratedSubjectSettings, passive_scale_error
+from studies.readings.settings import Treatment
+from studies.readings.treatment import Features
 from swesbi.arrays import BoolArray, FloatArray
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.observed_curves import curve_noise, observed_curves
 from swesbi.checks.predictive import noise_streams
-from swesbi.checks.readings.recordings import CalibratedSubjectSettings, passive_scale_error
-from swesbi.checks.readings.settings import Treatment
-from swesbi.checks.readings.treatment import Features
 from swesbi.checks.scores import band, check_features, coverage, reduction_percent, score
 from swesbi.checks.settings import CheckpointEpochs, PredictiveSettings, RecoverySettings
 from swesbi.heart.periodic import Status

@@ -1,4 +1,4 @@
-"""Readings of the paper's text beside its numbers: values, distances, what is given, page and figure."""
+"""Readings of the paper's text beside its numbers: values, distances, what is given, figure and page."""
 
 from __future__ import annotations
 
@@ -11,13 +11,7 @@ import pandas as pd
 import pytest
 from study_copy import ROOT
 
-from swesbi.artefacts import ArtefactError
-from swesbi.checks.readings.settings import CASES, ComparisonSettings, Reading, Treatment
-from swesbi.parameters import THETA_NAMES
-from swesbi.show.docs.marks import PART
-from swesbi.show.docs.readings import NOT_RUN, PARTS, TABLES, ReadingsResults
-from swesbi.show.figures.readings import GROUPS, draw_readings
-from swesbi.show.paper.readings import (
+from studies.readings.comparison import (
     INTERVALS,
     PAPER,
     PRINTED,
@@ -33,6 +27,13 @@ from swesbi.show.paper.readings import (
     seeds_by_reading,
     weights_table,
 )
+from studies.readings.figure import GROUPS, draw_readings
+from studies.readings.settings import CASES, ComparisonSettings, Reading, Treatment
+from swesbi.artefacts import ArtefactError
+from swesbi.parameters import THETA_NAMES
+from swesbi.show.claims.findings import HOLDS, judged
+from swesbi.show.claims.manifest import read_manifest
+from swesbi.show.claims.sources import Sources
 from swesbi.show.paper.values import read_paper
 
 COMPARISON = ComparisonSettings(spread_fraction=0.05, missing_spreads=20.0, coverage_margin=0.05)
@@ -96,45 +97,6 @@ def made() -> dict[str, pd.DataFrame]:
 @pytest.fixture
 def table() -> pd.DataFrame:
     return readings_table(made(), READINGS, NUMBERS, COMPARISON)
-
-
-@pytest.fixture
-def results(table: pd.DataFrame) -> ReadingsResults:
-    seeds = pd.DataFrame(
-        [
-            {
-                "subject": subject,
-                "acquisition_seed": seed,
-                "supported": int(seed > 3 + (subject == "B")),
-                "within_z": int(seed > 3),
-                "max_abs_z": 2.0 + seed,
-                "worst_component": "post_peak_auc_kpa",
-                "rmse_kpa": 1.0,
-            }
-            for subject in "AB"
-            for seed in range(6)
-        ]
-    )
-    fits = pd.DataFrame(
-        [
-            {
-                "subject": case,
-                "mae_weight": mae,
-                "correlation_weight": 1.0,
-                "peak_weight": 0.0,
-                "rmse_kpa": error,
-            }
-            for mae, error in ((1.0, 1.0), (0.0, 5.0))
-            for case in CASES
-        ]
-    )
-    return ReadingsResults(
-        table,
-        given_table(table, READINGS, NUMBERS, COMPARISON),
-        recovery_table(made(), READINGS),
-        seeds_by_reading({"base": seeds, "quiet": seeds}, READINGS),
-        weights_table({"base": fits}, made(), READINGS),
-    )
 
 
 def test_every_number_compared_is_one_that_the_paper_prints() -> None:
@@ -207,8 +169,8 @@ def test_a_coverage_is_given_within_its_margin_and_lowest_in_d(table: pd.DataFra
     assert "rmse_kpa" not in given(rows["base"], printed, "observed", COMPARISON)
 
 
-def test_ranges_are_of_settings_changed_alone(results: ReadingsResults) -> None:
-    lines = results.given.set_index(["number", "interval"])
+def test_ranges_are_of_settings_changed_alone(table: pd.DataFrame) -> None:
+    lines = given_table(table, READINGS, NUMBERS, COMPARISON).set_index(["number", "interval"])
     error = lines.loc[("RMSE of the posterior predictive median, mean ± sd (kPa)", "")]
     assert error["given_by"] == 4
     assert error["settings"] == "noise_factor 0.25 to 0.5"  # that of `mixed` comes with another change
@@ -218,51 +180,55 @@ def test_ranges_are_of_settings_changed_alone(results: ReadingsResults) -> None:
     assert (band["given_by"], band["nearest_value"]) == (0, 0.1)
 
 
-def test_verdicts_are_counted_and_what_is_outside_is_named(results: ReadingsResults) -> None:
-    row = results.verdicts.iloc[0]
+def test_recovery_has_a_row_for_each_checkpoint_in_percent() -> None:
+    recovery = recovery_table(made(), READINGS)
+    assert len(recovery) == 2 * len(READINGS)
+    base = recovery[recovery["reading"] == "base"].set_index("epoch")
+    assert list(base["chosen"]) == [0, 1]
+    np.testing.assert_allclose(base["k_sr_per_s"], [90.0, 85.0])
+
+
+def test_verdicts_are_counted_and_what_is_outside_is_named() -> None:
+    seeds = pd.DataFrame(
+        [
+            {
+                "subject": subject,
+                "acquisition_seed": seed,
+                "supported": int(seed > 3 + (subject == "B")),
+                "within_z": int(seed > 3),
+                "max_abs_z": 2.0 + seed,
+                "worst_component": "post_peak_auc_kpa",
+                "rmse_kpa": 1.0,
+            }
+            for subject in "AB"
+            for seed in range(6)
+        ]
+    )
+    verdicts = seeds_by_reading({"base": seeds, "quiet": seeds}, READINGS)
+    row = verdicts.iloc[0]
     assert (row["recordings"], row["supported"], row["median_max_abs_z"]) == (6, 2, 4.5)
     assert row["most_often_outside"] == "post_peak_auc_kpa"
-    together = results.verdicts.iloc[2]
+    together = verdicts.iloc[2]
     assert (together["subject"], together["recordings"], together["supported"]) == (TOGETHER, 6, 1)
-    text = PARTS["readings_verdicts"](results)
-    assert "as configured: 3 of 12 recordings supported; quiet: 3 of 12 recordings supported." in text
 
 
-def test_the_order_against_cmaes_is_counted(results: ReadingsResults) -> None:
-    by_weight = results.weights.set_index("mae_weight")
+def test_the_order_against_cmaes_is_counted() -> None:
+    fits = pd.DataFrame(
+        [
+            {
+                "subject": case,
+                "mae_weight": mae,
+                "correlation_weight": 1.0,
+                "peak_weight": 0.0,
+                "rmse_kpa": error,
+            }
+            for mae, error in ((1.0, 1.0), (0.0, 5.0))
+            for case in CASES
+        ]
+    )
+    by_weight = weights_table({"base": fits}, made(), READINGS).set_index("mae_weight")
     assert by_weight.loc[1.0, "below"] == 0
     assert by_weight.loc[0.0, "below"] == by_weight.loc[0.0, "supported"] == 4
-    text = PARTS["readings_weights"](results)
-    assert "under 1 of the 2 choices: 0, 1, 0 (as configured)." in text
-
-
-def test_without_tables_the_page_says_so(tmp_path: Path) -> None:
-    assert ReadingsResults.read(tmp_path) is None
-    assert {part(None) for part in PARTS.values()} == {NOT_RUN}
-
-
-def test_parts_read_from_files_are_those_of_the_tables(results: ReadingsResults, tmp_path: Path) -> None:
-    frames = (results.table, results.given, results.recovery, results.verdicts, results.weights)
-    for name, frame in zip(TABLES, frames, strict=True):
-        frame.to_csv(tmp_path / f"{name}.csv", index=False)
-    read = ReadingsResults.read(tmp_path)
-    assert read is not None
-    for name, part in PARTS.items():
-        assert part(read) == part(results), name
-        assert "nan" not in part(read), name
-
-
-def test_the_closest_is_named_with_what_it_cannot_explain(results: ReadingsResults) -> None:
-    text = PARTS["readings_tried"](results)
-    assert "5 readings were tried" in text
-    assert "**quiet**, with the interval of a new observation" in text
-    assert "What the closest cannot explain: nothing." in text
-    assert "What no reading gives: coverage of the 90 % predictive interval, case A, by the band" in text
-
-
-def test_every_part_stands_on_the_page() -> None:
-    page = (ROOT / "docs" / "readings.md").read_text(encoding="utf-8")
-    assert sorted(match["name"] for match in PART.finditer(page)) == sorted(PARTS)
 
 
 def test_every_reading_has_a_row_in_the_figure(table: pd.DataFrame) -> None:
@@ -272,3 +238,16 @@ def test_every_reading_has_a_row_in_the_figure(table: pd.DataFrame) -> None:
     drawn = sum(len(axes.get_legend_handles_labels()[1]) for axes in figure.axes)
     assert drawn == len(PRINTED)
     assert re.search(r"paper's\s+spreads", figure.get_suptitle())
+
+
+def test_numbers_of_the_page_stand_in_stored_tables(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    manifest = read_manifest(Path("studies/readings/claims.yaml"))
+    found = list(judged(manifest, Sources(manifest.sources, Path("results"), "none")))
+    assert {each.outcome for each in found} == {HOLDS}
+
+
+def test_the_page_names_the_closest_reading_of_the_stored_table() -> None:
+    table = pd.read_csv(ROOT / "studies" / "readings" / "tables" / "readings.csv")
+    best, interval = closest(table)
+    assert (best["reading"], interval) == ("robust_quarter_stretch", "observed")

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from studies.readings.settings import WeightsSettings
 from swesbi.arrays import FloatArray
 from swesbi.checks.cmaes import best_run, curve_loss, search
 from swesbi.checks.draws import simulated_curves
-from swesbi.checks.readings.settings import WeightsSettings
 from swesbi.checks.scores import rmse
 from swesbi.checks.settings import CmaesSettings
 from swesbi.heart.settings import ForwardModelSettings

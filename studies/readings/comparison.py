@@ -13,9 +13,9 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from studies.readings.chain import CORRELATION, RECOVERY, RMSE, SUPPORTED
+from studies.readings.settings import CASES, ComparisonSettings, Reading, Treatment
 from swesbi.artefacts import ArtefactError
-from swesbi.checks.readings.chain import CORRELATION, RECOVERY, RMSE, SUPPORTED
-from swesbi.checks.readings.settings import CASES, ComparisonSettings, Reading, Treatment
 from swesbi.parameters import THETA_NAMES
 from swesbi.show.paper.values import PaperNumber
 

@@ -1,13 +1,17 @@
-"""Settings of the readings: what each makes otherwise, and what its numbers are compared by."""
+"""Settings of the readings: what each makes otherwise, how they are compared, what stages depend on."""
 
 from __future__ import annotations
 
-from typing import Final, Literal, Self
+from typing import Any, Final, Literal, Self
 
 from pydantic import Field, JsonValue, model_validator
 
+from studies.acquisition_seeds.settings import Seeds, judged_settings
 from swesbi.base import Settings
 from swesbi.checks.settings import BASE, CurveLossSettings, Cycle
+from swesbi.config.read import ConfigError
+from swesbi.config.slices import fields_of
+from swesbi.config.study import Study
 
 CASES: Final = ("A", "B", "C", "D")
 """Subjects that stand where the paper prints numbers of single cases."""
@@ -95,13 +99,15 @@ class WeightsSettings(Settings):
 
 
 class ReadingsSettings(Settings):
-    """The readings, and what is made of them."""
+    """The readings, and what is made of them: the section ``readings`` of config.yaml."""
 
+    experiment: str = Field(min_length=1, description="an experiment of kind features")
     comparison: ComparisonSettings
     cmaes: WeightsSettings
     acquisition_seeds: tuple[str, ...] = Field(
-        description="readings whose verdicts are asked for under the seeds of `acquisition_seeds`"
+        description="readings whose verdicts are asked for under every acquisition seed"
     )
+    seeds: Seeds
     readings: dict[str, Reading] = Field(min_length=2, description="`base`, as configured, among them")
 
     @model_validator(mode="after")
@@ -120,3 +126,63 @@ class ReadingsSettings(Settings):
                 "that change the configuration alone are recorded anew under every seed"
             )
         return self
+
+
+SIMULATED: Final = "prior forward_model"
+"""What the simulations of an experiment depend on, beside its subjects."""
+RECORDED: Final = "forward_model measurement passive recording passive_reference_prior=reference_prior"
+"""What recordings are read and calibrated with."""
+CHAIN: Final = (
+    f"{RECORDED} prior experiment.simulations_per_subject experiment.summary "
+    "experiment.observation_model experiment.estimator experiment.epoch_study.checkpoint_epochs "
+    "experiment.support experiment.posterior experiment.predictive experiment.recovery"
+)
+"""What the paper's chain depends on."""
+
+
+def run_settings(study: Study, readings: ReadingsSettings, name: str) -> dict[str, Any]:
+    """Return what one reading depends on.
+
+    Raises:
+        ConfigError: The experiment has no noise on features, the changed configuration is not valid, or the
+            reading changes what the simulations of the study are made with.
+    """
+    if readings.experiment not in study.config.feature_experiments:
+        known = ", ".join(study.config.feature_experiments) or "none"
+        raise ConfigError(
+            f"readings.experiment = {readings.experiment!r} is no experiment of kind features; known: {known}"
+        )
+    reading, chosen = readings.readings[name], {"experiment": readings.experiment}
+    changed = study.with_changes(reading.changes, f"readings.readings.{name}.changes")
+    if fields_of(changed, chosen, SIMULATED) != fields_of(study, chosen, SIMULATED):
+        raise ConfigError(
+            f"readings.readings.{name}.changes: changes the prior or the forward model; readings are run on "
+            "the study's simulations, so make it an experiment of its own"
+        )
+    treatment = reading.treatment.to_plain()
+    chain = fields_of(changed, chosen, CHAIN)
+    return {"chain": chain, "treatment": treatment, "changed": bool(reading.changes)}
+
+
+def seeds_settings(study: Study, readings: ReadingsSettings, name: str) -> dict[str, Any]:
+    """Return what the verdicts of one reading under every acquisition seed depend on.
+
+    Raises:
+        As ``run_settings``.
+    """
+    run = run_settings(study, readings, name)
+    changed = study.with_changes(readings.readings[name].changes, f"readings.readings.{name}.changes")
+    return {"run": run, "judged": judged_settings(changed, readings.experiment, readings.seeds)}
+
+
+def cmaes_settings(study: Study, readings: ReadingsSettings, name: str) -> dict[str, Any]:
+    """Return what the fits on recordings of one reading under other weights depend on."""
+    own = {"weights": readings.cmaes.to_plain(), "treatment": readings.readings[name].treatment.to_plain()}
+    searched = fields_of(study, {}, "cmaes.search prior=prior_of_cmaes")
+    return own | searched | {"protocol": fields_of(study, {}, RECORDED)}
+
+
+def table_settings(study: Study, readings: ReadingsSettings) -> dict[str, Any]:
+    """Return what tables and figure depend on."""
+    shown = {"cohort_title": study.config.cohort_title, "comparison": readings.comparison.to_plain()}
+    return shown | {"readings": {name: reading.to_plain() for name, reading in readings.readings.items()}}

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from studies.readings.chain import RECOVERY, Case, ChainSettings, Row, curves_of_cycles
+from studies.readings.treatment import Features
 from swesbi.arrays import FloatArray
-from swesbi.checks.readings.chain import RECOVERY, Case, ChainSettings, Row, curves_of_cycles
-from swesbi.checks.readings.treatment import Features
 from swesbi.checks.recovery import NothingRecoveredError, fresh_simulations, recover, score_recovery, shares
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import active_stiffness_map, passive_shape, total_cycle
