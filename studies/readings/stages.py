@@ -8,7 +8,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pandas as pd
-from swesbi.study.stages.acquisition_seeds import AcquisitionSeedsStageSettings, judged_recordings
 
 from studies.acquisition_seeds.judge import AcquisitionSeedsStageSettings, judged_recordings
 from studies.readings.chain import Case, ChainSettings, Row, answer, chosen, reading_pool, train_reading
