@@ -36,6 +36,7 @@ smoke: $(INSTALLED) ## a tiny study of the same shape, under results-smoke/
 report: study ## Snakemake's own report of the finished study, in one file
 	$(BIN)/snakemake --report results/snakemake-report.html
 
+	$(BIN)/python data/virtual_volunteers/make.py
 changes: $(INSTALLED) ## what has changed between the visits of each person of new_subjects.cohort: results/tables/changes.csv
 	$(BIN)/snakemake --cores $(CORES) changes
 

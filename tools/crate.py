@@ -95,7 +95,7 @@ def files_of(results: Path) -> Packed:
     if not page.is_file():
         raise ArtefactError(f"{page} does not exist: finish the study first (make study)")
     cohort = Path(read_yaml(merged)["cohort"])
-    recordings = [path for path in sorted(cohort.rglob("*")) if path.is_file()]
+    recordings = [path for path in sorted(cohort.rglob("*")) if path.is_file() and path.suffix != ".py"]
     shown = chain.from_iterable(
         sorted((results / name).glob("*")) for name in ("tables", "figures", "report")
     )

@@ -7,19 +7,23 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import speed_case
-from cohorts import snapshot
+from makers import maker, shipped_files
 from study_copy import ROOT
 
 from swesbi.recording.check import examine_cohort
-from swesbi.virtual_cohort.push_trains import write_push_trains
 from swesbi.virtual_cohort.settings import ACQUISITION_SEED
 
 SHIPPED = ROOT / "data" / "virtual_push_trains"
 
 
 def test_the_push_trains_are_made_again(tmp_path: Path) -> None:
-    write_push_trains(tmp_path / "made", ACQUISITION_SEED)
-    assert snapshot(tmp_path / "made") == snapshot(SHIPPED)
+    maker("virtual_push_trains").write_push_trains(tmp_path, ACQUISITION_SEED)
+    names = shipped_files("virtual_push_trains")
+    assert names == sorted(
+        path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()
+    )
+    for name in names:
+        assert (tmp_path / name).read_bytes() == (SHIPPED / name).read_bytes(), name
 
 
 def test_they_are_free_running_and_can_be_used() -> None:

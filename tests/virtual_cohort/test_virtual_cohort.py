@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from makers import maker, shipped_files
 from numpy.typing import NDArray
 from pydantic import ValidationError
 from recordings import CONTEXT, RECORDING
@@ -22,7 +23,6 @@ from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
 from swesbi.seeds import generator
 from swesbi.virtual_cohort.acquisition import acquire, read_true_theta, record
-from swesbi.virtual_cohort.files import write_cohort
 from swesbi.virtual_cohort.noise_levels import (
     COMPARED,
     NOISE_LEVELS,
@@ -33,18 +33,12 @@ from swesbi.virtual_cohort.noise_levels import (
     noise_levels,
     residual,
 )
-from swesbi.virtual_cohort.readme import (
-    CLOSURE_SPEED_M_S,
-    LATE_DIASTOLIC_SPEED_M_S,
-    PEAK_SPEED_M_S,
-    STIFFNESS_RATIO,
-    haemodynamics,
-    summarise_speeds,
-)
 from swesbi.virtual_cohort.settings import ACQUISITION, ACQUISITION_SEED, AcquisitionSettings, EctopicBeat
+from swesbi.virtual_cohort.tables import haemodynamics
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, TruthCurve, Volunteer, simulate_truth
 
 SHIPPED = ROOT / "data" / "virtual_volunteers"
+MAKE = maker("virtual_volunteers")
 DESIGNED_PEAK_KPA = {"A": 40, "B": 60, "C": 60, "D": 58, "E": 60, "F": 64, "G": 49, "H": 54}
 BY_NAME = {volunteer.context.subject: volunteer for volunteer in VOLUNTEERS}
 
@@ -73,10 +67,9 @@ def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None
     ):  # made by the study and by --noise-levels, shown here
         if (SHIPPED / name).is_file():
             shutil.copy(SHIPPED / name, tmp_path)
-    write_cohort(tmp_path, ACQUISITION_SEED)
+    MAKE.write_cohort(tmp_path, ACQUISITION_SEED)
     made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file())
-    kept = sorted(path.relative_to(SHIPPED) for path in SHIPPED.rglob("*") if path.is_file())
-    assert kept == made
+    assert shipped_files("virtual_volunteers") == [path.as_posix() for path in made]
     for path in made:
         if path.suffix == ".png":
             picture, kept_picture = (matplotlib.image.imread(folder / path) for folder in (tmp_path, SHIPPED))
@@ -88,7 +81,7 @@ def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None
 def test_the_readme_shows_the_results_over_acquisition_seeds(tmp_path: Path) -> None:
     table = "subject,seeds,seeds_supported,rmse_kpa\nA,20,19,0.81\nF,20,0,\n"
     (tmp_path / "acquisition_seeds.csv").write_text(table)
-    write_cohort(tmp_path, ACQUISITION_SEED)
+    MAKE.write_cohort(tmp_path, ACQUISITION_SEED)
     text = (tmp_path / "README.md").read_text()
     assert "Out of 20 recordings each, the prior supports 19 of A, 0 of F." in text
     assert "| subject | seeds | seeds_supported | rmse_kpa |" in text
@@ -99,7 +92,7 @@ def test_the_readme_shows_the_results_over_acquisition_seeds(tmp_path: Path) -> 
 def test_the_readme_says_what_they_are_and_how_they_are_made() -> None:
     text = (SHIPPED / "README.md").read_text()
     assert "These are not people" in text
-    assert "python -m swesbi.virtual_cohort data/virtual_volunteers" in text
+    assert "python data/virtual_volunteers/make.py" in text
     assert "recordings.png" in text
     assert all(
         f"| {volunteer.context.subject} | {volunteer.theta[0]:g} |" in text for volunteer in VOLUNTEERS
@@ -116,11 +109,11 @@ def test_contexts_and_truth_are_those_of_the_volunteers() -> None:
 
 @pytest.mark.parametrize("name", BY_NAME)
 def test_recorded_speeds_lie_within_published_ranges(name: str) -> None:
-    found = summarise_speeds(shipped(name), truth_of(name))
-    assert LATE_DIASTOLIC_SPEED_M_S[0] <= found.late_diastolic_m_s <= LATE_DIASTOLIC_SPEED_M_S[1]
-    assert PEAK_SPEED_M_S[0] <= found.peak_m_s <= PEAK_SPEED_M_S[1]
-    assert CLOSURE_SPEED_M_S[0] <= found.closure_m_s <= CLOSURE_SPEED_M_S[1]
-    assert STIFFNESS_RATIO[0] <= found.stiffness_ratio <= STIFFNESS_RATIO[1]
+    found = MAKE.summarise_speeds(shipped(name), truth_of(name))
+    assert MAKE.LATE_DIASTOLIC_SPEED_M_S[0] <= found.late_diastolic_m_s <= MAKE.LATE_DIASTOLIC_SPEED_M_S[1]
+    assert MAKE.PEAK_SPEED_M_S[0] <= found.peak_m_s <= MAKE.PEAK_SPEED_M_S[1]
+    assert MAKE.CLOSURE_SPEED_M_S[0] <= found.closure_m_s <= MAKE.CLOSURE_SPEED_M_S[1]
+    assert MAKE.STIFFNESS_RATIO[0] <= found.stiffness_ratio <= MAKE.STIFFNESS_RATIO[1]
 
 
 @pytest.mark.parametrize("name", BY_NAME)

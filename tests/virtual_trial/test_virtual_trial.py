@@ -10,10 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from makers import maker, shipped_files
 from speed_case import shipped
 from study_copy import ROOT
 
 from swesbi.__main__ import main
+from swesbi.checks.pressures import ATTAINED
 from swesbi.config.read import read_yaml
 from swesbi.config.study import Study, load_study
 from swesbi.parameters import THETA_NAMES
@@ -21,7 +23,6 @@ from swesbi.prior import JointPriorSettings, in_bounds
 from swesbi.recording.clinical import ClinicalRow
 from swesbi.recording.reader import read_samples
 from swesbi.virtual_trial import persons as drawing
-from swesbi.virtual_trial.files import DIGITS, write_trial
 from swesbi.virtual_trial.persons import (
     DrawnAgain,
     at_visit,
@@ -32,9 +33,9 @@ from swesbi.virtual_trial.persons import (
 )
 from swesbi.virtual_trial.settings import AFTER, BEFORE, GROUPS, LOADING, SPEED_SCALE, TRIAL, TrialSettings
 from swesbi.virtual_trial.source import TrialSource, narrowed, source_of
-from swesbi.virtual_trial.tables import ATTAINED, QUANTITIES, log_ratios, subject_table, truth_table
 
 SHIPPED = ROOT / "data" / "virtual_trial"
+MAKE = maker("virtual_trial")
 MOST_BYTES = 6e6
 STILL = {"theta_spread": 0.0, "passive_scale_spread": 0.0, "loading_spread": 0.0, "heart_rate_spread": 0.0}
 
@@ -67,9 +68,9 @@ def changed(group: str, visit: str, seed: int = 0, **changes: float) -> dict[str
 
 @pytest.mark.slow(minutes=0.2)
 def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None:
-    write_trial(tmp_path, source())
+    MAKE.write_trial(tmp_path, source())
     made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file())
-    assert made == sorted(path.relative_to(SHIPPED) for path in SHIPPED.rglob("*") if path.is_file())
+    assert shipped_files("virtual_trial") == [path.as_posix() for path in made]
     for path in made:
         if path.suffix == ".png":
             picture, kept = (matplotlib.image.imread(folder / path) for folder in (tmp_path, SHIPPED))
@@ -85,8 +86,9 @@ def test_a_person_is_drawn_whatever_the_others_and_is_the_shipped_one(tmp_path: 
     for visit in person.visits:
         kept = read_samples(SHIPPED / "swe" / f"{visit.context.subject}.csv", 20, 1000.0)
         np.testing.assert_array_equal(visit.samples.speed_m_s, kept.speed_m_s)
-    for name, made in {"subjects.csv": subject_table([person]), "truth.csv": truth_table([person])}.items():
-        made.to_csv(tmp_path / name, index=False, float_format=DIGITS if name == "truth.csv" else None)
+    tables = {"subjects.csv": MAKE.subject_table([person]), "truth.csv": MAKE.truth_table([person])}
+    for name, made in tables.items():
+        made.to_csv(tmp_path / name, index=False, float_format=MAKE.DIGITS if name == "truth.csv" else None)
         lines = (SHIPPED / name).read_text().splitlines()
         assert (tmp_path / name).read_text().splitlines() == [lines[0], *lines[-2:]]
 
@@ -108,7 +110,7 @@ def test_everybody_is_answered_by_the_network_of_the_population_and_has_no_clini
 def test_the_treated_change_by_the_effect_and_by_what_visits_differ_by() -> None:
     truth = table("truth.csv")
     for name in THETA_NAMES:
-        control, treated = (log_ratios(truth, name, group) for group in GROUPS)
+        control, treated = (MAKE.log_ratios(truth, name, group) for group in GROUPS)
         error = np.sqrt(2.0) * TRIAL.theta_spread / np.sqrt(TRIAL.persons_per_group)
         assert abs(control.mean()) < 3.5 * error
         assert abs(treated.mean() - np.log(TRIAL.effect.get(name, 1.0))) < 3.5 * error
@@ -154,11 +156,11 @@ def test_the_readme_says_what_they_are_how_they_are_made_and_the_true_effect() -
     text = (SHIPPED / "README.md").read_text(encoding="utf-8")
     assert "**These are not people, and there is no drug.**" in text
     assert "k_0 times 1.1 and k_SR times 0.75" in text
-    assert "python -m swesbi.virtual_trial data/virtual_trial" in text
+    assert "python data/virtual_trial/make.py" in text
     assert f"`virtual trial` of the study's seed, {shipped().seed}." in text
     truth = table("truth.csv")
-    for name, words in QUANTITIES.items():
-        control, treated = (np.exp(log_ratios(truth, name, group).mean()) for group in GROUPS)
+    for name, words in MAKE.QUANTITIES.items():
+        control, treated = (np.exp(MAKE.log_ratios(truth, name, group).mean()) for group in GROUPS)
         (line,) = [line for line in text.splitlines() if line.startswith(f"| {words} |")]
         assert line.count("single persons") == 2
         assert f"| {control:.3f} (" in line and f"| {treated:.3f} (" in line

@@ -1,4 +1,4 @@
 """Eight virtual volunteers: a richer physiology than the inference model, measured with acquisition noise.
 
-``python -m swesbi.virtual_cohort data/virtual_volunteers`` regenerates the shipped cohort.
+``python data/virtual_volunteers/make.py`` writes the shipped cohort anew.
 """

@@ -1,0 +1,83 @@
+"""Make the virtual push trains anew: ``python data/virtual_push_trains/make.py [FOLDER]``.
+
+README.md beside it says what they are.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+
+from swesbi.virtual_cohort.files import write_csv, write_text
+from swesbi.virtual_cohort.push_trains import (
+    BEATS,
+    ERROR,
+    ERROR_LOG_SD,
+    LOST,
+    PUSHES_PER_S,
+    RR_JITTER,
+    push_train,
+)
+from swesbi.virtual_cohort.settings import ACQUISITION_SEED
+from swesbi.virtual_cohort.tables import truth_table
+from swesbi.virtual_cohort.volunteers import VOLUNTEERS, simulate_truth
+
+RECORDING: Final = """\
+# How the recordings of this cohort were made
+origin: virtual push trains of virtual volunteers (swesbi.virtual_cohort.push_trains); not measured on people
+acquisition_seed: {seed}
+noise: {{ cv_fraction: {error:g}, cv_log_sd: {log_sd:g} }} # no repeats tell it: declared, and integrated out
+"""
+README: Final = """\
+# Virtual push trains
+
+**Nobody was measured.** These are simulated recordings without gating and without repeats.
+
+**A to H** are the eight virtual volunteers of `data/virtual_volunteers`, as a free-running push train would
+record them: {rate:g} pushes a second over {beats:g} beats, beats that vary by {jitter:.0f} %,
+{lost:.0f} % of the pushes without a wave, an error of {error:.0f} % of each speed. The noise is independent
+from push to push; that of a held probe is not.
+
+| file | content |
+|---|---|
+| `subjects.csv` | contexts, as in `data/virtual_volunteers` |
+| `swe/<subject>.csv` | one row a push: time since the R peak of its beat, RR, beat, speed, status |
+| `recording.yaml` | what is declared of the errors |
+| `truth.csv` | the parameters that made the recordings; nothing that infers reads it |
+
+The volunteers' physiology is richer than the model's ([their README](../virtual_volunteers/README.md)), so
+its best parameters need not equal these.
+
+Made by `python data/virtual_push_trains/make.py`; a test makes them again and compares every byte.
+"""
+
+
+def write_push_trains(folder: Path, seed: int) -> None:
+    """Write contexts, push trains, truth and README into ``folder``."""
+    (folder / "swe").mkdir(parents=True, exist_ok=True)
+    truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
+    for truth in truths:
+        write_csv(folder / "swe" / f"{truth.volunteer.context.subject}.csv", push_train(truth, seed))
+    contexts = pd.DataFrame([asdict(truth.volunteer.context) for truth in truths])
+    write_csv(folder / "subjects.csv", contexts.astype(object))
+    write_csv(folder / "truth.csv", truth_table(truths))
+    write_text(folder / "recording.yaml", RECORDING.format(seed=seed, error=ERROR, log_sd=ERROR_LOG_SD))
+    percent = {"jitter": 100.0 * RR_JITTER, "lost": 100.0 * LOST, "error": 100.0 * ERROR}
+    write_text(folder / "README.md", README.format(rate=PUSHES_PER_S, beats=BEATS, **percent))
+
+
+def main() -> None:
+    """Write the virtual push trains into a folder."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument(
+        "folder", type=Path, nargs="?", default=Path(__file__).parent, help="default: that of this program"
+    )
+    write_push_trains(parser.parse_args().folder, ACQUISITION_SEED)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,551 @@
+"""Make the virtual volunteers anew: ``python data/virtual_volunteers/make.py [FOLDER]``.
+
+README.md beside it says what they are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Final
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import yaml
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from swesbi.measurement.settings import MeasurementSettings
+from swesbi.parameters import THETA
+from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.columns import STATUS_OK
+from swesbi.recording.phases import to_grid
+from swesbi.recording.samples import Samples
+from swesbi.recording.settings import RecordingSettings
+from swesbi.virtual_cohort.acquisition import record
+from swesbi.virtual_cohort.clinical import CLINICAL_ERRORS, measure, true_measures
+from swesbi.virtual_cohort.files import RECORDING, write_csv, write_recordings, write_text
+from swesbi.virtual_cohort.noise_levels import (
+    COMPARED,
+    NOISE_LEVELS,
+    PAPER_RMSE_KPA,
+    SEEDS,
+    interpolation_error_kpa,
+    noise_levels,
+)
+from swesbi.virtual_cohort.settings import ACQUISITION, ACQUISITION_SEED
+from swesbi.virtual_cohort.tables import haemodynamics, markdown, phase_medians, truth_table
+from swesbi.virtual_cohort.volunteers import (
+    LATE_DIASTOLE,
+    SHOWN,
+    VOLUNTEERS,
+    Truth,
+    Volunteer,
+    simulate_truth,
+)
+
+SAMPLE_COLOUR = "#9aa7b5"
+MEDIAN_COLOUR = "#0b3c6f"
+FAILED_COLOUR = "#d55e00"
+PUBLISHED_COLOUR = "#009e73"
+TOP_M_S = 7.2
+FINE_GRID: Final = 2001
+LATE_DIASTOLIC_SPEED_M_S: Final = (0.87, 1.51)
+PEAK_SPEED_M_S: Final = (2.1, 5.5)
+CLOSURE_SPEED_M_S: Final = (2.5, 4.5)
+STIFFNESS_RATIO: Final = (5.0, 25.0)
+EJECTION_MS: Final = (292.0, 23.0)
+ORIGIN: Final = "virtual volunteers, simulated by swesbi.virtual_cohort"
+TEXT: Final = """# Eight virtual volunteers
+
+**These are not people.** The volunteers of the paper are not public, and no public time-resolved recording
+of cardiac shear wave elastography was found. So the study ships eight virtual volunteers, A to H, in the file
+format that real recordings would have. Every figure and table that shows them says so. A to F stand where the
+paper has its six cases, and the experiments that repeat the paper are made of them; G and H, who relax slower
+and faster than those, are in the others too.
+
+![The eight recordings](recordings.png)
+
+| file | content |
+|---|---|
+| `subjects.csv` | sex, age, body surface area, heart rate, LV volumes, septum; cuff pressures, ejection |
+| `swe/<subject>.csv` | raw samples, one row per attempted push sample |
+| `recording.yaml` | how the recordings were made |
+| `truth.csv`, `truth_curves.csv` | true theta, beats, noiseless curves; no stage of inference reads them |
+
+Regenerate all of it, byte for byte, with
+
+```
+python data/virtual_volunteers/make.py
+```
+
+The acquisition seed is {seed}; it was fixed before any inference was run on the recordings.
+
+## Where they come from
+
+Each volunteer is one periodic beat of the spherical ventricle in a closed circulation, under a physiology
+that is *richer* than the inference model, so that inference meets model error as it would in life: valve
+inertance, wall inertia, a slower activation ramp (30 ms instead of 20), and the parameters below, each
+volunteer's own. The total stiffness is `a exp(b (lambda^2 - 1)) + k_c` along the volunteer's own beat; the
+scale `a` is set so that the late-diastolic mean is the designed one.
+
+{truth}
+
+`wall` multiplies the passive C_0 and C_2 of the PhysioBlocks 2.0.1 human heart. What each volunteer is for:
+
+{designs}
+
+Theta of A to D were chosen with the prior errors of the paper's cases in view, those of E and F so that the
+prior should not support them. Whether a volunteer passes the prior-support test is an outcome of that.
+
+What the true beats do, beside the volumes in `subjects.csv`:
+
+{haemodynamics}
+
+Three things are not as in life, and are left so: ejection is short in all but E and F (published left
+ventricular ejection time: {ejection_mean:.0f} +- {ejection_sd:.0f} ms); end-systolic volumes, save D's, lie
+below the listed ones, which inference uses only as conditioning variables; pressures of ventricle and aorta
+are high, above all where contraction is fast (E, F).
+
+## Cuff pressures and ejection time
+
+`sbp_mmhg`, `dbp_mmhg` and `lvet_ms` are what a clinic would measure of these beats: the largest and least
+pressure at the root of the aorta, and the time from the first to the last flow through its valve, with the
+errors of `clinical` in `config.yaml`: {sbp_error} and {dbp_error} of the cuff, {lvet_error}
+of the ejection. They are rounded, and drawn from random numbers of their own, so that the recordings are
+what they were without them.
+
+{measures}
+
+**The ejection times are the model's, and shorter than people's** in all but E and F ({ejection_mean:.0f}
++- {ejection_sd:.0f} ms): they show what the columns do, not how long hearts eject.
+
+## Acquisition noise
+
+20 gated phases, 3 repeats of 12 spatial samples. Each speed carries an error of {sample} of its own and
+shares one of {repeat} with its repeat, independent for each phase. Repeats are sweeps over the cycle: each
+shares an error of {sweep} over all its phases, and a recording has one scale of all its speeds, known to
+{scale} (thickness of the wall as a plate, fibre angle, dispersion). Without the scale that is {phase_se} on
+a phase mean. RR varies by 1 % from beat to beat; the push comes at a fixed delay, so the phase varies with
+it. About 8 % of the samples fail, 2 to 4 % report a wrong wave. Phase 13 of B and phase 4 of E failed
+altogether; one repeat of C fell into a premature beat.
+
+{samples}
+{levels}
+## Speeds beside published ones
+
+From the median of the successful samples at each phase; *closure* is when forward flow through the aortic
+valve ends.
+
+{speeds}
+{seeds}
+## Sources
+
+- Diastolic septal speed, parasternal long axis, in healthy volunteers: Song et al., J Ultrasound Med
+  35:1419 (2016), and paediatric series.
+- Systolic speed, by acoustic radiation force in open-chest sheep: Couade et al., IEEE Trans Med Imaging
+  30:295 (2011).
+- Speed of natural waves at valve closure, in volunteers: Santos et al., IEEE Trans Ultrason Ferroelectr
+  Freq Control 66:442 (2019); Keijzer et al., ibid. 67:1590 (2020).
+- Noise of {sample} and {repeat}: chosen by the paper's residuals, as above. A single speed so has a
+  standard deviation of {single} about its phase; 7 % is reported with acoustic radiation force in pigs (Vos
+  et al., IEEE International Ultrasonics Symposium 2016).
+- Error of a sweep: chosen, half that of a repeat at one phase, since a probe that is put back finds nearly
+  the same wall. Scale of {scale}: chosen; systems differ by about this on phantoms (RSNA/QIBA; Palmeri et
+  al., J Ultrasound Med 40:569, 2021).
+- Volumes, wall thickness, ejection fraction: Lang et al., J Am Soc Echocardiogr 28:1 (2015).
+- Mechanics: Chapelle et al., Int J Multiscale Comput Eng 10:189 (2012); Caruel et al., Biomech Model
+  Mechanobiol 13:897 (2014).
+"""
+LEVELS: Final = """
+### How large it is, and why
+
+The paper prints what is left between its curves and the median of its posterior: RMSE of {paper} kPa for
+its cases A, B, C, D, {mean:.2f} in the mean. Noise is part of it and the model's error another, so these
+residuals bound the noise of the paper's curves from above. The level in use is the round one at which noise
+alone makes {low:.2f} to {high:.2f} kPa in A to D, the paper's mean less 10 to 30 %:
+
+{table}
+
+RMSE on the analysis grid between the curve as ingested and the true one through the same measured phases,
+in kPa, in the mean over {seeds} recordings of each volunteer, seeds {first} to {last}; the shipped seed is
+none of them. Samples to repeats 2 : 1, sweeps half of the repeats, scale {scale}. The true curve is taken
+times the factor that fits best, since a fit takes up a common scale: k_0 and `a` move with it. *As
+recorded* is without that factor. Interpolation between 20 phases is in no column, as fitted curves go
+through the same phases; the true curves themselves lie {interpolation:.1f} kPa from it. No verdict was
+looked at.
+
+8 % and 4 %, at which earlier versions of the cohort were recorded, leave more than the paper's own mean.
+Published repeatability bounds less: a single speed varies by {single} about its phase here and by 8.9 %
+there; 7 % is reported in pigs (Vos et al. 2016), with another system and view.
+
+`noise_levels.csv` holds this table; `python data/virtual_volunteers/make.py --noise-levels config.yaml`
+measures it anew.
+"""
+OTHER_SEEDS: Final = """
+## Other acquisition seeds
+
+The same volunteers, recorded anew with other noise (`record(truth, seed)`), each recording ingested, its
+passive baseline calibrated anew, and judged by the network of the study's main experiment, which was not
+trained again. Out of {seeds} recordings each, the prior supports {supported}.
+The shipped seed stays {seed}, whatever its own recordings came to.
+
+{table}
+
+`acquisition_seeds.csv` holds this table; the side study `studies/acquisition_seeds` makes it anew after a run
+of the study, with a second table of one row for each recording.
+
+- `seeds`: recordings; `seeds_within_z`: those with every |z| of the conditioning vector within the limit;
+  `seeds_enough_draws`: those with enough posterior draws within the prior's bounds; `seeds_supported`: both.
+- `max_abs_z`: largest |z|, median over all recordings; `rmse_prior_kpa`: error of the prior predictive
+  median, likewise.
+- `rmse_kpa`, `rmse_reduction_percent`, `r2`: error of the posterior predictive median, its reduction against
+  the prior's, coefficient of determination; `coverage_grid`, `coverage_phases`: share of the analysis grid
+  and of the measured phases inside the 90 % band of noiseless curves; medians over the supported recordings,
+  empty where there is none.
+"""
+
+
+@dataclass(frozen=True)
+class SpeedSummary:
+    """What a recording says at a glance, from the medians of its successful samples.
+
+    ``closure_m_s`` is the speed when forward flow through the aortic valve ends in the true beat.
+    """
+
+    late_diastolic_m_s: float
+    peak_m_s: float
+    closure_m_s: float
+    stiffness_ratio: float
+
+
+def summarise_speeds(samples: Samples, truth: Truth) -> SpeedSummary:
+    """Summarise a recording by late-diastolic, peak and valve-closure speed, and the stiffness ratio."""
+    phase, speed = phase_medians(samples)
+    late = float(speed[(phase >= LATE_DIASTOLE[0]) & (phase <= LATE_DIASTOLE[1])].mean())
+    curve = to_grid(phase, speed, FINE_GRID)
+    closure = float(np.interp(valve_closure_phase(truth), np.linspace(0.0, 1.0, FINE_GRID), curve))
+    peak = float(speed.max())
+    return SpeedSummary(late, peak, closure, (peak / late) ** 2)
+
+
+def valve_closure_phase(truth: Truth) -> float:
+    """Return the phase at which forward flow through the aortic valve ends."""
+    return float(truth.beats.cycle_phase[np.flatnonzero(truth.beats.aortic_flow_ml_s[0] > 0.0)[-1]])
+
+
+def subject_table(truths: Sequence[Truth], measures: Sequence[ClinicalMeasures]) -> pd.DataFrame:
+    """Return the rows of ``subjects.csv``: contexts, and what a clinic measured, in whole numbers."""
+    rows = [
+        asdict(truth.volunteer.context) | {name: int(value) for name, value in asdict(measured).items()}
+        for truth, measured in zip(truths, measures, strict=True)
+    ]
+    return pd.DataFrame(rows).astype(object)
+
+
+def curve_table(truths: Sequence[Truth]) -> pd.DataFrame:
+    """Return the noiseless curves: one row per volunteer and cycle point."""
+    return pd.concat([_curve_rows(truth) for truth in truths], ignore_index=True)
+
+
+def _curve_rows(truth: Truth) -> pd.DataFrame:
+    columns = {
+        "cycle_phase": truth.curve.cycle_phase,
+        "passive_kpa": truth.passive_kpa,
+        "active_kpa": truth.active_kpa,
+        "stiffness_kpa": truth.curve.stiffness_kpa,
+        "stretch": truth.beats.stretch[0],
+        "volume_ml": truth.beats.volume_ml[0],
+    }
+    return pd.DataFrame({"subject": truth.volunteer.context.subject, **columns})
+
+
+def readme(
+    truths: Sequence[Truth],
+    recordings: Sequence[Samples],
+    measures: Sequence[ClinicalMeasures],
+    seed: int,
+    seed_medians: pd.DataFrame | None,
+    levels: pd.DataFrame | None,
+) -> str:
+    """Return the text of the README.
+
+    Args:
+        truths: The volunteers' true beats.
+        recordings: Their recordings, in the same order.
+        measures: What a clinic measured of them, likewise.
+        seed: The acquisition seed.
+        seed_medians: Results over acquisition seeds, as texts, shown as they are; None if there are none yet.
+        levels: What noise of each level leaves, as texts; None if it is not measured yet.
+    """
+    designs = "\n".join(f"- {t.volunteer.context.subject}: {t.volunteer.design}" for t in truths)
+    return TEXT.format(
+        seed=seed,
+        truth=markdown(_truth_rows(truths)),
+        designs=designs,
+        haemodynamics=markdown(_haemodynamic_rows(truths)),
+        measures=markdown(_measured_rows(truths, measures)),
+        **_clinical_errors(),
+        ejection_mean=EJECTION_MS[0],
+        ejection_sd=EJECTION_MS[1],
+        samples=markdown(_sample_rows(truths, recordings)),
+        speeds=markdown(_speed_rows(truths, recordings)),
+        seeds="" if seed_medians is None else _seeds(seed_medians, seed),
+        levels="" if levels is None else _levels(levels, truths),
+        **_sizes(),
+    )
+
+
+def _sizes() -> dict[str, str]:
+    """Return the errors of a speed in percent: each of them, of a single speed, and of a phase mean."""
+    own, repeat = ACQUISITION.sample_sd_fraction, ACQUISITION.repeat_sd_fraction
+    sweep, samples = ACQUISITION.sweep_fraction, ACQUISITION.samples_per_repeat
+    mean = math.sqrt((own**2 / samples + repeat**2 + sweep**2) / ACQUISITION.repeats)
+    single = math.hypot(own, repeat, sweep)
+    shown = {"sample": own, "repeat": repeat, "sweep": sweep, "scale": ACQUISITION.scale_fraction}
+    return {name: f"{100.0 * value:g} %" for name, value in shown.items()} | {
+        "single": f"{100.0 * single:.1f} %",
+        "phase_se": f"{100.0 * mean:.1f} %",
+    }
+
+
+def _levels(levels: pd.DataFrame, truths: Sequence[Truth]) -> str:
+    """Return the section on the level of the noise; the level in use is in bold."""
+    mean = float(np.mean(list(PAPER_RMSE_KPA.values())))
+    compared = [truth.curve for truth in truths if truth.volunteer.context.subject in COMPARED]
+    sizes = _sizes()
+    return LEVELS.format(
+        paper=", ".join(f"{value:.2f}" for value in PAPER_RMSE_KPA.values()),
+        mean=mean,
+        low=0.7 * mean,
+        high=0.9 * mean,
+        table=markdown(pd.DataFrame([_level_row(row) for _, row in levels.iterrows()])),
+        seeds=len(SEEDS),
+        first=SEEDS[0],
+        last=SEEDS[-1],
+        interpolation=float(np.mean([interpolation_error_kpa(curve) for curve in compared])),
+        scale=sizes["scale"],
+        single=sizes["single"],
+    )
+
+
+def _level_row(row: pd.Series[str]) -> dict[str, str]:
+    fractions = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction")
+    heads = ("sample", "repeat", "sweep")
+    shown = {head: f"{100.0 * float(row[name]):g} %" for head, name in zip(heads, fractions, strict=True)}
+    shown |= {name: f"{float(row[f'rmse_{name}_kpa']):.2f}" for name in COMPARED}
+    shown |= {"mean": f"{float(row['rmse_kpa']):.2f}"}
+    shown |= {"as recorded": f"{float(row['rmse_as_recorded_kpa']):.2f}"}
+    in_use = float(row["sample_sd_fraction"]) == ACQUISITION.sample_sd_fraction
+    return {head: f"**{value}**" if in_use else value for head, value in shown.items()}
+
+
+def _seeds(medians: pd.DataFrame, seed: int) -> str:
+    """Return the section on other acquisition seeds."""
+    counts = zip(medians["subject"], medians["seeds_supported"], strict=True)
+    return OTHER_SEEDS.format(
+        seeds=medians["seeds"].iloc[0],
+        supported=", ".join(f"{count} of {subject}" for subject, count in counts),
+        seed=seed,
+        table=markdown(medians),
+    )
+
+
+def _truth_rows(truths: Sequence[Truth]) -> pd.DataFrame:
+    rows = []
+    for truth in truths:
+        volunteer = truth.volunteer
+        theta = zip(THETA, volunteer.theta, strict=True)
+        own = {shown.head: shown.text(getattr(volunteer, name)) for name, shown in SHOWN.items()}
+        rows.append(
+            {
+                "": volunteer.context.subject,
+                **{f"{parameter.text} ({parameter.unit})": f"{value:g}" for parameter, value in theta},
+                "late diastole (kPa)": f"{volunteer.late_diastolic_kpa:g}",
+                "a (kPa)": f"{truth.passive_scale_kpa:.2f}",
+                **own,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _haemodynamic_rows(truths: Sequence[Truth]) -> pd.DataFrame:
+    rows = []
+    for truth in truths:
+        context, beat = truth.volunteer.context, haemodynamics(truth)
+        pressure = [beat[f"{when}_aortic_pressure_mmhg"] for when in ("systolic", "diastolic")]
+        rows.append(
+            {
+                "": context.subject,
+                "EDV / LVEDV (mL)": f"{beat['end_diastolic_volume_ml']:.0f} / {context.lvedv_ml:.0f}",
+                "ESV / LVESV (mL)": f"{beat['end_systolic_volume_ml']:.0f} / {context.lvesv_ml:.0f}",
+                "EF": f"{beat['ejection_fraction']:.2f}",
+                "aortic pressure (mmHg)": "/".join(f"{value:.0f}" for value in pressure),
+                "peak ventricular pressure (mmHg)": f"{beat['peak_ventricular_pressure_mmhg']:.0f}",
+                "ejection (ms)": f"{beat['ejection_ms']:.0f}",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _measured_rows(truths: Sequence[Truth], measures: Sequence[ClinicalMeasures]) -> pd.DataFrame:
+    rows = []
+    for truth, measured in zip(truths, measures, strict=True):
+        true = true_measures(truth)
+        rows.append(
+            {
+                "": truth.volunteer.context.subject,
+                "aorta (mmHg)": f"{true.sbp_mmhg:.0f}/{true.dbp_mmhg:.0f}",
+                "cuff (mmHg)": f"{measured.sbp_mmhg:.0f}/{measured.dbp_mmhg:.0f}",
+                "ejection (ms)": f"{true.lvet_ms:.0f}",
+                "measured (ms)": f"{measured.lvet_ms:.0f}",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _clinical_errors() -> dict[str, str]:
+    """Return bias and standard deviation of the measures, in words."""
+    errors = CLINICAL_ERRORS
+    return {
+        "sbp_error": f"{errors.sbp_bias_mmhg:+g} +- {errors.sbp_sd_mmhg:g} mmHg",
+        "dbp_error": f"{errors.dbp_bias_mmhg:+g} +- {errors.dbp_sd_mmhg:g} mmHg",
+        "lvet_error": f"+- {errors.lvet_sd_ms:g} ms",
+    }
+
+
+def _sample_rows(truths: Sequence[Truth], recordings: Sequence[Samples]) -> pd.DataFrame:
+    rows = []
+    for truth, samples in zip(truths, recordings, strict=True):
+        row: dict[str, str] = {"": truth.volunteer.context.subject, "attempted": str(len(samples.status))}
+        for status in (STATUS_OK, "no_wave", "motion", "low_r2", "bound_hit"):
+            row[status] = str(int((samples.status == status).sum()))
+        rows.append(row | {"wrong waves": f"{truth.volunteer.acquisition.outlier_fraction:.0%}"})
+    return pd.DataFrame(rows)
+
+
+def _speed_rows(truths: Sequence[Truth], recordings: Sequence[Samples]) -> pd.DataFrame:
+    rows = []
+    for truth, samples in zip(truths, recordings, strict=True):
+        speeds = summarise_speeds(samples, truth)
+        values = (speeds.late_diastolic_m_s, speeds.peak_m_s, speeds.closure_m_s, speeds.stiffness_ratio)
+        rows.append((truth.volunteer.context.subject, *(f"{value:.2f}" for value in values)))
+    ranges = (LATE_DIASTOLIC_SPEED_M_S, PEAK_SPEED_M_S, CLOSURE_SPEED_M_S, STIFFNESS_RATIO)
+    rows.append(("published", *(f"{low:g} to {high:g}" for low, high in ranges)))
+    heads = ("late diastole (m/s)", "peak (m/s)", "aortic valve closure (m/s)", "E peak / E late diastole")
+    return pd.DataFrame(rows, columns=["", *heads])
+
+
+def draw_recordings(volunteers: Sequence[Volunteer], recordings: Sequence[Samples]) -> Figure:
+    """Draw every successful sample, the phase medians, the share that failed, and published ranges."""
+    figure, axes = plt.subplots(2, 4, figsize=(12.5, 6.0), sharex=True, sharey=True, layout="constrained")
+    for axis, volunteer, samples in zip(axes.flat, volunteers, recordings, strict=True):
+        _draw_recording(axis, samples)
+        context = volunteer.context
+        axis.set_title(
+            f"{context.subject}: {context.sex}, {context.age_years:.0f} years, {context.hr_bpm:.0f} bpm",
+            fontsize=10,
+        )
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
+    for axis in axes[-1]:
+        axis.set_xlabel("phase of the cardiac cycle, from the R peak", fontsize=9)
+    for axis in axes[:, 0]:
+        axis.set_ylabel("shear-wave speed $c_s$ (m/s)", fontsize=9)
+    figure.suptitle("Raw recordings of the virtual volunteers", fontsize=12)
+    return figure
+
+
+def _draw_recording(axis: Axes, samples: Samples) -> None:
+    phase, median = phase_medians(samples)
+    axis.fill_between(LATE_DIASTOLE, *LATE_DIASTOLIC_SPEED_M_S, color=PUBLISHED_COLOUR, alpha=0.35, lw=0)
+    axis.fill_between(
+        (0.3, 0.5), *PEAK_SPEED_M_S, color=PUBLISHED_COLOUR, alpha=0.15, lw=0, label="published range"
+    )
+    axis.plot(samples.beat_phase, samples.speed_m_s, ".", ms=2.5, color=SAMPLE_COLOUR, label="sample")
+    axis.plot(phase, median, "o-", ms=3.5, lw=1.2, color=MEDIAN_COLOUR, label="median of a phase")
+    attempted = np.bincount(samples.phase_index)
+    failed = np.bincount(samples.phase_index, weights=np.isnan(samples.speed_m_s)) / attempted
+    centre = np.bincount(samples.phase_index, weights=samples.beat_phase) / attempted
+    axis.bar(centre, failed, width=0.025, color=FAILED_COLOUR, label="failed samples (bar of height 1: all)")
+    axis.set(xlim=(0.0, 1.0), ylim=(0.0, TOP_M_S))
+    axis.tick_params(labelsize=9)
+
+
+def write_cohort(folder: Path, seed: int) -> None:
+    """Write contexts, recordings, truth, picture and README of the volunteers into ``folder``.
+
+    If ``acquisition_seeds.csv`` or ``noise_levels.csv`` lies there, the README shows it.
+    """
+    truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
+    recordings = [record(truth, seed) for truth in truths]
+    measures = [measure(truth, seed) for truth in truths]
+    write_recordings(
+        folder, {t.volunteer.context.subject: own for t, own in zip(truths, recordings, strict=True)}
+    )
+    write_csv(folder / "subjects.csv", subject_table(truths, measures))
+    write_csv(folder / "truth.csv", truth_table(truths))
+    write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
+    write_text(folder / "recording.yaml", RECORDING.format(origin=ORIGIN, seed=seed))
+    seeds, levels = (stored_table(folder / name) for name in ("acquisition_seeds.csv", NOISE_LEVELS))
+    write_text(folder / "README.md", readme(truths, recordings, measures, seed, seeds, levels))
+    _write_picture(folder / "recordings.png", recordings)
+
+
+def write_noise_levels(folder: Path, recording: RecordingSettings, grid_points: int) -> None:
+    """Measure what noise of each level leaves, and write the table that the README shows.
+
+    Args:
+        folder: The cohort's folder.
+        recording: Quality control of the recordings.
+        grid_points: Size of the analysis grid.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
+    write_csv(folder / NOISE_LEVELS, noise_levels(truths, recording, grid_points), "%.4g")
+
+
+def stored_table(path: Path) -> pd.DataFrame | None:
+    """Read a table that a README shows, cell by cell as it is written; None where there is none."""
+    return pd.read_csv(path, dtype=str, keep_default_na=False) if path.is_file() else None
+
+
+def _write_picture(path: Path, recordings: Sequence[Samples]) -> None:
+    with plt.style.context("default"):
+        figure = draw_recordings(VOLUNTEERS, recordings)
+        figure.savefig(path, dpi=130, metadata={"Software": None})
+        plt.close(figure)
+
+
+def main() -> None:
+    """Write the virtual volunteers into a folder."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument(
+        "folder", type=Path, nargs="?", default=Path(__file__).parent, help="default: that of this program"
+    )
+    parser.add_argument(
+        "--acquisition-seed", type=int, default=ACQUISITION_SEED, help="noise of the recordings"
+    )
+    parser.add_argument(
+        "--noise-levels",
+        type=Path,
+        metavar="CONFIG",
+        help="measure first what noise of each level leaves, under this configuration's quality control",
+    )
+    arguments = parser.parse_args()
+    matplotlib.use("Agg")
+    if arguments.noise_levels:
+        plain = yaml.safe_load(arguments.noise_levels.read_text(encoding="utf-8"))
+        grid_points = MeasurementSettings.from_plain(plain["measurement"]).grid_points
+        recording = RecordingSettings.from_plain(plain["recording"])
+        write_noise_levels(arguments.folder, recording, grid_points)
+    write_cohort(arguments.folder, arguments.acquisition_seed)
+
+
+if __name__ == "__main__":
+    main()
