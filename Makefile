@@ -13,7 +13,7 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help mutants cluster study smoke report exam changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help mutants cluster study smoke report changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -39,14 +39,6 @@ report: study ## Snakemake's own report of the finished study, in one file
 	$(BIN)/python data/virtual_volunteers/make.py
 changes: $(INSTALLED) ## what has changed between the visits of each person of new_subjects.cohort: results/tables/changes.csv
 	$(BIN)/snakemake --cores $(CORES) changes
-
-exam: $(INSTALLED) ## the exam by strangers on a finished study: tables and figures at two levels of noise and with cuff pressures, in five hours (docs/exam.md)
-	$(BIN)/python -m swesbi exam --cores $(CORES)
-	$(BIN)/python -m swesbi exam --pressures --cores $(CORES)
-	for name in exam exam_former_noise exam_pressures; do \
-		cp results/tables/$$name.csv results/tables/$${name}_samplers.csv docs/tables/ || exit; \
-		cp results/figures/$$name.png docs/figures/ || exit; done
-	$(BIN)/python -m swesbi.show.docs --stored
 
 full: study ## the checks of calibration in large sizes, with the networks of the study, into results-full/ and docs/tables/
 	$(BIN)/snakemake --cores $(CORES) --configfile config/overlays/full.yaml -- checks

@@ -2,10 +2,11 @@
 
     python benchmarks/development_hearts.py --csv docs/tables/development_hearts.csv
 
-Hearts of the exam's stream of development (docs/exam.md), none of which sits it, are recorded and inferred by
-adaptive importance sampling, no network in between: 40 of generator b, whose physiology is drawn from ranges
+Hearts of the stream of development (studies/validation/README.md), none of the validation, are recorded and
+inferred by adaptive importance sampling, no network in between: 40 of generator b, whose physiology is drawn
+from ranges twice as wide in log as those of ``make discrepancy``, 60 of y, whose passive stiffness rises in
+compression as in stretch, and 24 of z, which have another structure (thin wall, second Piola stress, proximal
 twice as wide in log as those of studies/discrepancy, 60 of y, whose passive stiffness rises in compression
-as in stretch, and 24 of z, which have another structure (thin wall, second Piola stress, proximal
 capacitance). Each is inferred with the nuisance parameters free, as configured; with one exponent of the
 passive stiffness; with widths of 1 and 2 of the prior of its factor in compression; and with all nuisances
 fixed at the settings of the forward model. Prints for each pair (delta, tau) the total log evidence and how
@@ -28,11 +29,11 @@ from swesbi.checks.evidence import PairScore, discrepancy_table, score_subject
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_yaml
-from swesbi.exam.generators import all_generators, generator_of
-from swesbi.exam.heart import Generator
-from swesbi.exam.recorded import record_heart
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
+from swesbi.other_hearts.generators import all_generators, generator_of
+from swesbi.other_hearts.heart import Generator
+from swesbi.other_hearts.recorded import record_heart
 from swesbi.parameters import OPERATOR
 from swesbi.prior import ParameterPrior
 from swesbi.progress import Progress
@@ -42,6 +43,7 @@ from swesbi.show.csv import write_csv
 from swesbi.virtual_cohort.generated import GeneratedSubject
 
 STREAM: Final = "development"
+POPULATION: Final = "amortised"
 HEARTS: Final = {"b": 40, "y": 60, "z": 24}
 SPEED_FRACTIONS: Final = (0.0, 0.01, 0.02)
 TIMING_CYCLES: Final = (0.0, 0.005, 0.01, 0.015)
@@ -123,16 +125,16 @@ def development_hearts(config: Config, letter: str, number: int) -> list[Generat
 
 
 def _generators(config: Config) -> dict[str, Generator]:
-    population = config.population_experiments[config.exam.experiment]
+    population = config.population_experiments[POPULATION]
     base = config.speed_experiments[population.base]
     prior, measured = config.priors[base.prior], base.misspecification.rule.volumes.lvesv_tolerance_fraction
-    made = all_generators(config.exam.made, population.population, prior, config.acquisition, measured)
+    made = all_generators(population.population, prior, config.acquisition, measured)
     return dict(made)
 
 
 def _recorded(made_by: Generator, index: int, noise: NoiseComponents, config: Config) -> GeneratedSubject:
-    grid_points, cuff = config.measurement.grid_points, config.clinical.errors
-    recorded = record_heart(made_by, index, config.seed, STREAM, config.recording, grid_points, cuff)
+    grid_points = config.measurement.grid_points
+    recorded = record_heart(made_by, index, config.seed, STREAM, config.recording, grid_points)
     theta = recorded.heart.theta
     if theta is None:
         raise ValueError(f"generator {made_by.letter}: its law has another theta, so none can be covered")

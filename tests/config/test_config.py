@@ -47,8 +47,6 @@ OF_OTHERS = (
     "person_change",
     "change_groups",
     "plan_bank",
-    "exam_answers",
-    "exam_pressures",
 )
 """Stages of subjects outside the study."""
 WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
@@ -384,7 +382,6 @@ AFFECTED = {
     "new_subjects__margin_fraction": set(),
     "new_subjects__uninformative__shift": set(),
     "noise__interval": {"noise"},
-    "exam__score__least_supported": {"exam_table"},
     "cmaes__search__generations": {"cmaes"},
     "forward_model__steps_per_beat": OF_A_RECORDING
     | {
@@ -526,31 +523,6 @@ def test_over_a_population_the_verdict_takes_the_context_ranges_of_the_populatio
     assert own == shared
 
 
-def test_a_heart_of_the_exam_has_the_settings_of_the_answers_of_its_experiment() -> None:
-    study = load_study(SHIPPED)
-    parts = stage_settings(study, "exam_answers", generator="b")
-    for stage in ("train_population", "exact_posterior", "verdict", "predictive_speeds"):
-        assert parts[stage] == stage_settings(study, stage, experiment="amortised")
-    assert (parts["generator"], parts["stream"], parts["hearts"]) == ("b", "exam", 200)
-    small = stage_settings(study, "exam_answers", generator="b", stream="small_exam")
-    assert {key for key in parts if parts[key] != small[key]} == {"stream", "hearts"}
-    former = stage_settings(study, "exam_answers", generator="b", noise="former")
-    assert {key for key in parts if parts[key] != former[key]} == {"noise", "noise_factor"}
-    assert (parts["noise"], parts["noise_factor"]) == ("cohort", 1.0)
-    assert (former["noise"], former["noise_factor"]) == ("former", pytest.approx(4.0 / 3.0))
-    louder = load_study(changed(exam__made__loud_factor=3.0))
-    assert stage_settings(louder, "exam_answers", generator="b") != parts
-
-
-def test_the_exam_with_pressures_has_the_hearts_of_the_exam_and_a_table_of_its_own() -> None:
-    study = load_study(SHIPPED)
-    parts = stage_settings(study, "exam_pressures", generator="b")
-    assert parts == stage_settings(study, "exam_answers", generator="b")
-    assert parts["clinical"] == SHIPPED["clinical"]
-    assert stage_settings(study, "exam_table")["pressures"] is False
-    assert stage_settings(study, "exam_table", pressures="with")["pressures"] is True
-
-
 def test_the_stressed_volume_is_free_with_pressures_alone() -> None:
     factor = SHIPPED["clinical"]["stressed_volume_factor"]
     with pytest.raises(
@@ -572,13 +544,6 @@ def test_who_has_pressures_is_answered_with_them(tmp_path: Path) -> None:
     table.to_csv(cohort / "subjects.csv")
     fewer = load_study(changed(cohort=str(cohort), new_subjects__cohort=str(cohort)))
     assert fewer.with_pressures("amortised") == fewer.new_with_pressures == tuple("ACDEFGH")
-
-
-def test_the_exam_is_answered_by_the_network_of_a_population() -> None:
-    with pytest.raises(
-        ConfigError, match="exam.experiment = 'calibrated' is no experiment over a population"
-    ):
-        load_study(changed(exam__experiment="calibrated"))
 
 
 def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: Path) -> None:

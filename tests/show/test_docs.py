@@ -57,7 +57,6 @@ def written(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Pa
         "reproduction.md",
         "calibration.md",
         "population.md",
-        "exam.md",
     ):
         (docs / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")
     with contextlib.chdir(finished.folder):
@@ -148,12 +147,6 @@ def test_the_page_on_the_population_has_its_strata_and_its_cohort(written: Path,
         assert (written / "figures" / f"{name}.png").is_file()
 
 
-def test_a_study_without_a_stored_exam_says_that_it_has_not_been_sat(written: Path) -> None:
-    for page in ("exam.md", "calibration.md"):
-        parts = parts_of((written / page).read_text(encoding="utf-8"))
-        assert parts["exam"].strip().startswith("**The exam has not been sat yet**")
-
-
 def test_the_cost_of_cohorts_is_shown_with_its_growth() -> None:
     cost = {("population_answers", 6): 40.0, ("population_answers", 60): 400.0, ("planning", 6): 4.0}
     rows = [(stage, size, cpu_s) for (stage, size), cpu_s in (cost | {("planning", 60): 5.0}).items()]
@@ -206,12 +199,14 @@ def test_parts_of_stored_tables_are_written_without_a_study(
     monkeypatch.chdir(ROOT)
     shutil.copytree(ROOT / "docs", tmp_path / "docs")
     (tmp_path / "changes.yaml").write_text(f"results: {tmp_path / 'nowhere'}\n")
-    exam, calibration = (tmp_path / "docs" / name for name in ("exam.md", "calibration.md"))
-    spoilt = exam.read_text(encoding="utf-8").replace("At the cohort's noise", "At no noise")
-    exam.write_text(spoilt, encoding="utf-8")
+    population, calibration = (tmp_path / "docs" / name for name in ("population.md", "calibration.md"))
+    text = population.read_text(encoding="utf-8")
+    assert "gated recordings given as pushes" in text
+    spoilt = text.replace("gated recordings given as pushes", "recordings given as nothing")
+    population.write_text(spoilt, encoding="utf-8")
     given = ("--overlay", str(tmp_path / "changes.yaml"), "--docs", str(tmp_path / "docs"))
     assert main([*given, "--stored"]) == 0
-    for path in (exam, calibration):
+    for path in (population, calibration):
         shipped = ROOT / path.relative_to(tmp_path)
         assert path.read_text(encoding="utf-8") == shipped.read_text(encoding="utf-8")
 

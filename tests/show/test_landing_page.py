@@ -46,9 +46,9 @@ def shown_words(html: str) -> list[str]:
     return body.split()
 
 
-def test_eight_subjects_leave_room_for_the_exam() -> None:
+def test_eight_subjects_leave_room_for_the_validation() -> None:
     words = shown_words(made())
-    assert 200 < len(words) < MOST_WORDS - 300  # the exam's sentences are about 220 words
+    assert 200 < len(words) < MOST_WORDS - 300  # the validation's sentences are about 220 words
 
 
 def test_the_explorer_is_linked_where_there_is_one() -> None:

@@ -19,7 +19,6 @@ from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.noise import CohortNoise, NoiseEstimate
 from swesbi.show.docs.calibration import PARTS, CalibrationResults
-from swesbi.show.docs.exam import MARK, calibration_part
 from swesbi.show.docs.marks import PART, fill
 from swesbi.show.figures.style import save_figure
 from swesbi.show.page.figures import PagePart
@@ -196,8 +195,8 @@ def documented(exact: Exact) -> CalibrationResults:
 
 def test_every_part_of_the_page_is_written_from_results(documented: CalibrationResults) -> None:
     page = (ROOT / "docs" / "calibration.md").read_text(encoding="utf-8")
-    assert sorted(match["name"] for match in PART.finditer(page)) == sorted([*PARTS, MARK])
-    parts = {name: part(documented) for name, part in PARTS.items()} | {MARK: calibration_part(None)}
+    assert sorted(match["name"] for match in PART.finditer(page)) == sorted(PARTS)
+    parts = {name: part(documented) for name, part in PARTS.items()}
     assert "nan" not in "".join(parts.values())
     filled = fill(page, parts)
     assert "| D | strained | decay (p = 0.0002) | importance weights | 0.31 | 82 | – | yes |" in filled

@@ -41,7 +41,7 @@ LAYERS = (
     "change",
     "planning",
     "checks",
-    "exam",
+    "other_hearts",
     "config",
     "virtual_trial",
     "show",

@@ -186,9 +186,9 @@ def test_the_whole_study_is_planned_without_what_stands_beside_it(tmp_path: Path
     assert {job.output for job in further} == {f"{RESULTS}/explorer.html"}
 
 
-def test_the_page_is_made_of_the_exam_that_was_sat(tmp_path: Path) -> None:
-    study, stored = copy_study(tmp_path), "docs/tables/exam.csv"
-    study.edit("smoke.yaml", "sat: null", f"sat: {stored}")
+def test_the_page_is_made_of_the_validation_that_is_stored(tmp_path: Path) -> None:
+    study, stored = copy_study(tmp_path), "stored/validation.csv"
+    study.edit("smoke.yaml", "validation_table: null", f"validation_table: {stored}")
     before = files_of_the_page(study)
     (study.folder / stored).parent.mkdir(parents=True)
     (study.folder / stored).touch()

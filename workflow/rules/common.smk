@@ -45,7 +45,6 @@ EXPERIMENTS = list(CONFIG.experiments_run)
 SHARDS = range(CONFIG.resources.shards_per_subject)
 PARTS = range(CONFIG.resources.population_parts)
 POPULATIONS = list(CONFIG.populations_run)
-EXAMINED = CONFIG.exam.experiment
 SHOWN = [
     subject
     for subject in SUBJECTS
@@ -336,9 +335,9 @@ def truth_files():
     return [str(path)] if path.is_file() else []
 
 
-def exam_that_was_sat():
-    """Return the stored table of the exam, where it is to be shown and has been sat."""
-    path = CONFIG.exam.sat
+def validation_files():
+    """Return the stored table of the validation, where it is to be shown and is there."""
+    path = CONFIG.validation_table
     return [path] if path is not None and Path(path).is_file() else []
 
 

@@ -57,7 +57,7 @@ rule report:
             f"{RESULTS}/{{experiment}}/cohort_posterior.h5",
             experiment=with_cohort_posterior(),
         ),
-        exam_sat=exam_that_was_sat(),
+        validations=validation_files(),
         artefacts=linked_artefacts(),
     output:
         report=results_pages()[0],

@@ -9,7 +9,6 @@ from pydantic import Field
 from swesbi.base import Settings
 from swesbi.checks.settings import CmaesSettings
 from swesbi.config.experiments import Name
-from swesbi.exam.settings import ExamSettings
 from swesbi.planning.settings import PlanSettings
 from swesbi.verdict.settings import UninformativeSettings
 
@@ -19,15 +18,6 @@ class CmaesStudySettings(Settings):
 
     prior: Name = Field(description="name of the prior whose bounds limit the search")
     search: CmaesSettings
-
-
-class ExamChoiceSettings(ExamSettings):
-    """The exam of one experiment."""
-
-    experiment: Name = Field(description="an experiment over a population")
-    sat: str | None = Field(
-        min_length=1, description="table of the exam that was sat, shown once it exists; null: none is shown"
-    )
 
 
 class PlanChoiceSettings(PlanSettings):

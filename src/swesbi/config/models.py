@@ -15,7 +15,6 @@ from swesbi.base import Settings
 from swesbi.change.settings import ChangeGroupsSettings, ChangeSettings
 from swesbi.config.beside import (
     CmaesStudySettings,
-    ExamChoiceSettings,
     NewSubjectsSettings,
     PlanChoiceSettings,
     ResourceSettings,
@@ -200,7 +199,6 @@ def check_population_experiments(config: Config) -> None:
 def check_kinds(config: Config) -> None:
     """Sections beside the experiments name an experiment of the kind that they are for."""
     asked: tuple[tuple[str, str, Iterable[str], str], ...] = (
-        ("exam", config.exam.experiment, config.population_experiments, "over a population"),
         ("plan", config.plan.experiment, config.population_experiments, "over a population"),
     )
     for section, name, known, kind in asked:
@@ -269,9 +267,12 @@ class Config(Settings):
     )
     run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments")
     main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
+    validation_table: str | None = Field(
+        min_length=1,
+        description="stored table of the validation, shown where it is there; null: none",
+    )
     cmaes: CmaesStudySettings
     cohort_posterior: HierarchySettings
-    exam: ExamChoiceSettings
     changes: ChangeSettings
     change_groups: ChangeGroupsSettings
     plan: PlanChoiceSettings
@@ -320,11 +321,6 @@ class Config(Settings):
         """Return the experiment on the cohort that one over a population shares its model with, or itself."""
         over_population = self.population_experiments.get(experiment)
         return over_population.base if over_population else experiment
-
-    @property
-    def exam_interval(self) -> float:
-        """Mass of the credible intervals that answer the exam."""
-        return self.speed_experiments[self.base_of(self.exam.experiment)].exact.interval
 
     @property
     def feature_experiments(self) -> Mapping[str, ExperimentSettings]:

@@ -1,4 +1,4 @@
-"""What commands and targets beside the study depend on: subjects outside it, changes, plans, the exam."""
+"""What commands and targets beside the study depend on: subjects outside it, changes, plans."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from swesbi.config.parts import Wildcards, named, wildcard
 from swesbi.config.read import ConfigError
 from swesbi.config.refusals import network_of_pushes, refusals
 from swesbi.config.study import Study
-from swesbi.exam.settings import COHORT_NOISE, EXAM, FORMER_NOISE, WITH_PRESSURES
 
 Fields = Callable[[Study, Wildcards, str], dict[str, Any]]
 """Returns the values of the sources that a text names, and of other stages (``stage.NAME``)."""
@@ -162,38 +161,11 @@ def _plan_bank(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, 
     )
 
 
-def _exam_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what the answers to the hearts of one generator depend on, but which of them are asked for."""
-    section = study.config.exam
-    letter, stream = wildcards.get("generator", ""), wildcards.get("stream", EXAM)
-    listed = {str(key): number for key, number in section.hearts_of(stream).items()}
-    noise = FORMER_NOISE if wildcards.get("noise") == FORMER_NOISE else COHORT_NOISE
-    asked = {"generator": letter, "stream": stream, "hearts": listed.get(letter, 1)}
-    asked |= {"noise": noise, "noise_factor": section.noise_factor(noise)}
-    return asked | fields(
-        study,
-        {"experiment": section.experiment},
-        "exam.made prior stage.exact_posterior stage.verdict stage.predictive_speeds "
-        "new_subjects.noise_level experiment.misspecification.synthetic.reference_recordings "
-        "stage.train_population population.population acquisition recording measurement.grid_points clinical",
-    )
-
-
-def _exam_table(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what the tables and the figure of the exam depend on."""
-    chosen = {"experiment": study.config.exam.experiment}
-    shown = fields(study, chosen, "exam.score experiment.exact.interval")
-    return shown | {"pressures": wildcards.get("pressures") == WITH_PRESSURES}
-
-
 OUTSIDE: Final[Mapping[str, Callable[[Study, Wildcards, Fields], dict[str, Any]]]] = {
     "new_answers": _new_answers,
     "person_change": _person_change,
     "change_groups": _change_groups,
     "plan_bank": _plan_bank,
-    "exam_answers": _exam_answers,
-    "exam_pressures": _exam_answers,
-    "exam_table": _exam_table,
     "free_subject": _free_subject,
     "free_subject_of_population": _free_subject_of_population,
     "new_subject": _new_subject,

@@ -10,11 +10,11 @@ import numpy as np
 
 from swesbi.arrays import FloatArray
 from swesbi.context import Context
-from swesbi.exam.echocardiography import with_own_lvesv
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.operator import active_stiffness_map
+from swesbi.other_hearts.echocardiography import with_own_lvesv
 from swesbi.parameters import OF_THETA, PASSIVE_SCALE, THETA_NAMES
 from swesbi.population.contexts import draw_one, is_plausible
 from swesbi.population.settings import in_declared_range

@@ -18,6 +18,8 @@ STREAM: Final = "virtual trial"
 """Name of the trial's streams under the study's seed."""
 CONTROL, TREATED = "control", "treated"
 BEFORE, AFTER = "before", "after"
+POPULATION: Final = "amortised"
+"""The experiment over a population whose persons take part."""
 GROUPS: Final = (CONTROL, TREATED)
 VISITS: Final = (BEFORE, AFTER)
 LOADING: Final = ("distal_resistance_pa_s_m3", "arterial_time_constant_s")

@@ -19,7 +19,7 @@ from swesbi.prior import JointPriorSettings, ParameterPrior
 from swesbi.recording.settings import RecordingSettings
 from swesbi.virtual_cohort.settings import AcquisitionSettings
 from swesbi.virtual_cohort.volunteers import COMMON
-from swesbi.virtual_trial.settings import LOADING, PROTOCOL, SPEED_SCALE, TrialSettings
+from swesbi.virtual_trial.settings import LOADING, POPULATION, PROTOCOL, SPEED_SCALE, TrialSettings
 
 MECHANICS: Final = ForwardModelSettings.from_plain(dict(COMMON))
 
@@ -52,12 +52,12 @@ class TrialSource:
 
 
 def source_of(config: Config, trial: TrialSettings) -> TrialSource:
-    """Return what the trial is drawn with: population of the exam's experiment, model of its base.
+    """Return what the trial is drawn with: population of `amortised`, model of its base.
 
     Raises:
         ValueError: The prior fixes what the trial varies, or the population has no such group.
     """
-    over_population = config.population_experiments[config.exam.experiment]
+    over_population = config.population_experiments[POPULATION]
     experiment = config.speed_experiments[over_population.base]
     prior = JointPriorSettings(
         theta=config.priors[experiment.prior], passive_scale_kpa=experiment.passive_scale_kpa

@@ -8,14 +8,6 @@ from typing import Final
 from swesbi.config.study import Study
 from swesbi.show.docs.calibration import PARTS as CALIBRATION_PARTS
 from swesbi.show.docs.calibration import experiment_shown, read_calibration_results
-from swesbi.show.docs.exam import (
-    MARK,
-    SITTINGS,
-    ExamResults,
-    calibration_part,
-    page_part,
-    sittings_part,
-)
 from swesbi.show.docs.population import PARTS as POPULATION_PARTS
 from swesbi.show.docs.population import read_population_results
 from swesbi.show.docs.pushes import MARK as FREE_RUNNING
@@ -26,7 +18,6 @@ from swesbi.show.docs.results import read_results
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
 POPULATION_PAGE: Final = "population.md"
-EXAM_PAGE: Final = "exam.md"
 
 Pages = dict[str, dict[str, str]]
 """Texts of marked parts, by page relative to the documentation's folder, then by mark."""
@@ -38,15 +29,12 @@ def stored_pages(study: Study, docs: Path) -> Pages:
     Raises:
         ArtefactError: A stored table is not what its name says.
     """
-    exam = ExamResults.read(docs / "tables", study.config.exam_interval)
-    pushes = PushesResults.read(docs / "tables", study.config.exam_interval)
-    shown = {CALIBRATION_PAGE: {MARK: calibration_part(exam)}} if experiment_shown(study) else {}
-    if study.config.populations_run:
-        shown[POPULATION_PAGE] = {FREE_RUNNING: pushes_part(pushes)}
-    return {
-        EXAM_PAGE: {MARK: page_part(exam), SITTINGS: sittings_part(exam)},
-        **shown,
-    }
+    pages: Pages = {}
+    for name in study.config.populations_run[:1]:
+        base = study.config.speed_experiments[study.config.base_of(name)]
+        pushes = PushesResults.read(docs / "tables", base.exact.interval)
+        pages[POPULATION_PAGE] = {FREE_RUNNING: pushes_part(pushes)}
+    return pages
 
 
 def study_pages(study: Study, docs: Path, config: str) -> Pages:

@@ -12,24 +12,13 @@ import pandas as pd
 from swesbi.parameters import THETA
 from swesbi.show.csv import checked
 from swesbi.show.docs.results import read_table
-from swesbi.show.numbers import count, fixed, percent, span
+from swesbi.show.numbers import count, percent, span
 from swesbi.show.results import records
 from swesbi.show.table import Cell, Column, Row, Table, markdown, words
-from swesbi.show.tables.exam_outcomes import NAMES
 
 MARK: Final = "free_running"
 NOT_RUN: Final = "Not measured yet: `make full` on a finished study."
-NOT_ASKED: Final = "Other people's hearts have not been asked yet: `benchmarks/exam_pushes.py`."
-NOT_COMPARED: Final = "Not compared yet: `benchmarks/gated_as_pushes.py`."
-STRANGERS: Final = (
-    "**Other people's hearts by push trains**: hearts of the [exam's](exam.md#who-sits-it) generators, of "
-    "streams that are not the exam's, recorded as `data/virtual_push_trains` is, by "
-    "`benchmarks/exam_pushes.py`:"
-)
-OF_STRANGERS: Final = (
-    "generator", "quantity", "n", "coverage", "coverage_low", "coverage_high", "bias_log", "width_log",
-    "efficiency",
-)  # fmt: skip
+NOT_COMPARED: Final = "Not compared yet: `studies/validation/gated_as_pushes.py`."
 ALL: Final = "all"
 COLUMNS: Final = (
     "pushes", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n",
@@ -43,14 +32,12 @@ class PushesResults:
 
     Attributes:
         table: Of ``make full``; None before it has run.
-        doors: Of ``benchmarks/gated_as_pushes.py``, a row a heart; None before it has run.
-        strangers: Of ``benchmarks/exam_pushes.py``, a row a generator and quantity; None before it has run.
+        doors: Of ``studies/validation/gated_as_pushes.py``, a row a heart; None before it has run.
         interval: Mass of the credible intervals that are shown.
     """
 
     table: pd.DataFrame | None
     doors: pd.DataFrame | None
-    strangers: pd.DataFrame | None
     interval: float
 
     @classmethod
@@ -60,24 +47,19 @@ class PushesResults:
         Raises:
             ArtefactError: A table lacks columns or every row.
         """
-        names = ("amortised_pushes", "gated_as_pushes", "exam_pushes")
-        table, doors, strangers = (folder / f"{name}.csv" for name in names)
+        names = ("amortised_pushes", "gated_as_pushes")
+        table, doors = (folder / f"{name}.csv" for name in names)
         return cls(
             checked(read_table(table), table, COLUMNS, row="row") if table.is_file() else None,
             checked(read_table(doors), doors, ("c2st",), row="heart") if doors.is_file() else None,
-            checked(read_table(strangers), strangers, OF_STRANGERS, row="row")
-            if strangers.is_file()
-            else None,
             interval,
         )
 
 
 def pushes_part(results: PushesResults) -> str:
-    """Show coverage by number of pushes, gated recordings given as pushes, and other people's hearts."""
+    """Show coverage by number of pushes, and gated recordings given as pushes."""
     table = NOT_RUN if results.table is None else markdown(pushes_table(results.table, results.interval))
-    asked = results.strangers
-    strangers = NOT_ASKED if asked is None else f"{STRANGERS}\n\n{markdown(strangers_table(asked))}"
-    return f"{table}\n\n{_doors(results.doors)}\n\n{strangers}"
+    return f"{table}\n\n{_doors(results.doors)}"
 
 
 def pushes_table(table: pd.DataFrame, interval: float) -> Table:
@@ -97,35 +79,6 @@ def pushes_table(table: pd.DataFrame, interval: float) -> Table:
     )
     rows = [_row(str(pushes), group) for pushes, group in shown.groupby("pushes", sort=False)]
     return Table("Free-running recordings of fresh contexts.", columns, tuple(rows))
-
-
-def strangers_table(table: pd.DataFrame) -> Table:
-    """Return a row a generator and quantity: coverage, bias, width.
-
-    Args:
-        table: ``exam_pushes.csv``.
-    """
-    columns = (
-        *words("Hearts", "Quantity"),
-        Column("Number"),
-        Column("Inside", "% (interval)"),
-        *(Column(name, "log") for name in ("Bias", "Width")),
-        Column("Efficiency", "%, median"),
-    )
-    rows = [
-        Row(
-            (
-                f"({row['generator']})",
-                NAMES[str(row["quantity"])],
-                count(row["n"]),
-                _coverage(row, ("coverage_low", "coverage_high")),
-                *(fixed(row[name], 2) for name in ("bias_log", "width_log")),
-                percent(row["efficiency"], 0),
-            )
-        )
-        for row in records(table)
-    ]
-    return Table("Other people's hearts by push trains.", columns, tuple(rows))
 
 
 def _row(pushes: str, group: pd.DataFrame) -> Row:

@@ -12,7 +12,6 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 
 from swesbi.artefacts import ArtefactError
 from swesbi.show.numbers import with_symbols
-from swesbi.show.page.exam import SatExam
 from swesbi.show.page.figures import PagePart, figures_of, further_figures
 from swesbi.show.page.files import Figure, figure
 from swesbi.show.page.forest import svg_symbols
@@ -25,6 +24,7 @@ from swesbi.show.page.sections import (
     headline,
     verdicts_in_words,
 )
+from swesbi.show.page.validation import StoredValidation
 from swesbi.show.results import Experiment, Results
 from swesbi.show.table import Table
 from swesbi.show.tables import subjects
@@ -41,7 +41,7 @@ from swesbi.show.tables.experiments import (
 LANDING: Final = "report"
 TEMPLATES: Final = (
     "templates/report.html", "templates/method.html", "templates/checks.html", "templates/paper.html",
-    "templates/files.html", "templates/layout.html", "templates/exam.html", "templates/macros.html",
+    "templates/files.html", "templates/layout.html", "templates/validation.html", "templates/macros.html",
     "templates/page.css", "templates/page.js",
 )  # fmt: skip
 ABOVE: Final = "../"
@@ -108,7 +108,7 @@ class Page:
     figures: Figures
     sections: tuple[Section, ...]
     populations: tuple[PopulationSection, ...]
-    exam: SatExam | None
+    validation: StoredValidation | None
     files: tuple[Table, ...]
     provenance: PageProvenance
 
@@ -120,7 +120,7 @@ def make_page(
     figures: Figures,
     sections: Sequence[Section],
     populations: Sequence[PopulationSection],
-    exam: SatExam | None,
+    validation: StoredValidation | None,
     files: Sequence[Table],
     provenance: PageProvenance,
 ) -> Page:
@@ -138,7 +138,7 @@ def make_page(
         figures=figures,
         sections=tuple(sections),
         populations=tuple(populations),
-        exam=exam,
+        validation=validation,
         files=tuple(files),
         provenance=provenance,
     )

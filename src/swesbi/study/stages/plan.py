@@ -19,11 +19,11 @@ from swesbi.artefacts import save, to_dataset
 from swesbi.base import Settings
 from swesbi.change.joint import OwnPosterior, infer_change
 from swesbi.change.settings import ChangeSettings
-from swesbi.exam.noise import noisier
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
+from swesbi.other_hearts.noise import noisier
 from swesbi.parameters import OF_THETA, THETA_NAMES
 from swesbi.planning.asked import Effect
 from swesbi.planning.bank import ARMS, KIND, BankPerson, bank_of, read_bank

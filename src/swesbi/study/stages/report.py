@@ -11,7 +11,6 @@ from pydantic import JsonValue
 from swesbi import __version__
 from swesbi.artefacts import atomic_path
 from swesbi.base import Settings
-from swesbi.show.page.exam import sat_exam
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.show.page.landing import make_landing
@@ -24,6 +23,7 @@ from swesbi.show.page.sections import (
     make_section,
     section_figures,
 )
+from swesbi.show.page.validation import stored_validation
 from swesbi.show.results import Results
 from swesbi.show.tables.cohort_posterior import CohortSection, cohort_sections
 from swesbi.show.tables.exact import Exact
@@ -79,7 +79,7 @@ class ReportFiles:
         population_pngs: Their figures.
         pressures_csv: ``pressures.csv``; one file or none.
         cohort_posteriors: ``cohort_posterior.h5``.
-        exam_sat: Table of the exam as it was sat; one file or none.
+        validations: Stored table of the validation; one file or none.
         artefacts: All files of the study, to which the page links.
         report: Output, the landing page.
         pages: Outputs, the further pages in a folder beside it.
@@ -110,7 +110,7 @@ class ReportFiles:
     population_pngs: Sequence[Path]
     pressures_csv: Sequence[Path]
     cohort_posteriors: Sequence[Path]
-    exam_sat: Sequence[Path]
+    validations: Sequence[Path]
     artefacts: Sequence[Path]
     report: Path
     pages: Sequence[Path]
@@ -132,11 +132,11 @@ def report(*, files: ReportFiles, settings: ReportSettings, origin: Origin) -> N
     sections = _sections(exact, files.exact_pngs, report, title, cohorts)
     populations = _populations(files, settings.populations, title, cohorts)
     origins = _provenance(settings, origin, files.artefacts, relative(files.configuration, report))
-    exam = next(map(sat_exam, files.exam_sat), None)
+    validation = next(map(stored_validation, files.validations), None)
     links = [relative(path, report) for path in files.artefacts]
     landing = make_landing(results, exact, title, links, new_subjects(report))
     cohort, shown = read_cohort_words(files.recording, title), file_groups(files.artefacts, report)
-    page = make_page(results, landing, cohort, figures, sections, populations, exam, shown, origins)
+    page = make_page(results, landing, cohort, figures, sections, populations, validation, shown, origins)
     texts = {report: render(page), **{path: render(page, path.stem) for path in files.pages}}
     for path, text in {files.configuration: origins.configuration, **texts}.items():
         _write(path, text)

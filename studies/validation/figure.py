@@ -1,0 +1,84 @@
+"""The validation: coverage of each quantity by generator, over all answered and over supported hearts."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
+from swesbi.show.figures.style import (
+    EXCLUDED_BACKGROUND,
+    EXCLUDED_POSTERIOR,
+    POSTERIOR,
+    PRIOR,
+    TEXT_WIDTH_IN,
+    in_percent,
+    new_figure,
+    shared_legend,
+    style,
+)
+from swesbi.show.numbers import as_percent
+from swesbi.show.tables.validation_outcomes import ASKED, ATTAINED, NOT_TESTED, QUANTITIES
+
+WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
+ROW_HEIGHT_IN: Final = 0.34
+FRAME_HEIGHT_IN: Final = 1.1
+OFFSET: Final = 0.16
+TITLES: Final = dict(zip(THETA_NAMES, THETA_SYMBOLS, strict=True)) | {ATTAINED: "attained stiffness"}
+LOOKS: Final[dict[str, dict[str, Any]]] = {
+    "coverage": {"color": EXCLUDED_POSTERIOR, "marker": "o", "label": "all answered"},
+    "coverage_supported": {"color": POSTERIOR, "marker": "s", "label": "supported"},
+}
+
+
+def draw_validation(table: pd.DataFrame, interval: float) -> Figure:
+    """Draw coverage with its interval, a panel a quantity and a row a generator.
+
+    Where fewer hearts are supported than are asked for, the row says "not tested".
+
+    Args:
+        table: The rows of ``validation.csv``.
+        interval: Mass of the intervals whose coverage is shown.
+    """
+    generators = list(dict.fromkeys(table["generator"]))
+    with style():
+        figure = new_figure(WIDTH_IN, ROW_HEIGHT_IN * len(generators) + FRAME_HEIGHT_IN)
+        axes = figure.subplots(1, len(QUANTITIES), sharex=True, sharey=True)
+        for panel, quantity in zip(axes, QUANTITIES, strict=True):
+            _panel(panel, table[table["quantity"] == quantity], generators, interval)
+            panel.set_title(TITLES[quantity])
+        axes[0].set_yticks(range(len(generators)), generators)
+        axes[0].set_ylim(len(generators) - 0.5, -0.5)
+        axes[0].set_xlim(-0.02, 1.02)
+        in_percent(axes[0].xaxis)
+        figure.suptitle(
+            f"Hearts of other generators: share whose truth lies in the "
+            f"{as_percent(interval)} interval (grey: asked for)",
+            fontsize=7.5,
+        )
+        shared_legend(figure, axes, len(LOOKS))
+    return figure
+
+
+def _panel(axes: Axes, rows: pd.DataFrame, generators: list[str], interval: float) -> None:
+    axes.axvspan(*ASKED, color=EXCLUDED_BACKGROUND, zorder=0)
+    axes.axvline(interval, color=PRIOR, linewidth=0.6, linestyle="--", zorder=0)
+    at = np.array([generators.index(name) for name in rows["generator"]], dtype=np.float64)
+    for column, side in zip(LOOKS, (-1.0, 1.0), strict=True):
+        _points(axes, rows, column, at + side * OFFSET)
+    for height, tested in zip(at, rows["tested"], strict=True):
+        if tested == NOT_TESTED:
+            axes.text(0.02, height + OFFSET, NOT_TESTED, color=PRIOR, fontsize=5.5, va="center")
+
+
+def _points(axes: Axes, rows: pd.DataFrame, column: str, height: np.ndarray[Any, Any]) -> None:
+    share = rows[column].to_numpy(dtype=np.float64)
+    limits = [rows[f"{column}_{end}"].to_numpy(dtype=np.float64) for end in ("low", "high")]
+    axes.errorbar(
+        share, height, xerr=np.abs(np.stack([share - limits[0], limits[1] - share])), linestyle="none",
+        markersize=2.8, elinewidth=0.7, **LOOKS[column],
+    )  # fmt: skip

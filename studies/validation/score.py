@@ -1,0 +1,162 @@
+"""What an answer says of a heart beside what is true of it: four intervals, the verdict, the sampler."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+import xarray as xr
+
+from swesbi import artefacts
+from swesbi.arrays import BoolArray, FloatArray
+from swesbi.context import Context
+from swesbi.draws import interval_levels, median_and_interval
+from swesbi.other_hearts.heart import K_SR, OtherHeart
+from swesbi.parameters import K_0, K_ATP, THETA_NAMES
+from swesbi.show.tables.validation_outcomes import QUANTITIES, SCORED
+from swesbi.verdict.answers import REFUSED, SUPPORTED
+
+OF_THETA: Final = (K_SR, K_0, K_ATP)
+UNITS: Final = "kPa, s-1, kPa, s-1"
+ALONG: Final = "heart"
+
+
+@dataclass(frozen=True)
+class HeartAnswer:
+    """The answer to one heart, in the order of ``QUANTITIES``; NaN where it has no such thing."""
+
+    number: Annotated[int, artefacts.Variable("", "1", "number of the heart")]
+    context: Annotated[Context, artefacts.Part()]
+    redrawn: Annotated[int, artefacts.Variable("", "1", "hearts and recordings that failed before it")]
+    status: Annotated[str, artefacts.Variable("", "1", "supported, strained, unsupported or refused")]
+    reason: Annotated[str, artefacts.Variable("", "1", "the tests that speak against the model")]
+    by_mcmc: Annotated[bool, artefacts.Variable("", "1", "1 where MCMC gave the draws")]
+    converged: Annotated[bool, artefacts.Variable("", "1", "1 where weights or sampler are reliable")]
+    efficiency: Annotated[float, artefacts.Variable("", "1", "effective share of the weighted draws")]
+    truth: Annotated[FloatArray, artefacts.Variable("quantity", UNITS, "true value")]
+    low: Annotated[FloatArray, artefacts.Variable("quantity", UNITS, "lower end of the credible interval")]
+    median: Annotated[FloatArray, artefacts.Variable("quantity", UNITS, "posterior median")]
+    high: Annotated[FloatArray, artefacts.Variable("quantity", UNITS, "upper end of the credible interval")]
+    width_log_scale_fixed: Annotated[
+        FloatArray, artefacts.Variable("quantity", "1", "log high / low, the scale of the speeds fixed at 1")
+    ]
+
+    @property
+    def supported(self) -> bool:
+        """Whether a reader is told that the model can have made the recording."""
+        return self.status == SUPPORTED
+
+    @property
+    def asked(self) -> BoolArray:
+        """Which quantities have a truth and an interval; shape (4,)."""
+        return np.asarray(np.isfinite(self.truth) & np.isfinite(self.median))
+
+    @property
+    def covered(self) -> BoolArray:
+        """Which of them lie in their interval; False where there is none; shape (4,)."""
+        return np.asarray(self.asked & (self.truth >= self.low) & (self.truth <= self.high))
+
+    @property
+    def missed(self) -> bool:
+        """Whether attained stiffness, or k_SR where there is one, lies outside its interval."""
+        return bool((self.asked & ~self.covered)[:SCORED].any())
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """Limits and medians of the scored quantities, and widths at a fixed scale of the speeds; (4,) each."""
+
+    low: FloatArray
+    median: FloatArray
+    high: FloatArray
+    width_log_scale_fixed: FloatArray
+
+
+def truths(heart: OtherHeart) -> FloatArray:
+    """Return the true value of each scored quantity, NaN where the heart has none; shape (4,)."""
+    theta = np.full(len(THETA_NAMES), np.nan) if heart.theta is None else heart.theta
+    k_sr = np.nan if heart.k_sr_per_s is None else heart.k_sr_per_s
+    return np.array([heart.attained_kpa, k_sr, *theta[[K_0, K_ATP]]])
+
+
+def intervals(
+    phi: FloatArray, attained_kpa: FloatArray, speed_scale: FloatArray | None, mass: float
+) -> Intervals:
+    """Return equal-tailed intervals of the scored quantities.
+
+    Args:
+        phi: Posterior draws, theta first; shape (m, d).
+        attained_kpa: Largest active stiffness of each; NaN where it has no beat; shape (m,).
+        speed_scale: Scale of the speeds of each, shape (m,); None where the prior fixes it.
+        mass: Mass of the intervals.
+
+    Raises:
+        ValueError: No draw has a beat.
+    """
+    works = np.isfinite(attained_kpa)
+    if not works.any():
+        raise ValueError("no draw of the posterior has a periodic beat; its attained stiffness is not known")
+    values = np.column_stack([attained_kpa[works], phi[works][:, OF_THETA]])
+    scale = np.ones(int(works.sum())) if speed_scale is None else speed_scale[works]
+    return Intervals(*median_and_interval(values, mass), width_at_fixed_scale(values, scale, mass))
+
+
+def width_at_fixed_scale(values: FloatArray, speed_scale: FloatArray, mass: float) -> FloatArray:
+    """Return log high / low of each quantity, were the scale q of the speeds known to be 1; shape (k,).
+
+    The interval is that of the residuals of log quantity after linear regression on log q, over the
+    draws. Exact where the posterior of both logarithms is normal, since the width of a conditional normal
+    distribution does not depend on the value of q that is given; else an approximation.
+
+    Args:
+        values: Draws of the quantities, positive; shape (m, k).
+        speed_scale: Their q; shape (m,).
+        mass: Mass of the interval.
+    """
+    log_values, log_q = np.log(values), np.log(speed_scale)
+    centred = (log_q - log_q.mean())[:, None]
+    slope = np.linalg.lstsq(centred, log_values - log_values.mean(axis=0), rcond=None)[0]
+    low, high = np.quantile(log_values - centred @ slope, interval_levels(mass), axis=0)
+    return np.asarray(high - low)
+
+
+def no_intervals() -> Intervals:
+    """Return the intervals of a heart that is refused."""
+    return Intervals(*np.full((4, len(QUANTITIES)), np.nan))
+
+
+def refusal(number: int, heart: OtherHeart, redrawn: int, reason: str) -> HeartAnswer:
+    """Return the answer to a heart that the network does not answer for."""
+    return HeartAnswer(
+        number, heart.context, redrawn, REFUSED, reason, by_mcmc=False, converged=False,
+        efficiency=np.nan, truth=truths(heart), **vars(no_intervals()),
+    )  # fmt: skip
+
+
+SCHEMA: Final = artefacts.schema_of(HeartAnswer, ALONG)["/"]
+KIND: Final = artefacts.register(
+    "validation_answers", {"/": SCHEMA}, (artefacts.Labels(ALONG, "subject"), artefacts.Labels("quantity"))
+)
+
+
+def to_dataset(answers: Sequence[HeartAnswer]) -> xr.Dataset:
+    """Return the answers to the hearts of one generator, at least one."""
+    labels = {
+        "subject": (ALONG, [answer.context.subject for answer in answers]),
+        "quantity": list(QUANTITIES),
+    }
+    return artefacts.build_dataset(SCHEMA, artefacts.stacked_values(answers)["/"], labels)
+
+
+def read_answers(path: Path) -> list[HeartAnswer]:
+    """Read the answers to the hearts of one generator.
+
+    Raises:
+        ArtefactError: The file is no such artefact.
+    """
+    dataset = artefacts.load(path, KIND)[0]
+    names = {"context.subject": [str(name) for name in dataset["subject"].to_numpy()]}
+    return artefacts.from_rows(HeartAnswer, dataset, ALONG, **names)

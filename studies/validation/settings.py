@@ -1,0 +1,103 @@
+"""Settings of the validation: which hearts are asked for, and when a share says something."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Self
+
+from pydantic import Field, model_validator
+
+from swesbi.base import Settings
+from swesbi.config.read import ConfigError, parse_section, read_yaml
+from swesbi.config.slices import fields_of
+from swesbi.config.study import Study
+from swesbi.other_hearts.names import DEVELOPMENT, VALIDATION_STREAM
+
+CONFIGURED: Final = Path(__file__).with_name("config.yaml")
+Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "y", "z"]
+Hearts = Annotated[int, Field(ge=1)]
+
+
+class ScoreSettings(Settings):
+    """When an interval is asked, and how certain a share is."""
+
+    least_supported: int = Field(ge=1, description="a generator with fewer supported hearts is not tested")
+    confidence: float = Field(gt=0, lt=1, description="of the Clopper-Pearson interval on a coverage")
+
+
+class ValidationSettings(Settings):
+    """Which hearts are asked for, and how they are counted: the section `validation` of config.yaml."""
+
+    experiment: str = Field(min_length=1, description="an experiment over a population")
+    stream: str = Field(min_length=1, description="name of the random streams")
+    generators: tuple[Letter, ...] = Field(min_length=1, description="whose hearts are asked for")
+    hearts: dict[Letter, Hearts] = Field(min_length=1, description="number of hearts by generator")
+    hearts_per_job: int = Field(ge=1, description="hearts that a job answers; changes no answer")
+    score: ScoreSettings
+
+    @model_validator(mode="after")
+    def _check_generators(self) -> Self:
+        for letter in self.generators:
+            if letter not in self.hearts:
+                raise ValueError(f"hearts.{letter}: is not said, though {letter!r} is among the generators")
+            if self.stream == VALIDATION_STREAM and letter in DEVELOPMENT:
+                raise ValueError(
+                    f"generators: {letter!r} is a structure of development, in no validation; give `stream` "
+                    "another name"
+                )
+        return self
+
+    def parts(self, letter: Letter) -> range:
+        """Return the numbers of the jobs that answer the hearts of a generator."""
+        return range(-(-self.hearts[letter] // self.hearts_per_job))
+
+    def numbers(self, letter: Letter, part: int) -> range:
+        """Return the numbers of the hearts that a job answers."""
+        first = part * self.hearts_per_job
+        return range(first, min(first + self.hearts_per_job, self.hearts[letter]))
+
+
+def configured() -> ValidationSettings:
+    """Return the section of config.yaml beside this file.
+
+    Raises:
+        ConfigError: It is not valid.
+    """
+    return parse_section(read_yaml(CONFIGURED)["validation"], str(CONFIGURED), ValidationSettings)
+
+
+def answers_settings(
+    study: Study, experiment: str, generator: str, stream: str, numbers: range
+) -> dict[str, Any]:
+    """Return what the answers to hearts of one generator depend on.
+
+    Args:
+        study: The study whose network answers.
+        experiment: An experiment over a population.
+        generator: Letter of the generator.
+        stream: Name of the random streams.
+        numbers: Numbers of the hearts.
+
+    Raises:
+        ConfigError: The experiment is not one over a population.
+    """
+    known = study.config.population_experiments
+    if experiment not in known:
+        raise ConfigError(
+            f"validation.experiment = {experiment!r} is no experiment over a population; "
+            f"known: {', '.join(known) or 'none'}"
+        )
+    asked = {"generator": generator, "stream": stream, "first": numbers.start, "hearts": len(numbers)}
+    return asked | fields_of(
+        study,
+        {"experiment": experiment},
+        "prior stage.exact_posterior stage.verdict stage.predictive_speeds "
+        "new_subjects.noise_level experiment.misspecification.synthetic.reference_recordings "
+        "stage.train_population population.population acquisition recording measurement.grid_points",
+    )
+
+
+def table_settings(study: Study, validation: ValidationSettings) -> dict[str, Any]:
+    """Return what tables and figure depend on."""
+    shown = fields_of(study, {"experiment": validation.experiment}, "experiment.exact.interval")
+    return shown | {"score": validation.score.to_plain()}

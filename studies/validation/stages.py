@@ -1,0 +1,106 @@
+"""The validation: hearts of each generator, answered, and what the answers come to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pydantic import Field
+
+from studies.validation.answers import HeartAnswersSettings, Questioner
+from studies.validation.figure import draw_validation
+from studies.validation.score import KIND, HeartAnswer, read_answers, to_dataset
+from studies.validation.settings import ScoreSettings
+from studies.validation.table import samplers_table, validation_table
+from swesbi.artefacts import load, save
+from swesbi.base import Settings
+from swesbi.progress import Progress
+from swesbi.show.csv import write_csv
+from swesbi.show.figures.style import save_figure
+from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.other_network import check_network
+
+
+def validation_answers(
+    *,
+    estimator: Path,
+    noise: Path,
+    null: Path,
+    answers: Path,
+    settings: HeartAnswersSettings,
+    origin: Origin,
+) -> None:
+    """Answer some hearts of one generator.
+
+    Args:
+        estimator: The network of the population.
+        noise: Noise of the study's cohort, from which standard errors are told.
+        null: Null recordings of the population.
+        answers: Output.
+
+    Raises:
+        OtherNetworkError: The network was trained under other settings.
+        RuntimeError: A heart could not be recorded.
+        ArtefactError: An input is no such artefact.
+        ValueError: No generator has this letter.
+    """
+    check_network(estimator, settings.train_population)
+    questioner = Questioner(estimator, noise, null, settings, origin)
+    label = f"{settings.stream}, {settings.generator}: {settings.source.title}"
+    progress = Progress(label, settings.hearts, unit="heart")
+    answered = []
+    for number in settings.numbers:
+        answered.append(questioner.answer(number))
+        progress.step(note=f"{answered[-1].context.subject} {answered[-1].status}")
+    save(answers, to_dataset(answered), origin.provenance(KIND, settings))
+
+
+class ValidationStageSettings(Settings):
+    """What the tables and the figure depend on."""
+
+    score: ScoreSettings
+    interval: float = Field(gt=0.0, lt=1.0, description="mass of the credible intervals")
+
+
+def validation(
+    *,
+    answers: Sequence[Path],
+    table: Path,
+    samplers: Path,
+    figure_pdf: Path,
+    figure_png: Path,
+    settings: ValidationStageSettings,
+    origin: Origin,
+) -> None:
+    """Write what the answers of all generators come to: coverage by quantity, samplers, a figure.
+
+    Args:
+        answers: Of each generator, in one file or several.
+        table: Output, one row a generator and quantity.
+        samplers: Output, one row a generator.
+        figure_pdf: Output, coverage.
+        figure_png: Output, the same.
+
+    Raises:
+        ArtefactError: A file holds no answers.
+    """
+    by_letter, titles = _by_letter(answers)
+    frame = validation_table(by_letter, titles, settings.score)
+    write_csv(table, frame)
+    write_csv(samplers, samplers_table(by_letter, titles))
+    save_figure(draw_validation(frame, settings.interval), figure_pdf, figure_png)
+
+
+def _by_letter(answers: Sequence[Path]) -> tuple[Mapping[str, list[HeartAnswer]], Mapping[str, str]]:
+    """Return the answers of each generator, heart by heart, and its title, by letter in order."""
+    found: dict[str, list[HeartAnswer]] = {}
+    titles: dict[str, str] = {}
+    read = [(_settings_of(path), path) for path in answers]
+    for settings, path in sorted(read, key=lambda item: (item[0].generator, item[0].first)):
+        found.setdefault(settings.generator, []).extend(read_answers(path))
+        titles[settings.generator] = settings.source.title
+    return found, titles
+
+
+def _settings_of(path: Path) -> HeartAnswersSettings:
+    return HeartAnswersSettings.from_plain(dict(load(path, KIND)[1].settings))

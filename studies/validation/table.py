@@ -1,0 +1,130 @@
+"""The two tables of the validation: a row a generator and quantity, and a row a generator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from studies.validation.score import HeartAnswer
+from studies.validation.settings import ScoreSettings
+from swesbi.arrays import BoolArray, FloatArray
+from swesbi.show.tables.validation_outcomes import NOT_TESTED, QUANTITIES, TESTED
+from swesbi.verdict.answers import OUTCOMES, REFUSED
+
+NO_NUMBER: Final = (np.nan, np.nan, np.nan)
+
+
+def validation_table(
+    answers: Mapping[str, Sequence[HeartAnswer]],
+    titles: Mapping[str, str],
+    settings: ScoreSettings,
+) -> pd.DataFrame:
+    """Return one row a generator and quantity.
+
+    Columns: generator, quantity, n (hearts that have it); supported, strained and unsupported, as shares of
+    them; coverage, the share of the answered in their interval, and coverage_supported of the supported;
+    missed_and_supported, the share of the supported whose attained stiffness or k_SR lies outside; bias_log,
+    the mean over the answered of log median / truth; width_log, the median over them of log high / low, and
+    behind it width_log_scale_fixed, the same were the scale of the speeds known (see
+    :func:`studies.validation.score.width_at_fixed_scale`); the share refused; Clopper-Pearson limits of both
+    coverages; n_supported; and whether the generator is tested. Where it is not tested,
+    what is said of the supported is empty.
+
+    Args:
+        answers: Of each generator, by letter.
+        titles: What each letter stands for.
+        settings: Least number of supported hearts, confidence.
+    """
+    rows = [
+        {"generator": f"{letter}: {titles[letter]}"} | _row(of_letter, column, settings)
+        for letter, of_letter in answers.items()
+        for column in range(len(QUANTITIES))
+        if np.isfinite([answer.truth[column] for answer in of_letter]).any()
+    ]
+    return pd.DataFrame(rows)
+
+
+def _row(answers: Sequence[HeartAnswer], column: int, settings: ScoreSettings) -> dict[str, object]:
+    having = [answer for answer in answers if np.isfinite(answer.truth[column])]
+    answered = [answer for answer in having if answer.asked[column]]
+    supported = [answer for answer in answered if answer.supported]
+    tested = len(supported) >= settings.least_supported
+    share, low, high = _coverage(answered, column, settings.confidence)
+    of_supported = _coverage(supported, column, settings.confidence) if tested else NO_NUMBER
+    shares = _shares(having)
+    refused = {REFUSED: shares.pop(REFUSED)}
+    asked = {
+        "coverage": share,
+        "coverage_supported": of_supported[0],
+        "missed_and_supported": float(np.mean([one.missed for one in supported])) if tested else np.nan,
+    }
+    limits = {
+        "coverage_low": low,
+        "coverage_high": high,
+        "coverage_supported_low": of_supported[1],
+        "coverage_supported_high": of_supported[2],
+        "n_supported": len(supported),
+        "tested": TESTED if tested else NOT_TESTED,
+    }
+    of_quantity = {"quantity": QUANTITIES[column], "n": len(having)}
+    return of_quantity | shares | asked | _logs(answered, column) | refused | limits
+
+
+def _shares(answers: Sequence[HeartAnswer]) -> dict[str, float]:
+    return {name: float(np.mean([answer.status == name for answer in answers])) for name in OUTCOMES}
+
+
+def _coverage(answers: Sequence[HeartAnswer], column: int, confidence: float) -> tuple[float, float, float]:
+    """Return the share that is covered with its limits, NaN of none."""
+    if not answers:
+        return NO_NUMBER
+    covered: BoolArray = np.array([answer.covered[column] for answer in answers])
+    from scipy.stats import binomtest
+
+    interval = binomtest(int(covered.sum()), len(covered)).proportion_ci(confidence, method="exact")
+    return float(covered.mean()), float(interval.low), float(interval.high)
+
+
+def _logs(answers: Sequence[HeartAnswer], column: int) -> dict[str, object]:
+    """Return bias and both widths in log; NaN of none."""
+    names = ("bias_log", "width_log", "width_log_scale_fixed")
+    if not answers:
+        return dict(zip(names, NO_NUMBER, strict=True))
+    truth, low, median, high = (_column(answers, name, column) for name in ("truth", "low", "median", "high"))
+    widths = np.log(high / low), _column(answers, "width_log_scale_fixed", column)
+    numbers = (np.log(median / truth).mean(), *(np.median(width) for width in widths))
+    return dict(zip(names, map(float, numbers), strict=True))
+
+
+def _column(answers: Sequence[HeartAnswer], name: str, column: int) -> FloatArray:
+    return np.array([getattr(answer, name)[column] for answer in answers])
+
+
+def samplers_table(answers: Mapping[str, Sequence[HeartAnswer]], titles: Mapping[str, str]) -> pd.DataFrame:
+    """Return one row a generator.
+
+    Columns: generator, hearts, refused and redrawn (numbers), efficiency (median over the answered), by_mcmc
+    and not_converged (shares of the answered).
+    """
+    rows = []
+    for letter, of_letter in answers.items():
+        answered = [answer for answer in of_letter if answer.status != REFUSED]
+        rows.append(
+            {
+                "generator": f"{letter}: {titles[letter]}",
+                "hearts": len(of_letter),
+                "refused": len(of_letter) - len(answered),
+                "redrawn": sum(answer.redrawn for answer in of_letter),
+                "efficiency": _of_answered(np.median, [answer.efficiency for answer in answered]),
+                "by_mcmc": _of_answered(np.mean, [answer.by_mcmc for answer in answered]),
+                "not_converged": _of_answered(np.mean, [not answer.converged for answer in answered]),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _of_answered(statistic: Callable[[Sequence[float]], object], values: Sequence[float]) -> float:
+    return float(np.asarray(statistic(values))) if values else np.nan

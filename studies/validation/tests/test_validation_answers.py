@@ -1,0 +1,154 @@
+"""Asking other hearts: which of them, what is refused, that answers are those of `new-subject`."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from other_hearts_case import recorded
+from study_copy import ROOT, StudyCopy
+from validation_case import VALIDATION, answer
+
+from studies.validation.answers import HeartAnswersSettings, Questioner, asked_of
+from studies.validation.score import KIND, HeartAnswer, to_dataset
+from studies.validation.settings import ValidationSettings, answers_settings, table_settings
+from studies.validation.stages import ValidationStageSettings, validation
+from swesbi.__main__ import main
+from swesbi.artefacts import save
+from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
+from swesbi.config.slices import stage_settings
+from swesbi.config.study import Study, load_study
+from swesbi.draws import interval_levels
+from swesbi.other_hearts import ranges
+from swesbi.other_hearts.names import DEVELOPMENT, VALIDATION_STREAM
+from swesbi.other_hearts.recorded import RecordedHeart
+from swesbi.posterior.result import read_exact_result
+from swesbi.study.finished import finished_population
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.answers import status
+from swesbi.verdict.support import read_support
+from swesbi.virtual_cohort.files import samples_table
+from swesbi.virtual_cohort.generated import PHYSIOLOGY
+
+FOLDER = Path(__file__).parents[1]
+STREAM = "development"
+ORIGIN = Origin(5, "", "code")
+
+
+@pytest.fixture
+def study(monkeypatch: pytest.MonkeyPatch) -> Study:
+    """The shipped study."""
+    monkeypatch.chdir(ROOT)
+    return load_study(read_merged(ROOT / "config.yaml", None))
+
+
+def settings_of(**changes: object) -> ValidationSettings:
+    return parse_section(VALIDATION.to_plain() | changes, "validation", ValidationSettings)
+
+
+def test_a_heart_has_the_settings_of_the_answers_of_its_experiment(study: Study) -> None:
+    numbers = VALIDATION.numbers("b", 19)
+    parts = answers_settings(study, VALIDATION.experiment, "b", VALIDATION.stream, numbers)
+    for stage in ("train_population", "exact_posterior", "verdict", "predictive_speeds"):
+        assert parts[stage] == stage_settings(study, stage, experiment="amortised")
+    assert (parts["generator"], parts["stream"], parts["first"], parts["hearts"]) == ("b", "exam", 190, 10)
+    assert list(HeartAnswersSettings.from_plain(parts).numbers) == list(range(190, 200))
+
+
+@pytest.mark.parametrize("hearts_per_job", [1, 7, 10, 300])
+def test_jobs_answer_every_heart_once(hearts_per_job: int) -> None:
+    asked = settings_of(hearts_per_job=hearts_per_job)
+    numbers = [number for part in asked.parts("b") for number in asked.numbers("b", part)]
+    assert numbers == list(range(200))
+
+
+def test_what_cannot_be_asked_is_named(study: Study) -> None:
+    with pytest.raises(ConfigError, match="'y' is a structure of development, in no validation"):
+        settings_of(generators=["a", "y"], hearts={"a": 1, "y": 1})
+    with pytest.raises(ConfigError, match=r"hearts.y: is not said"):
+        settings_of(generators=["a", "y"], stream=STREAM)
+    with pytest.raises(ConfigError, match="validation.experiment = 'paper' is no experiment over a popul"):
+        answers_settings(study, "paper", "a", STREAM, range(1))
+    assert not {*DEVELOPMENT} & {*VALIDATION.generators}
+    assert VALIDATION.stream == VALIDATION_STREAM
+
+
+@pytest.mark.parametrize("name", ["small", "development"])
+def test_other_sizes_are_of_other_streams(name: str) -> None:
+    changes = read_yaml(FOLDER / f"{name}.yaml")["validation"]
+    asked = settings_of(**changes | {"hearts": VALIDATION.to_plain()["hearts"] | changes["hearts"]})
+    assert asked.stream != VALIDATION.stream
+
+
+def test_answers_of_several_jobs_are_one_table(study: Study, tmp_path: Path) -> None:
+    paths = []
+    for first, letter in ((10, "a"), (0, "a"), (0, "b")):
+        plain = answers_settings(study, "amortised", letter, STREAM, range(first, first + 10))
+        paths.append(tmp_path / f"{letter}-{first}.h5")
+        made = [answer(number) for number in range(first, first + 10)]
+        provenance = ORIGIN.provenance(KIND, HeartAnswersSettings.from_plain(plain))
+        save(paths[-1], to_dataset(made), provenance)
+    files = {name: tmp_path / f"{name}.csv" for name in ("table", "samplers")}
+    files |= {f"figure_{kind}": tmp_path / f"validation.{kind}" for kind in ("pdf", "png")}
+    shown = ValidationStageSettings.from_plain(table_settings(study, VALIDATION))
+    validation(answers=paths, **files, settings=shown, origin=ORIGIN)
+    table = pd.read_csv(files["table"]).drop_duplicates("generator")
+    assert table["generator"].str[0].tolist() == ["a", "b"]
+    assert table["n"].tolist() == [20, 10]
+    assert files["figure_png"].read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_heart_outside_the_declared_range_is_refused(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = recorded("a")
+    thick = replace(made.heart, context=replace(made.heart.context, ivsd_cm=4.0))
+    monkeypatch.setattr(HeartAnswersSettings, "recorded", lambda *_: replace(made, heart=thick))
+    nothing = Path("nothing")
+    questioner = Questioner(nothing, nothing, nothing, asked_of(study, "a", 1, STREAM), ORIGIN)
+    found = questioner.answer(0)
+    assert found.status == "refused" and "ivsd_cm" in found.reason
+    assert np.isnan(found.median).all()
+
+
+def test_the_page_prints_the_ranges_that_hearts_are_drawn_from() -> None:
+    lines = (FOLDER / "README.md").read_text(encoding="utf-8").splitlines()
+    cells = [line.split("|")[2:4] for line in lines if line.startswith("| ")]
+    printed = [pair for pair in cells if all(" to " in text for text in pair)]  # other tables give counts
+    units = (1.0, 1.0, 1.0, 1.0, 1.0, 1e8, 1e-8, 1e-3, 1e-3)
+    for (own, doubled), name, unit in zip(printed, PHYSIOLOGY, units, strict=True):
+        for text, limits in ((own, PHYSIOLOGY[name]), (doubled, ranges.DOUBLED[name])):
+            said = [unit * float(number) for number in text.split(" to ")]
+            assert said == pytest.approx(limits, rel=6e-3), name
+
+
+@pytest.mark.slow(minutes=1)
+def test_a_heart_is_told_what_a_subject_outside_the_study_is_told(
+    finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(finished.folder)
+    loaded = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
+    origin, settings = Origin(loaded.config.seed, "", "code"), asked_of(loaded, "a", 1, STREAM)
+    inputs = vars(finished_population(finished.results, "amortised"))
+    found = Questioner(**inputs, settings=settings, origin=origin).answer(0)
+    check_answer(found, settings.recorded(0, origin.seed), finished.config, tmp_path)
+
+
+def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: Path) -> None:
+    """A heart, as a subject of a cohort, has the same answer from `new-subject`."""
+    subject, cohort, out = made.heart.context.subject, folder / "cohort", folder / "out"
+    (cohort / "swe").mkdir(parents=True)
+    whole = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}
+    samples_table(made.samples).astype(whole).to_csv(cohort / "swe" / f"{subject}.csv", index=False)
+    pd.DataFrame([asdict(made.heart.context)]).to_csv(cohort / "subjects.csv", index=False)
+    (cohort / "recording.yaml").write_text(
+        "origin: a heart of development\nprotocol: { repeats_are: sweeps }\n", encoding="utf-8"
+    )
+    given = ("--overlay", overlay, "--experiment", "amortised", "--cohort", str(cohort))
+    assert main(["new-subject", *given, "--subject", subject, "--out", str(out)]) == 0
+    exact = read_exact_result(out / "posterior.h5")
+    assert found.status == status(read_support(out / "support.json"))
+    assert found.efficiency == exact.efficiency
+    low, high = np.quantile(exact.phi[:, 0], interval_levels(0.9))
+    assert (found.low[2], found.high[2]) == (low, high)

@@ -1,0 +1,121 @@
+"""The validation on the page: what a made-up table says is what is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+import pytest
+from validation_case import VALIDATION, answer
+
+from studies.validation.score import HeartAnswer
+from studies.validation.settings import CONFIGURED
+from studies.validation.table import validation_table as table_of
+from swesbi.show.csv import write_csv
+from swesbi.show.page.validation import stored_validation
+from swesbi.show.table import Strong
+from swesbi.show.tables.validation import validation_table
+from swesbi.show.tables.validation_outcomes import in_brief
+
+TITLES: Final = {"a": "own", "b": "wide", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}
+
+
+def hearts(inside: int, outside: int, unsupported: int = 0, without_k_sr: bool = False) -> list[HeartAnswer]:
+    """So many supported hearts whose intervals hold the truth or do not, and unsupported ones that do."""
+    truth = (40.0, float("nan") if without_k_sr else 30.0, 60.0, 6.0)
+    far = (80.0, *truth[1:])
+    return [
+        *(answer(number, truth=truth) for number in range(inside)),
+        *(answer(number, truth=far) for number in range(outside)),
+        *(answer(number, "unsupported", truth=truth) for number in range(unsupported)),
+    ]
+
+
+MADE: Final = {
+    "a": hearts(54, 1, 5),
+    "b": hearts(80, 10, 110),
+    "d": hearts(24, 16, 20),
+    "e": hearts(10, 2, 48),
+    "f": hearts(36, 4, 0, without_k_sr=True),
+}
+
+
+def made_table(**answers: list[HeartAnswer]) -> pd.DataFrame:
+    return table_of(answers or MADE, TITLES, VALIDATION.score)
+
+
+def test_generators_stand_worst_first_with_a_row_a_quantity() -> None:
+    rows = validation_table(made_table(), "The validation.").rows
+    names = [str(row.cells[0]) for row in rows]
+    assert list(dict.fromkeys(names)) == ["(d) spring", "(e) blocks", "(b) wide", "(f) bonds", "(a) own"]
+    assert names.count("(d) spring") == 4
+    assert [row.cells[1] for row in rows if row.cells[0] == "(f) bonds"] == [
+        "attained stiffness",
+        "k_0",
+        "k_ATP",
+    ]
+    worst = rows[0].cells
+    assert worst[1:6] == ("attained stiffness", "60", "67", "0", "33")
+    assert str(worst[6]).startswith("73.3 (")
+    assert isinstance(worst[7], Strong) and worst[7].text.startswith("60.0 (")
+    assert worst[8:] == (Strong("40.0"), "−0.18", "0.45")
+
+
+def test_who_has_fewer_than_thirty_supported_is_not_tested() -> None:
+    table = made_table()
+    (row, *_) = [
+        row for row in validation_table(table, "The validation.").rows if row.cells[0] == "(e) blocks"
+    ]
+    assert row.muted and row.cells[7:9] == ("not tested", "not tested")
+    assert row.cells[6] != "not tested", "the coverage of all answered is told"
+
+
+def test_sentences_follow_the_numbers_worst_first() -> None:
+    below, missed, untested, of_b, of_a, reached = in_brief(made_table())
+    asked = "85 % of the supported hearts"
+    assert (
+        below == f"The interval holds the truth in fewer than {asked}: (d) spring, attained stiffness 60.0 %."
+    )
+    assert missed == "More than 15 % missed and supported: (d) spring, 40.0 %."
+    assert untested == "Not tested, since too few hearts are supported: (e) blocks, 12 of 60."
+    assert of_b == (
+        "(b) wide: 45.0 % supported, fewer than the asked 60 %; of all answered hearts outside 85 to 95 % "
+        "lie k_SR 100.0 %, k_0 100.0 %, k_ATP 100.0 %."
+    )
+    assert of_a == (
+        "(a) own: 91.7 % supported, at least 80 %; of all answered hearts each quantity in 85 to 100 %."
+    )
+    assert reached.startswith(
+        f"The intervals hold attained stiffness and k_SR in at least {asked}: (b) wide,"
+    )
+    assert (
+        "(f) bonds, attained stiffness 90.0 %; (a) own, attained stiffness 98.2 %, k_SR 100.0 %." in reached
+    )
+
+
+@pytest.mark.parametrize(("inside", "outside", "reached"), [(34, 6, True), (33, 7, False)])
+def test_the_limit_itself_is_reached(inside: int, outside: int, reached: bool) -> None:
+    sentences = in_brief(made_table(d=hearts(inside, outside)))
+    assert any("in at least 85 %" in sentence for sentence in sentences) is reached
+    assert any("missed and supported" in sentence for sentence in sentences) is not reached
+
+
+def test_nothing_is_said_of_what_there_is_none_of() -> None:
+    assert in_brief(made_table(d=hearts(2, 2))) == (
+        "Not tested, since too few hearts are supported: (d) spring, 4 of 4.",
+    )
+
+
+def test_the_page_shows_the_table_as_it_is_written(tmp_path: Path) -> None:
+    path = tmp_path / "validation.csv"
+    write_csv(path, made_table())
+    shown = stored_validation(path)
+    assert shown.brief == in_brief(made_table())
+    assert len(shown.table.rows) == len(made_table())
+
+
+@pytest.mark.parametrize("sitting", ["sitting_1", "sitting_2"])
+def test_the_page_can_show_both_stored_sittings(sitting: str) -> None:
+    shown = stored_validation(CONFIGURED.with_name("tables") / f"{sitting}.csv")
+    assert any("(h) another passive stiffness" in sentence for sentence in shown.brief)
