@@ -3,10 +3,14 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
+from swesbi.config.read import parts_of
+
 min_version("9.0")
 
 
-configfile: str(Path(workflow.basedir) / "config.yaml")
+for part in parts_of(Path(workflow.basedir) / "config.yaml"):
+
+    configfile: str(part)
 
 
 report: "workflow/report/study.rst"

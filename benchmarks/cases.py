@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.read import parse_config, read_merged
 from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
@@ -33,7 +33,7 @@ class Cases:
 
 def load_cases(draws: int, config: Path = ROOT / "config.yaml") -> Cases:
     """Read settings and prior of the study's configuration, and the main experiment's subjects."""
-    study = parse_config(read_yaml(config), str(config))
+    study = parse_config(read_merged(config), str(config))
     prior: PriorSettings = study.priors["paper"]
     u = generator(study.seed, "simulator benchmark").uniform(size=(draws, 3))
     listed = study.listed_subjects(study.main_experiment)

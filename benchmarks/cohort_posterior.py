@@ -40,7 +40,7 @@ sys.path.insert(0, str(HELPERS))
 
 import hierarchy_case as case  # noqa: E402
 
-from swesbi.config.read import parse_config, read_yaml  # noqa: E402
+from swesbi.config.read import parse_config, read_merged  # noqa: E402
 from swesbi.hierarchy.cohort import Design, Member, design_of, weighted_quantiles  # noqa: E402
 from swesbi.hierarchy.hyperprior import Hyperprior, hyperprior_of  # noqa: E402
 from swesbi.hierarchy.infer import Inferred, infer_cohort  # noqa: E402
@@ -60,7 +60,7 @@ STATUSES: Final = ("supported",) * 17 + ("strained",) * 2 + ("unsupported",)
 def shipped() -> HierarchySettings:
     """Return the settings of `config.yaml`."""
     path = Path("config.yaml")
-    return parse_config(read_yaml(path), str(path)).cohort_posterior
+    return parse_config(read_merged(path), str(path)).cohort_posterior
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from passive_beat import study_settings, with_known_physiology
 from swesbi.checks.evidence import PairScore, discrepancy_table, score_subject
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.config.models import Config
-from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.read import parse_config, read_merged
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.other_hearts.generators import all_generators, generator_of
@@ -55,7 +55,7 @@ def main() -> None:
     arguments = _arguments()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     settings, seed = study_settings(arguments.config)
-    config = parse_config(read_yaml(arguments.config))
+    config = parse_config(read_merged(arguments.config))
     study = settings.study.model_copy(
         update={"speed_fractions": SPEED_FRACTIONS, "timing_cycles": TIMING_CYCLES}
     )

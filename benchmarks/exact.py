@@ -21,7 +21,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.measurement.likelihood import SpeedModel, read_speed_model
@@ -134,7 +134,7 @@ def main() -> None:
     parser.add_argument("--experiment", default="calibrated", help="an experiment of kind speeds")
     parser.add_argument("--seconds", action="store_true", help="time a process for each subject too")
     arguments = parser.parse_args()
-    study = load_study(read_yaml(arguments.config), str(arguments.config))
+    study = load_study(read_merged(arguments.config), str(arguments.config))
     plain = stage_settings(study, "exact_posterior", experiment=arguments.experiment)
     settings = ExactPosteriorStageSettings.from_plain(plain)
     flow, _ = load_spline(arguments.results / arguments.experiment / "flow.h5")

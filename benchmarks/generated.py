@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.config.models import Config
-from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.read import parse_config, read_merged
 from swesbi.parameters import THETA_NAMES
 from swesbi.recording.clinical import CLINICAL
 from swesbi.virtual_cohort.clinical import measure
@@ -47,7 +47,7 @@ def main() -> None:
     )
     parser.add_argument("--config", type=Path, default=Path("config.yaml"))
     options = parser.parse_args()
-    config = parse_config(read_yaml(options.config))
+    config = parse_config(read_merged(options.config))
     made = generate(config, range(options.first, options.first + options.subjects))
     write(options.folder, made, config)
     print(f"wrote {len(made)} recordings to {options.folder}")

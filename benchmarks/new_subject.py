@@ -33,7 +33,7 @@ import pandas as pd
 from generated import generate, write
 
 from swesbi.checks.calibration.local import classifier_accuracy
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
@@ -215,7 +215,7 @@ def main() -> None:
         "--network", type=int, metavar="RECORDINGS", help="measure the network alone, and nothing else"
     )
     options = parser.parse_args()
-    study = load_study(read_yaml(Path("config.yaml")))
+    study = load_study(read_merged(Path("config.yaml")))
     results = Path(study.config.results)
     if options.network:
         network(study, results, options.experiment, options.network)

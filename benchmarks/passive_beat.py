@@ -31,7 +31,7 @@ from swesbi.arrays import FloatArray
 from swesbi.base import Settings
 from swesbi.checks.evidence import Bank, fill_bank, score_pairs
 from swesbi.checks.settings import DiscrepancyStudySettings
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.slices import fields_of
 from swesbi.config.study import load_study
 from swesbi.draws import normalised
@@ -127,7 +127,7 @@ def _arguments() -> argparse.Namespace:
 
 def study_settings(config: Path) -> tuple[GeneratedSettings, int]:
     """Return the settings of the experiment with an exact likelihood, and the study's seed."""
-    study = load_study(read_yaml(config))
+    study = load_study(read_merged(config))
     plain = fields_of(study, {"experiment": EXPERIMENT}, "model acquisition recording")
     return GeneratedSettings.from_plain(plain | {"study": EFFORT.to_plain()}), study.config.seed
 

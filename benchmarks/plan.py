@@ -33,7 +33,7 @@ import ratio_case  # noqa: E402
 
 from swesbi.change.groups import infer_change_groups  # noqa: E402
 from swesbi.config.models import Config  # noqa: E402
-from swesbi.config.read import parse_config, read_yaml  # noqa: E402
+from swesbi.config.read import parse_config, read_merged  # noqa: E402
 from swesbi.hierarchy.cohort import Member  # noqa: E402
 from swesbi.hierarchy.hyperprior import hyperprior_of  # noqa: E402
 from swesbi.hierarchy.infer import Inferred, Posed, infer_population  # noqa: E402
@@ -50,7 +50,7 @@ OF_TRIALS: Final = 50_000
 def shipped() -> Config:
     """Return `config.yaml`."""
     path = Path("config.yaml")
-    return parse_config(read_yaml(path), str(path))
+    return parse_config(read_merged(path), str(path))
 
 
 def planned(config: Config, by: Recycling, design: str) -> PowerCurve:

@@ -30,7 +30,7 @@ import yaml
 from generated import generate, write
 from study import read_jobs
 
-from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.read import parse_config, read_merged
 from swesbi.show.figures.style import new_figure, save_figure, style
 
 ROOT: Final = Path(__file__).parents[1]
@@ -57,7 +57,7 @@ def make_cohorts(folder: Path, sizes: list[int], workers: int) -> None:
     """Generate the largest cohort where it is not there; its first subjects make the smaller ones."""
     largest = folder / f"cohort-{max(sizes)}"
     if not largest.exists():
-        config = parse_config(read_yaml(ROOT / "config.yaml"), "config.yaml")
+        config = parse_config(read_merged(ROOT / "config.yaml"), "config.yaml")
         parts = np.array_split(np.arange(FIRST, FIRST + max(sizes)), 8 * workers)
         with ProcessPoolExecutor(workers) as pool:
             numbers = [part.tolist() for part in parts if len(part)]

@@ -28,7 +28,7 @@ from sbi.inference import NPE_C
 from sbi.neural_nets import posterior_nn
 from torch import Tensor
 
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.measurement.likelihood import read_measured_subjects
@@ -235,7 +235,7 @@ def _arguments() -> argparse.Namespace:
 def main() -> None:
     """Train by each procedure in turn and print the tables."""
     arguments = _arguments()
-    study = load_study(read_yaml(arguments.config), str(arguments.config))
+    study = load_study(read_merged(arguments.config), str(arguments.config))
     experiment = arguments.experiment
     training = TrainStageSettings.from_plain(stage_settings(study, "train", experiment=experiment))
     recovery = RecoveryStageSettings.from_plain(stage_settings(study, "recovery", experiment=experiment))

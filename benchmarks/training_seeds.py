@@ -23,7 +23,7 @@ from training import read_held_out
 from swesbi.artefacts import Provenance
 from swesbi.checks.draws import score_theta
 from swesbi.checks.recovery import recover, score_recovery
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects
@@ -150,7 +150,7 @@ def main() -> None:
     """Train what is missing and print the comparison."""
     arguments = _arguments()
     arguments.networks.mkdir(parents=True, exist_ok=True)
-    study = load_study(read_yaml(arguments.config), str(arguments.config))
+    study = load_study(read_merged(arguments.config), str(arguments.config))
     case = read_case(study, arguments.experiment, arguments.results, arguments.recordings)
     rows = []
     for procedure in arguments.procedures:

@@ -6,12 +6,14 @@ Files of the study are inputs that no rule makes: `make study` comes first.
 import sys
 from pathlib import Path
 
-from swesbi.config.read import parse_section
+from swesbi.config.read import parse_section, parts_of
 
 HERE = Path(workflow.basedir)
 
 
-configfile: str(HERE.parents[1] / "config.yaml")
+for part in parts_of(HERE.parents[1] / "config.yaml"):
+
+    configfile: str(part)
 
 
 SECTION = config.pop(HERE.name, None)

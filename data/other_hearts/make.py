@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.config.models import Config
-from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.read import parse_config, read_merged
 from swesbi.other_hearts.drawn import People, Source, draw_hearts
 from swesbi.other_hearts.land_population import LandHearts
 from swesbi.other_hearts.physioblocks import PhysioBlocksHearts, Program
@@ -57,7 +57,7 @@ def main() -> None:
     parser.add_argument("--config", type=Path, default=Path("config.yaml"))
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    config = parse_config(read_yaml(arguments.config), str(arguments.config))
+    config = parse_config(read_merged(arguments.config), str(arguments.config))
     people = people_of(config)
     with ExitStack() as stack:
         source = source_of(arguments.letter, config, arguments.physioblocks, stack)

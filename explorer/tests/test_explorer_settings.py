@@ -9,10 +9,10 @@ from study_copy import ROOT
 
 from explorer.settings import page_settings
 from explorer.stages import ExplorerSettings
-from swesbi.config.read import ConfigError, read_yaml
+from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import load_study
 
-SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 STUDY = load_study(SHIPPED)
 OWN = "experiments.calibrated"
 

@@ -15,7 +15,7 @@ from typing import Any, get_type_hints
 
 from swesbi.artefacts.atomic import write_fault
 from swesbi.config.parts import NUMBERED, option_of
-from swesbi.config.read import ConfigError, add_options, in_words, parsed, read_merged
+from swesbi.config.read import ConfigError, add_options, in_words, merged_files, parsed, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.study.registry import STAGES, file_arguments, file_types, stage_code, stage_function
@@ -96,7 +96,9 @@ def _run_stage(name: str, given: Sequence[str]) -> int:
     run = stage_function(name)
     options = vars(parsed(_parser(name, run), given))
     config, changes = options.pop("config"), options.pop("overlay")
-    study = load_study(read_merged(config, changes), in_words(config, changes))
+    study = load_study(
+        read_merged(config, changes), in_words(config, changes), files=merged_files(config, changes)
+    )
     chosen = {name: options.pop(WHICH + name) for name in WILDCARDS}
     wildcards = {name: value for name, value in chosen.items() if value is not None}
     settings = get_type_hints(run)["settings"].from_plain(stage_settings(study, name, **wildcards))

@@ -30,7 +30,7 @@ from studies.ladder.timing import (
     timing_table,
 )
 from swesbi.config.models import Config
-from swesbi.config.read import parse_config, parse_section, read_yaml
+from swesbi.config.read import parse_config, parse_section, read_merged, read_yaml
 from swesbi.config.study import Study
 from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
@@ -93,7 +93,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2], help="a run of CMA-ES for each")
     parser.add_argument("--generations", type=int, default=250, help="of each run")
     arguments = parser.parse_args()
-    config = parse_config(read_yaml(ROOT / "config.yaml"))
+    config = parse_config(read_merged(ROOT / "config.yaml"))
     contexts = (*read_subjects(COHORT), *healthy_adults(config, ADULTS))
     theta = log_centre(config.priors["paper"])
     if arguments.judge:

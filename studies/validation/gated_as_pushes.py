@@ -32,7 +32,7 @@ from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.settings import configured
 from swesbi.arrays import FloatArray
 from swesbi.checks.calibration.local import classifier_accuracy
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
 from swesbi.measurement.instants import FreeModel, free_model
@@ -194,7 +194,7 @@ def main() -> None:
     parser.add_argument("--generator", default="a", metavar="LETTER", help="whose hearts; default: a")
     parser.add_argument("--csv", type=Path, help="table to write, a row a heart")
     options = parser.parse_args()
-    study = load_study(read_yaml(options.config), str(options.config))
+    study = load_study(read_merged(options.config), str(options.config))
     print(HEAD, flush=True)
     rows = []
     for row in both_doors(study, options).rows():

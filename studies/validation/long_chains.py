@@ -33,7 +33,7 @@ from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.settings import configured
 from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.checks.calibration.settings import LocalSettings
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import measured_speeds
@@ -197,7 +197,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.stream == VALIDATION_STREAM:
         parser.error(f"--stream {VALIDATION_STREAM}: those are for the validation; take any other name")
-    study = load_study(read_yaml(options.config), str(options.config))
+    study = load_study(read_merged(options.config), str(options.config))
     finished = finished_population(options.results, configured().experiment)
     check_finished(finished)
     print(HEAD, flush=True)

@@ -31,7 +31,7 @@ from studies.validation.gated_as_pushes import model_of_table
 from studies.validation.score import Intervals, intervals, truths
 from studies.validation.settings import configured
 from swesbi.arrays import FloatArray
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, free_proposal
@@ -143,7 +143,7 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=60, help="hearts of each; default: 60")
     parser.add_argument("--csv", type=Path, help="table to write, a row a generator and quantity")
     options = parser.parse_args()
-    study = load_study(read_yaml(options.config), str(options.config))
+    study = load_study(read_merged(options.config), str(options.config))
     finished = finished_population(options.results, configured().experiment)
     flow, tables = load_spline(finished.estimator)[0], []
     for letter in options.generators:

@@ -20,7 +20,7 @@ from swesbi.change.ratios import QUANTITIES, Ratios
 from swesbi.change.stored import KIND, StoredChange, change_table, read_change
 from swesbi.change.words import change_lines
 from swesbi.config.pairs import pairs_of, visit_pair
-from swesbi.config.read import ConfigError, overlay, read_yaml
+from swesbi.config.read import ConfigError, overlay, read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.study import change as command
 from swesbi.study.finished import finished_population
@@ -34,7 +34,7 @@ TRIAL = ROOT / "data" / "virtual_trial"
 
 @pytest.fixture(scope="module")
 def trial() -> Study:
-    raw = overlay(read_yaml(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(TRIAL)}})
+    raw = overlay(read_merged(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(TRIAL)}})
     return load_study(raw | {"cohort": str(ROOT / "data" / "virtual_volunteers")})
 
 

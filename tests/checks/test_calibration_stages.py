@@ -27,7 +27,7 @@ from swesbi.checks.calibration.dataset import (
 from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferred, Ranked
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import COLUMNS, POOLED
-from swesbi.config.read import ConfigError, parse_config, read_yaml
+from swesbi.config.read import ConfigError, parse_config, read_merged
 from swesbi.show.figures.calibration import CalibrationCase, draw_calibration
 from swesbi.study.stages import calibration, check_figures
 from swesbi.study.stages.calibration import CalibrationStageSettings
@@ -197,7 +197,7 @@ FIGURE = CalibrationFigureSettings(
     ("key", "value", "number"), [("replicates", 3000, 6000), ("two_sample_draws", 5001, 5001)]
 )
 def test_more_draws_than_a_posterior_keeps_are_refused(key: str, value: int, number: int) -> None:
-    plain = copy.deepcopy(read_yaml(ROOT / "config.yaml"))
+    plain = copy.deepcopy(read_merged(ROOT / "config.yaml"))
     local = plain["experiments"]["calibrated"]["calibration"]["local"]
     local[key] = value
     local["mcmc"]["min_effective_draws"] = 6000

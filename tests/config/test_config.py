@@ -16,7 +16,7 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.config import slices
-from swesbi.config.read import ConfigError, overlay, parse_config, read_yaml
+from swesbi.config.read import ConfigError, merged_files, overlay, parse_config, read_merged, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.noise import relative_se
@@ -25,7 +25,7 @@ from swesbi.recording.visits import Visit
 from swesbi.study.registry import STAGES
 from swesbi.virtual_cohort.settings import ACQUISITION
 
-SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 COMMON = ROOT / "workflow" / "rules" / "common.smk"
 HEAVY = {
     "torch",
@@ -166,6 +166,37 @@ def test_every_problem_is_listed_at_once() -> None:
     with pytest.raises(ConfigError, match="2 problem") as caught:
         parse_config(changed(seed=None, gibberish=1))
     assert len(str(caught.value).splitlines()) == 3
+
+
+def test_a_wrong_key_is_named_with_the_last_file_that_has_it_and_its_line(tmp_path: Path) -> None:
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config" / "model.yaml").write_text("passive:\n  exponent_b: 3\n\n  exponent_c: 1\n")
+    (tmp_path / "config.yaml").write_text("seed: 1\n\nsead: 2\n")
+    (tmp_path / "changes.yaml").write_text("# below\npassive: { exponent_b: low }\n")
+    given = (tmp_path / "config.yaml", tmp_path / "changes.yaml")
+    with pytest.raises(ConfigError) as caught:
+        parse_config(read_merged(*given), files=merged_files(*given))
+    lines = str(caught.value).splitlines()
+
+    def place_of(key: str) -> str:
+        (line,) = [line for line in lines if line.startswith(f"  - {key}")]
+        return Path(line.rsplit("(", 1)[1].removesuffix(")")).name
+
+    assert place_of("passive.exponent_c") == "model.yaml:4"
+    assert place_of("passive.exponent_b") == "changes.yaml:2"
+    assert place_of("sead") == "config.yaml:3"
+
+
+def test_what_the_configuration_says_itself_wins_over_the_files_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config" / "a.yaml").write_text("passive: { exponent_b: 3.0, other: 1 }\n")
+    (tmp_path / "config.yaml").write_text("passive: { exponent_b: 4.0 }\n")
+    assert read_merged(tmp_path / "config.yaml") == {"passive": {"exponent_b": 4.0, "other": 1}}
+    elsewhere = tmp_path / "elsewhere" / "mine.yaml"
+    elsewhere.parent.mkdir()
+    elsewhere.write_text("seed: 7\n")
+    found = read_merged(elsewhere)  # what it does not say is as the files of the project have it
+    assert (found["seed"], found["forward_model"]) == (7, SHIPPED["forward_model"])
 
 
 def test_a_subject_without_a_recording_is_refused(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import jsonschema
 import pytest
 from study_copy import ROOT
 
-from swesbi.config.read import overlay, read_yaml
+from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.schema import config_schema, main
 
 SCHEMA = config_schema()
@@ -31,7 +31,7 @@ def test_the_schema_is_one_and_is_written_where_asked(tmp_path: Path) -> None:
 
 
 def test_shipped_configurations_are_valid() -> None:
-    shipped = read_yaml(ROOT / "config.yaml")
+    shipped = read_merged(ROOT / "config.yaml")
     assert problems(shipped) == []
     assert problems(overlay(shipped, read_yaml(ROOT / "tests" / "smoke.yaml"))) == []
 
@@ -67,6 +67,6 @@ def unknown_option(config: dict[str, Any]) -> None:
     ],
 )
 def test_a_wrong_configuration_is_refused(break_it: Callable[[dict[str, Any]], None], said: str) -> None:
-    config = read_yaml(ROOT / "config.yaml")
+    config = read_merged(ROOT / "config.yaml")
     break_it(config)
     assert any(said in message for message in problems(config)), problems(config)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
 from evaluation_cases import INTERVAL, PRIOR, TITLE, check, cmaes_settings, fit, posterior_theta, support
 from study_copy import ROOT
 
 from swesbi.checks.cmaes import CmaesFit
+from swesbi.config.read import read_merged
 from swesbi.context import Context
 from swesbi.measurement.settings import SUMMARY_NAMES
 from swesbi.posterior.settings import PosteriorSettings
@@ -23,7 +23,7 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.show.paper.measured import PoolSize, StudyResults
 from swesbi.show.study_tables import Case, features_table, posterior_table, ppc_table
 
-CONFIG = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))
+CONFIG = read_merged(ROOT / "config.yaml")
 SUBJECTS = "ABCDEF"
 EXCLUDED = "EF"
 

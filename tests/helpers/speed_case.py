@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from study_copy import ROOT
 
 from swesbi.config.models import Config
-from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.read import parse_config, read_merged
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import SpeedRecording
@@ -30,7 +30,7 @@ SWEEPS = NoiseComponents(0.04, 0.08, 0.05)
 
 @cache
 def shipped() -> Config:
-    return parse_config(read_yaml(ROOT / "config.yaml"))
+    return parse_config(read_merged(ROOT / "config.yaml"))
 
 
 @cache

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
-PARTS = ("Snakefile", "config.yaml", "profiles", "workflow", "src", "data")
+PARTS = ("Snakefile", "config.yaml", "config", "profiles", "workflow", "src", "data")
 RESULTS = "results-smoke"
 OF_OTHERS = shutil.ignore_patterns("explorer.*", "studies")  # results of packages that a copy does not have
 KNOWN = ".snakemake/metadata"  # what Snakemake knows of results: the inputs, params and code that made them

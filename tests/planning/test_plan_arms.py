@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from study_copy import ROOT
 
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.planning.asked import Effect
@@ -20,7 +20,7 @@ from swesbi.virtual_trial.planned import PlannedPerson, draw_planned
 @cache
 def person(design: str, change: float, response_spread: float = 0.0) -> PlannedPerson:
     """Draw the first person of a bank by the shipped configuration."""
-    study = load_study(read_yaml(ROOT / "config.yaml"))
+    study = load_study(read_merged(ROOT / "config.yaml"))
     asked = {"design": design, "parameter": "k_sr_per_s", "change": repr(change), "repeats": "3"}
     plain = stage_settings(study, "plan_bank", experiment="amortised", repeat_noise="0.03", **asked)
     source = PlanBankStageSettings.from_plain(plain).source(study.config.seed)

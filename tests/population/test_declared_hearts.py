@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from swesbi.checks.calibration.fresh import STREAM, strata
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.context import Context, sphere_radius_m
 from swesbi.heart.periodic import Status
@@ -19,7 +19,7 @@ from swesbi.population.contexts import draw_population
 from swesbi.prior import quantile
 
 ROOT: Final = Path(__file__).parents[2]
-STUDY: Final = load_study(read_yaml(ROOT / "config.yaml"))
+STUDY: Final = load_study(read_merged(ROOT / "config.yaml"))
 AMORTISED: Final = STUDY.config.population_experiments["amortised"]
 DECLARED: Final = AMORTISED.population.declared_range
 CORNERS: Final = list(product(DECLARED.hr_bpm, DECLARED.lvedv_ml, DECLARED.relative_thickness))

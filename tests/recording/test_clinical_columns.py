@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.config.read import overlay, read_yaml
+from swesbi.config.read import overlay, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures, ClinicalRow
@@ -150,7 +150,7 @@ def test_a_row_that_cannot_be_is_none(values: dict[str, float]) -> None:
 
 
 def cohort_of(folder: Path, changes: dict[str, object]) -> Study:
-    raw = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+    raw = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
     return load_study(overlay(raw, {"new_subjects": {"cohort": str(folder)}} | changes))
 
 

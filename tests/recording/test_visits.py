@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.config.read import ConfigError, overlay, read_yaml
+from swesbi.config.read import ConfigError, overlay, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.cohort import read_subject_table
@@ -207,7 +207,7 @@ def test_any_columns_are_read_or_refused(table: Path) -> None:
 
 
 def study_of(folder: Path, changes: dict[str, object]) -> Study:
-    raw = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+    raw = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
     return load_study(overlay(raw, {"new_subjects": {"cohort": str(folder)}} | changes))
 
 

@@ -13,7 +13,7 @@ from figure_text import assert_text_apart, text_boxes
 from study_copy import ROOT, StudyCopy
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.parameters import PHI_NAMES
@@ -23,7 +23,7 @@ from swesbi.show.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_
 from swesbi.show.figures.population import draw_strata, read_strata, stratum_label
 from swesbi.verdict.answers import REFUSED, answer_columns, cohort_table, read_cohort
 
-SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 
 
 def overview(subjects: int, refused: int, *, truth: bool) -> Overview:

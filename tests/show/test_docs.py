@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from study_copy import ROOT, StudyCopy
 
-from swesbi.config.read import overlay, read_yaml
+from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import Study, load_study
 from swesbi.show.docs.__main__ import documented, main
 from swesbi.show.docs.marks import PART, MarkError, fill
@@ -32,7 +32,7 @@ def study_of(finished: StudyCopy) -> Study:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(finished.folder)
         config = overlay(
-            read_yaml(finished.folder / "config.yaml"), read_yaml(finished.folder / "smoke.yaml")
+            read_merged(finished.folder / "config.yaml"), read_yaml(finished.folder / "smoke.yaml")
         )
         study = load_study(config)
     cohort = str(finished.folder / study.config.cohort)

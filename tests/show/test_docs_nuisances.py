@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from study_copy import ROOT
 
-from swesbi.config.read import parse_config, read_yaml
+from swesbi.config.read import parse_config, read_merged, text_of
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.parameters import NUISANCES
 from swesbi.prior import JointPriorSettings, sample
@@ -29,7 +29,7 @@ priors:
 
 
 def shipped() -> JointPriorSettings:
-    config = parse_config(read_yaml(ROOT / "config.yaml"))
+    config = parse_config(read_merged(ROOT / "config.yaml"))
     experiment = config.speed_experiments["calibrated"]
     return JointPriorSettings(
         theta=config.priors[experiment.prior], passive_scale_kpa=experiment.passive_scale_kpa
@@ -50,7 +50,7 @@ def test_a_prior_without_nuisances_has_no_reasons(text: str) -> None:
 
 
 def test_every_shipped_nuisance_has_its_row_and_its_reason() -> None:
-    free = nuisances(shipped(), reasons_of((ROOT / "config.yaml").read_text(), "calibrated"), [])
+    free = nuisances(shipped(), reasons_of(text_of(ROOT / "config.yaml"), "calibrated"), [])
     # the stressed volume is free with cuff pressures alone
     assert [each.parameter for each in free] == [one for one in NUISANCES if one.name != VOLUME_FACTOR]
     assert all(len(each.reason) > 40 for each in free)

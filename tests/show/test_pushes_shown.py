@@ -9,7 +9,7 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.parameters import THETA_NAMES
 from swesbi.show.csv import write_csv
@@ -65,7 +65,7 @@ def test_a_table_that_is_another_is_refused(tmp_path: Path) -> None:
 def test_the_page_says_what_the_stored_tables_say() -> None:
     text = (ROOT / "docs" / "population.md").read_text(encoding="utf-8")
     interval = (
-        load_study(read_yaml(ROOT / "config.yaml")).config.speed_experiments["calibrated"].exact.interval
+        load_study(read_merged(ROOT / "config.yaml")).config.speed_experiments["calibrated"].exact.interval
     )
     stored = pushes_part(PushesResults.read(ROOT / "docs" / "tables", interval))
     assert standing(text)[MARK].strip() == stored.strip(), "run `make docs` after `make full`"

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from study_copy import StudyCopy
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import overlay, read_yaml
+from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.networks.paper.estimator import load_estimator
@@ -127,7 +127,7 @@ def test_epochs_differ(table: pd.DataFrame) -> None:
 def settings_of(study: StudyCopy) -> epochs.EpochsStageSettings:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(study.folder)
-        config = overlay(read_yaml(study.folder / "config.yaml"), read_yaml(study.folder / "smoke.yaml"))
+        config = overlay(read_merged(study.folder / "config.yaml"), read_yaml(study.folder / "smoke.yaml"))
         plain = stage_settings(load_study(config), "epochs", experiment="paper")
     return epochs.EpochsStageSettings.from_plain(plain)
 

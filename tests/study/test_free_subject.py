@@ -16,7 +16,7 @@ from study_copy import ROOT
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.free_predictive import draw_pushes
 from swesbi.config.new_recordings import free_running, noise_declared
-from swesbi.config.read import ConfigError, overlay, read_yaml
+from swesbi.config.read import ConfigError, overlay, read_merged
 from swesbi.config.refusals import context_refusal, recording_refusal
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
@@ -103,7 +103,7 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     """The study asked of a cohort of a gated recording of 20 phases, one of 24 and a free-running one."""
     monkeypatch.chdir(ROOT)
     cohort = free_case.mixed(tmp_path / "mixed")
-    return load_study(overlay(read_yaml(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(cohort)}}))
+    return load_study(overlay(read_merged(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(cohort)}}))
 
 
 def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: Study) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from study_copy import ROOT, Job, StudyCopy, copy_study, of_rule, rules_of
 
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.study import LEAST_SHARED, load_study
 
 ALONE = ("--config", "run=[amortised]")
@@ -30,7 +30,11 @@ def make_large(study: StudyCopy, subjects: int) -> None:
     for name in names:
         (cohort / "swe" / f"{name}.csv").write_bytes(recording)
     (cohort / "truth.csv").unlink()
-    study.edit("config.yaml", "subjects: { data/virtual_volunteers: [A, B, C, D, E, F] }", "subjects: all")
+    study.edit(
+        "config/experiments.yaml",
+        "subjects: { data/virtual_volunteers: [A, B, C, D, E, F] }",
+        "subjects: all",
+    )
 
 
 @pytest.mark.slow
@@ -52,8 +56,8 @@ def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_
 
 def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
-    study.edit("config.yaml", "ivsd_cm: [0.4, 2.0]", "ivsd_cm: [0.4, 0.65]")
-    raw = read_yaml(study.folder / "config.yaml") | {
+    study.edit("config/population.yaml", "ivsd_cm: [0.4, 2.0]", "ivsd_cm: [0.4, 0.65]")
+    raw = read_merged(study.folder / "config.yaml") | {
         "cohort": str(study.folder / "data" / "virtual_volunteers")
     }
     loaded = load_study(raw)
@@ -94,7 +98,7 @@ def test_a_target_of_one_subject_makes_that_subject_alone(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("subjects", [1, 32, 33, 600])
 def test_batches_hold_every_subject_once_in_order(subjects: int) -> None:
-    study = load_study(read_yaml(ROOT / "config.yaml"))
+    study = load_study(read_merged(ROOT / "config.yaml"))
     names = [f"S{number}" for number in range(subjects)]
     for least in (1, LEAST_SHARED):
         batches = study.batches(names, least)

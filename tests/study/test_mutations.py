@@ -183,7 +183,7 @@ CONTROLS = (
         "learning_rate: 2.000001e-3",
         (EXACT_OF_A, "calibrated/subjects/A/calibration_recordings.h5"),
         "",
-        "config.yaml",
+        "config/experiments.yaml",
     ),
     Mutation(
         "learning rate of the population changed by a rounding error",
@@ -191,7 +191,7 @@ CONTROLS = (
         "learning_rate: 1.500001e-3",
         (WEIGHTED_OF_A,),
         "",
-        "config.yaml",
+        "config/population.yaml",
     ),
 )
 

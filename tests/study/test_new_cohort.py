@@ -13,7 +13,7 @@ import pytest
 from openpyxl import load_workbook
 
 from swesbi.__main__ import main
-from swesbi.config.read import ConfigError, add_options, overlay, parsed, read_merged, read_yaml
+from swesbi.config.read import ConfigError, add_options, overlay, parsed, read_merged
 from swesbi.config.refusals import context_refusal, recording_refusal, refusals
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
@@ -53,7 +53,7 @@ def cohort(tmp_path: Path) -> Path:
 @pytest.fixture
 def study(cohort: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     monkeypatch.chdir(ROOT)
-    return load_study(overlay(read_yaml(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(cohort)}}))
+    return load_study(overlay(read_merged(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(cohort)}}))
 
 
 def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) -> None:

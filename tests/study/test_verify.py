@@ -10,7 +10,7 @@ import pytest
 from study_copy import ROOT, StudyCopy
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import read_merged
+from swesbi.config.read import read_merged, text_of
 from swesbi.config.study import load_study
 from swesbi.show.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding
 from swesbi.show.claims.parts import parts_judged
@@ -45,6 +45,7 @@ def test_a_stored_table_with_one_other_value_fails_on_each_page_that_shows_it(
 ) -> None:
     for name in ("config.yaml", "README.md"):
         shutil.copyfile(ROOT / name, tmp_path / name)
+    shutil.copytree(ROOT / "config", tmp_path / "config")
     shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("*.png"))
     shutil.copytree(ROOT / "data" / "virtual_volunteers", tmp_path / "data" / "virtual_volunteers")
     monkeypatch.chdir(tmp_path)
@@ -66,7 +67,7 @@ def of_the_small_study(study: StudyCopy) -> None:
 
 def small_findings() -> list[Finding]:
     study = load_study(read_merged(Path("config.yaml"), SMOKE), "config.yaml")
-    text = Path("config.yaml").read_text(encoding="utf-8")
+    text = text_of(Path("config.yaml"))
     return list(parts_judged(together(study_pages(study, DOCS, text), stored_pages(study, DOCS)), DOCS))
 
 

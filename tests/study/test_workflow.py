@@ -66,7 +66,9 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
             id="augmentations",
             marks=pytest.mark.slow,
         ),
-        pytest.param("config.yaml", "maximum_kpa: 1.0", "maximum_kpa: 2.0", {"pool"} | TRAINED, id="noise"),
+        pytest.param(
+            "config/experiments.yaml", "maximum_kpa: 1.0", "maximum_kpa: 2.0", {"pool"} | TRAINED, id="noise"
+        ),
         pytest.param(
             "smoke.yaml",
             "generations: 5",
@@ -125,7 +127,7 @@ def test_an_edit_reruns_what_it_affects(
 
 @pytest.mark.slow
 def test_editing_the_model_reruns_the_simulations(editable: StudyCopy) -> None:
-    with edited(editable, "config.yaml", "destruction_alpha: 1.5", "destruction_alpha: 1.6"):
+    with edited(editable, "config/model.yaml", "destruction_alpha: 1.5", "destruction_alpha: 1.6"):
         assert {"simulate", "passive", "pool", "cmaes"} <= rules_of(editable.planned())
 
 
@@ -210,7 +212,7 @@ def test_a_subject_that_an_experiment_does_not_have_is_refused_by_name(tmp_path:
 
 
 def test_another_list_of_an_experiment_reruns_what_is_made_of_it(editable: StudyCopy) -> None:
-    with edited(editable, "config.yaml", "subjects: all # also", "subjects: [A, F] # also"):
+    with edited(editable, "config/experiments.yaml", "subjects: all # also", "subjects: [A, F] # also"):
         rules = rules_of(editable.planned())
     assert {"speed_pool", "train_flow", "exact_posterior", "misspecification_table", "calibration"} <= rules
     assert {"identifiability", "exact_figures", "experiments_figure", "tables", "truth", "report"} <= rules
@@ -240,7 +242,7 @@ def test_one_subject_from_empty_needs_nothing_of_the_others_after_pooling(tmp_pa
 
 
 def test_a_wrong_configuration_stops_before_any_job(editable: StudyCopy) -> None:
-    with edited(editable, "config.yaml", "sd_fraction: 0.06 # chosen", "sd_fraction: 6e-2 # chosen"):
+    with edited(editable, "config/model.yaml", "sd_fraction: 0.06 # chosen", "sd_fraction: 6e-2 # chosen"):
         done = editable.snakemake("--dry-run")
     assert done.returncode != 0
     assert "acquisition.sample_sd_fraction = '6e-2'" in done.stdout + done.stderr
@@ -294,7 +296,7 @@ def test_every_experiment_runs_and_shares_what_it_can(editable: StudyCopy) -> No
     assert priors == {"paper", "calibrated"}
     for experiment in ("paper", "scalar_only", "calibrated", "amortised"):
         assert (editable.results / experiment / "subjects" / "A" / "ppc.png").is_file()
-    with edited(editable, "config.yaml", "log_sd: 0.055,", "log_sd: 0.05,"):
+    with edited(editable, "config/priors.yaml", "log_sd: 0.055,", "log_sd: 0.05,"):
         jobs = editable.planned()
     assert {job.output.split("/")[2] for job in of_rule(jobs, "simulate")} == {"calibrated"}
     assert "train_flow" in rules_of(jobs) and "train" not in rules_of(jobs)

@@ -11,7 +11,7 @@ import speed_case
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.context import Context
@@ -128,7 +128,7 @@ def test_hearts_that_the_model_describes_raise_an_alarm_no_oftener_than_is_said(
 
 
 def test_the_stage_knows_how_well_it_is_measured() -> None:
-    raw = read_yaml(speed_case.ROOT / "config.yaml")
+    raw = read_merged(speed_case.ROOT / "config.yaml")
     raw["cohort"] = str(speed_case.ROOT / "data" / "virtual_volunteers")
     plain = stage_settings(load_study(raw), "verdict", experiment="calibrated", subject="A")
     settings = VerdictStageSettings.from_plain(plain)

@@ -16,7 +16,7 @@ from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.checks.pressures import ATTAINED
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import JointPriorSettings, in_bounds
@@ -51,7 +51,7 @@ def source(**changes: float) -> TrialSource:
 
 @cache
 def study() -> Study:
-    return load_study(read_yaml(ROOT / "config.yaml") | {"cohort": str(SHIPPED)})
+    return load_study(read_merged(ROOT / "config.yaml") | {"cohort": str(SHIPPED)})
 
 
 def own() -> dict[str, float]:

@@ -9,7 +9,7 @@ from snakemake.io import expand as expand_names
 
 from swesbi.config.new_recordings import free_running
 from swesbi.config.pairs import answered_pairs, pairs_of
-from swesbi.config.read import DATA, ConfigError, relocate, typed_again
+from swesbi.config.read import DATA, ConfigError, parts_of, relocate, typed_again
 from swesbi.config.refusals import network_of_pushes
 from swesbi.config.study import LEAST_SHARED, load_study
 from swesbi.config.slices import stage_settings
@@ -31,7 +31,9 @@ try:
     for file in workflow.overwrite_configfiles:
         relocate(config, Path(file), Path.cwd())
     STUDY = load_study(
-        config, "configuration (config.yaml with what is merged over it)"
+        config,
+        "configuration (config.yaml with what is merged over it)",
+        files=[*parts_of(PROJECT / "config.yaml"), *workflow.overwrite_configfiles],
     )
 except ConfigError as error:
     raise WorkflowError(str(error)) from None

@@ -1,4 +1,4 @@
-"""Reading ``config.yaml`` into its model; errors say which key, what value, what is wrong, what to do."""
+"""Reading ``config.yaml`` and the folder ``config`` beside it; errors say where, what value, what to do."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from pydantic_core import ErrorDetails
 from swesbi.config.models import Config
 
 CONFIGURATION: Final = "config.yaml"
+FOLDER: Final = "config"
+"""Beside the configuration: what a study sets more seldom, a file a concern."""
 # as safe, and eight times faster where PyYAML has libyaml
 LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 DATA: Final = (("cohort",), ("new_subjects", "cohort"))
@@ -30,19 +32,47 @@ class ConfigError(ValueError):
     """A configuration that cannot be run; the message lists every problem found."""
 
 
-def describe(error: ValidationError, source: str, model: type[BaseModel]) -> ConfigError:
-    """Turn a validation error into one line a problem: key, value, what is wrong, remedy."""
-    lines = [_line(details, model) for details in error.errors(include_url=False)]
+def describe(
+    error: ValidationError, source: str, model: type[BaseModel], files: Sequence[Path] = ()
+) -> ConfigError:
+    """Turn a validation error into one line a problem: key, value, what is wrong, remedy, file and line.
+
+    Args:
+        error: What pydantic found.
+        source: Where the configuration stands, for messages.
+        model: What it was held against.
+        files: Those that were merged, the last of which wins.
+    """
+    lines = [_line(details, model, files) for details in error.errors(include_url=False)]
     return ConfigError(f"{source}: {len(lines)} problem(s)\n" + "\n".join(f"  - {line}" for line in lines))
 
 
-def _line(details: ErrorDetails, model: type[BaseModel]) -> str:
+def _line(details: ErrorDetails, model: type[BaseModel], files: Sequence[Path]) -> str:
     location = _location(details["loc"])
     key = ".".join(map(str, location)) or "(whole file)"
     remedy = _remedy(details, location, model)
     message = details["msg"].removeprefix("Value error, ")
     shown = "" if isinstance(details["input"], dict | list) else f" = {details['input']!r}"
-    return f"{key}{shown}: {message}{'; ' + remedy if remedy else ''}"
+    place = _place(location, files)
+    return f"{key}{shown}: {message}{'; ' + remedy if remedy else ''}{f' ({place})' if place else ''}"
+
+
+def _place(location: Sequence[str | int], files: Sequence[Path]) -> str:
+    """Return file and line of a key, in the last file that has it; nothing where none has."""
+    for path in reversed(files):
+        node: yaml.Node | None = yaml.compose(path.read_text(encoding="utf-8"), Loader=LOADER)
+        line = 0
+        for key in location:
+            pairs = node.value if isinstance(node, yaml.MappingNode) else []
+            found = [(name, value) for name, value in pairs if name.value == str(key)]
+            if not found:
+                break
+            name, node = found[-1]
+            line = name.start_mark.line + 1
+        else:
+            if line:
+                return f"{os.path.relpath(path)}:{line}"
+    return ""
 
 
 def _location(parts: Sequence[str | int]) -> list[str | int]:
@@ -163,13 +193,30 @@ def found_configuration(given: Path | None) -> Path:
     return installed
 
 
-def read_merged(config: Path, changes: Path | None) -> dict[str, Any]:
-    """Read a configuration and put another file's over it, if there is one.
+def parts_of(config: Path) -> list[Path]:
+    """Return the files of a configuration in the order in which they are merged; itself is the last.
+
+    The others are those of the folder ``config`` beside it, or else beside that of the installed project.
+    """
+    beside = config.parent / FOLDER
+    folder = beside if beside.is_dir() else Path(__file__).parents[3] / FOLDER
+    return [*sorted(folder.glob("*.yaml")), config]
+
+
+def text_of(config: Path) -> str:
+    """Return the text of all files of a configuration, whose comments are the reasons of its values."""
+    return "\n".join(part.read_text(encoding="utf-8") for part in parts_of(config))
+
+
+def read_merged(config: Path, changes: Path | None = None) -> dict[str, Any]:
+    """Read the files of a configuration and put another file over them, if there is one.
 
     Raises:
         ConfigError: A file cannot be read, is not YAML, or is not a mapping.
     """
-    raw = read_yaml(config)
+    raw: dict[str, Any] = {}
+    for part in parts_of(config):
+        raw = overlay(raw, read_yaml(part))
     return overlay(raw, read_overlay(changes, config.parent)) if changes else raw
 
 
@@ -238,6 +285,11 @@ def _section(raw: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
     return raw
 
 
+def merged_files(config: Path, changes: Path | None) -> list[Path]:
+    """Return the files that :func:`read_merged` reads, in their order."""
+    return [*parts_of(config), *([changes] if changes else [])]
+
+
 def in_words(config: Path, changes: Path | None) -> str:
     """Return where a configuration stands, for messages."""
     return f"{config} with {changes} merged over it" if changes else str(config)
@@ -249,28 +301,28 @@ def snakemake_options(config: Path, changes: Path | None) -> str:
     return shlex.join(["--configfile", *map(str, given)]) if given else ""
 
 
-def parse_config(raw: Mapping[str, Any], source: str = "config.yaml") -> Config:
-    """Validate a configuration as read from YAML.
+def parse_config(raw: Mapping[str, Any], source: str = "config.yaml", files: Sequence[Path] = ()) -> Config:
+    """Validate a configuration as read from YAML; ``files`` are those that were merged.
 
     Raises:
-        ConfigError: Lists every problem with key, value and remedy.
+        ConfigError: Lists every problem with key, value, remedy and place.
     """
-    return parse_section(raw, source, Config)
+    return parse_section(raw, source, Config, files)
 
 
 Section = TypeVar("Section", bound=BaseModel)
 
 
-def parse_section(raw: object, source: str, model: type[Section]) -> Section:
-    """Validate a section of the configuration that belongs to a side study.
+def parse_section(raw: object, source: str, model: type[Section], files: Sequence[Path] = ()) -> Section:
+    """Validate a section of the configuration, that of a side study for instance.
 
     Raises:
-        ConfigError: Lists every problem with key, value and remedy.
+        ConfigError: Lists every problem with key, value, remedy and place.
     """
     try:
         return model.model_validate_json(json.dumps(raw, default=str))
     except ValidationError as error:
-        raise describe(error, source, model) from error
+        raise describe(error, source, model, files) from error
 
 
 def overlay(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

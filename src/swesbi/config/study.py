@@ -210,7 +210,12 @@ OWN_PROTOCOL: Final = "says how one recording was made, but networks learn from 
 ONE_PROTOCOL: Final = "leave the subject out of `subjects` and ask `swesbi new-subject`, or remove the file"
 
 
-def load_study(raw: Mapping[str, Any], source: str = "config.yaml", new_cohort: str = "") -> Study:
+def load_study(
+    raw: Mapping[str, Any],
+    source: str = "config.yaml",
+    new_cohort: str = "",
+    files: Sequence[Path] = (),
+) -> Study:
     """Validate a raw configuration and the cohort it names, before anything runs.
 
     Of subjects outside the cohort, one that cannot be used does not stop the others.
@@ -219,11 +224,12 @@ def load_study(raw: Mapping[str, Any], source: str = "config.yaml", new_cohort: 
         raw: The configuration.
         source: Where it stands, for messages.
         new_cohort: Where ``new_subjects.cohort`` was said, if not there ("--cohort").
+        files: Those that were merged, for messages.
 
     Raises:
         ConfigError: The configuration, the table of subjects, or a subject's file is missing or wrong.
     """
-    config = parse_config(raw, source)
+    config = parse_config(raw, source, files)
     table = _read_table(config.cohort, f"{source}: cohort")
     rows = _select(config, table.rows, source)
     layout = _check_protocol(Path(config.cohort), f"{source}: cohort")

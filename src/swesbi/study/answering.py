@@ -10,7 +10,7 @@ from typing import Any, Final, get_type_hints
 from swesbi.artefacts import folder_made_whole
 from swesbi.config.new_recordings import is_free_running, noise_declared, quality_of
 from swesbi.config.parts import named
-from swesbi.config.read import ConfigError, add_options, in_words, overlay, read_merged
+from swesbi.config.read import ConfigError, add_options, in_words, merged_files, overlay, read_merged
 from swesbi.config.refusals import context_refusal, network_of_pushes, trained_on, why_in_short
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
@@ -74,7 +74,8 @@ def study_with(options: argparse.Namespace, **new_subjects: object) -> Study:
     if options.phases is not None:
         chosen["phases"] = options.phases
     merged = overlay(raw, {"new_subjects": chosen})
-    return load_study(merged, in_words(options.config, options.overlay), "--cohort")
+    files = merged_files(options.config, options.overlay)
+    return load_study(merged, in_words(options.config, options.overlay), "--cohort", files)
 
 
 def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:

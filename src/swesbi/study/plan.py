@@ -14,6 +14,7 @@ from swesbi.config.read import (
     ConfigError,
     add_options,
     in_words,
+    merged_files,
     overlay,
     parsed,
     read_merged,
@@ -69,7 +70,8 @@ def main(arguments: Sequence[str]) -> int:
     raw = read_merged(options.config, options.overlay)
     if options.bank is not None:
         raw = overlay(raw, {"plan": {"persons": {"number": options.bank}}})
-    study = load_study(raw, in_words(options.config, options.overlay))
+    files = merged_files(options.config, options.overlay)
+    study = load_study(raw, in_words(options.config, options.overlay), files=files)
     asked = asked_for(options, study)
     experiment = options.experiment or study.config.plan.experiment
     if experiment not in study.config.population_experiments:

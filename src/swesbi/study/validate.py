@@ -9,7 +9,7 @@ from pathlib import Path
 
 from swesbi.artefacts.atomic import typed
 from swesbi.config.models import Config
-from swesbi.config.read import add_options, in_words, parse_config, parsed, read_merged
+from swesbi.config.read import add_options, in_words, merged_files, parse_config, parsed, read_merged
 from swesbi.recording.check import CohortReport, examine_cohort, summary
 from swesbi.recording.cohort import SUBJECTS
 from swesbi.recording.problems import Problem, listed
@@ -27,7 +27,8 @@ def main(arguments: Sequence[str]) -> int:
     options = parsed(_parser(), arguments)
     cohort: Path = options.cohort
     source = in_words(options.config, options.overlay)
-    config = parse_config(read_merged(options.config, options.overlay), source)
+    files = merged_files(options.config, options.overlay)
+    config = parse_config(read_merged(options.config, options.overlay), source, files)
     settings = config.recording
     if options.phases is not None:
         settings = RecordingSettings.from_plain(settings.to_plain() | {"phases": options.phases})

@@ -9,7 +9,7 @@ from typing import Final, get_args
 
 import pandas as pd
 
-from swesbi.config.read import add_options, parsed, read_merged
+from swesbi.config.read import add_options, parsed, read_merged, text_of
 from swesbi.config.study import load_study
 from swesbi.show.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
 from swesbi.show.claims.manifest import Study, read_manifest
@@ -59,7 +59,7 @@ def verified(config: Path, changes: Path | None, whose: Study, manifest: Path) -
     claims = read_manifest(manifest)
     pages = stored_pages(study, DOCS)
     if whose == "full":
-        pages = together(study_pages(study, DOCS, config.read_text(encoding="utf-8")), pages)
+        pages = together(study_pages(study, DOCS, text_of(config)), pages)
     sources = Sources(claims.sources, Path(study.config.results), whose)
     return [*judged(claims, sources), *parts_judged(pages, DOCS)]
 

@@ -12,7 +12,7 @@ from studies.acquisition_seeds.judge import AcquisitionSeedsStageSettings
 from studies.acquisition_seeds.settings import judged_settings
 from studies.acquisition_seeds.table import SCORES, SeedRow, medians_table, seeds_table
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import overlay, read_yaml
+from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.show.claims.findings import HOLDS, judged
 from swesbi.show.claims.manifest import read_manifest
@@ -24,7 +24,7 @@ SUBJECTS = ("A", "F")
 
 
 def settings_of(study: StudyCopy, **changes: object) -> AcquisitionSeedsStageSettings:
-    config = overlay(read_yaml(study.folder / "config.yaml"), read_yaml(study.folder / "smoke.yaml"))
+    config = overlay(read_merged(study.folder / "config.yaml"), read_yaml(study.folder / "smoke.yaml"))
     plain = judged_settings(load_study(config), "paper", (1, 2))
     return AcquisitionSeedsStageSettings.from_plain(plain | changes)
 

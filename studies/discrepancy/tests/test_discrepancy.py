@@ -14,7 +14,7 @@ from study_copy import ROOT
 from studies.discrepancy import stages
 from studies.discrepancy.figure import draw_discrepancy
 from studies.discrepancy.settings import ChoiceSettings, choice_settings
-from swesbi.config.read import ConfigError, parse_section, read_yaml
+from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.study.stages.origin import Origin
@@ -36,7 +36,7 @@ SMALL = {
 
 
 def shipped() -> dict[str, Any]:
-    return read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+    return read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 
 
 def test_the_stage_writes_table_and_figure_and_repeats(tmp_path: Path) -> None:

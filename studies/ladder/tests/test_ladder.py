@@ -25,7 +25,7 @@ from studies.ladder.settings import LadderEffort, LadderSettings, run_settings
 from studies.ladder.summary import moves_table, pairs_table, total_evidence
 from studies.ladder.table import AVERAGE, averaged, ladder_table, model_probabilities
 from swesbi.artefacts import Provenance, save
-from swesbi.config.read import ConfigError, parse_section, read_yaml
+from swesbi.config.read import ConfigError, parse_section, read_merged
 from swesbi.config.study import load_study
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
 from swesbi.networks.spline.flow import FlowProposal
@@ -33,7 +33,7 @@ from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, ParameterPrior, in_bounds, log_centre
 from swesbi.study.stages.origin import Origin
 
-STUDY = load_study(read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")})
+STUDY = load_study(read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")})
 LABELS = {"base": "as configured", "other": "another"}
 FILES = {
     "table": ".csv",

@@ -12,7 +12,7 @@ from speed_case import ROOT
 
 from studies.ladder.ejection import PUBLISHED_MS, holds_published, prior_predictive_lvet_ms
 from swesbi.config.models import Config
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.simulate import simulate
@@ -24,7 +24,7 @@ PAGE = (ROOT / "studies" / "ladder" / "README.md").read_text(encoding="utf-8")
 
 
 def configured(structure: str) -> Config:
-    raw = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+    raw = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
     study = load_study(raw)
     return study.with_changes(LADDER.structures[structure].changes, "test").config
 

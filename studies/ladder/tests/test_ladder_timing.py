@@ -25,7 +25,7 @@ from studies.ladder.timing import (
     timing_table,
     with_searched,
 )
-from swesbi.config.read import read_yaml
+from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.heart.settings import ForwardModelSettings
 
@@ -35,7 +35,7 @@ OUTSIDE = {"ivct_ms", "lvet_ms", "ivrt_ms", "dpdt_mmhg_s"}
 
 
 def configured() -> ForwardModelSettings:
-    raw = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+    raw = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
     study = load_study(raw)
     changes = LADDER.structures["physiological_timing"].changes
     return study.with_changes(changes, "test").config.forward_model
@@ -101,7 +101,7 @@ def test_the_setting_of_the_ladder_keeps_time_in_the_cohort() -> None:
 
 def test_the_nuisance_parameters_move_with_the_setting() -> None:
     study = load_study(
-        read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+        read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
     )
     changes = LADDER.structures["physiological_timing"].changes
     changed = study.with_changes(changes, "test").config

@@ -33,7 +33,7 @@ from studies.readings.treatment import ALIGNED_PEAK, Features, smooth_cycle
 from studies.readings.weights import fits_by_weights
 from swesbi.artefacts import ArtefactError
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
-from swesbi.config.read import ConfigError, overlay, parse_section, read_yaml
+from swesbi.config.read import ConfigError, overlay, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.measurement.likelihood import MeasuredSubject, reference_beat
 from swesbi.measurement.operator import calibrate_passive, late_diastolic, total_cycle
@@ -49,7 +49,7 @@ from swesbi.virtual_cohort.noise_levels import through_phases
 from swesbi.virtual_cohort.settings import ACQUISITION
 from swesbi.virtual_cohort.volunteers import VOLUNTEERS
 
-SHIPPED = overlay(read_yaml(ROOT / "config.yaml"), read_yaml(ROOT / "tests" / "smoke.yaml"))
+SHIPPED = overlay(read_merged(ROOT / "config.yaml"), read_yaml(ROOT / "tests" / "smoke.yaml"))
 SHIPPED |= {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 FOLDER = ROOT / "studies" / "readings"
 SECTION = read_yaml(FOLDER / "config.yaml")["readings"]

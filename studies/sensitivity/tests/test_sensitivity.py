@@ -21,7 +21,7 @@ from studies.sensitivity.variants import (
     to_dataset,
 )
 from swesbi.artefacts import Provenance, save
-from swesbi.config.read import ConfigError, parse_section, read_yaml
+from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.study.stages.origin import Origin
 from swesbi.study.verify import main as verify
@@ -29,7 +29,7 @@ from swesbi.study.verify import main as verify
 FOLDER = Path(__file__).parents[1]
 SECTION = read_yaml(FOLDER / "config.yaml")["sensitivity"]
 SENSITIVITY = parse_section(SECTION, "sensitivity", SensitivitySettings)
-SHIPPED = read_yaml(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 STUDY = load_study(SHIPPED)
 FILES = {"table": ".csv", "figure_pdf": ".pdf", "figure_png": ".png"}
 LEVELS = np.linspace(0.0, 1.0, 2001)

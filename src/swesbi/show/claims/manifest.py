@@ -48,7 +48,7 @@ class PageSource(Settings):
 
 
 class YamlSource(Settings):
-    """A file of settings; a value is named by its keys, parted by points."""
+    """A file of settings, or the whole configuration; a value is named by its keys, parted by points."""
 
     kind: Literal["yaml"]
     path: str = Field(min_length=1)

@@ -10,9 +10,9 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-import yaml
 
 from swesbi.arrays import FloatArray
+from swesbi.config.read import CONFIGURATION, read_merged, read_yaml
 from swesbi.show.claims.manifest import (
     RESULTS,
     CodeSource,
@@ -136,7 +136,8 @@ def _of_text(path: Path, quoted: str) -> FloatArray:
 
 
 def _of_yaml(source: YamlSource, found: Found) -> Any:  # noqa: ANN401
-    value = yaml.safe_load(Path(source.path).read_text(encoding="utf-8"))
+    path = Path(source.path)
+    value: Any = read_merged(path) if path.name == CONFIGURATION else read_yaml(path)
     for key in found.value.split("."):
         value = value[key]
     return range(len(value)) if found.by == "count" else value

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts import ArtefactError, atomic_path
-from swesbi.config.read import ConfigError, add_options, parsed, read_merged
+from swesbi.config.read import ConfigError, add_options, parsed, read_merged, text_of
 from swesbi.config.study import Study, load_study
 from swesbi.show.docs.calibration import experiment_shown
 from swesbi.show.docs.figures import write_noise_figure, write_population_figure
@@ -64,7 +64,7 @@ def write_docs(config: Path, changes: Path | None, docs: Path, *, stored: bool =
     study = load_study(read_merged(config, changes), str(config))
     pages = stored_pages(study, docs)
     if not stored:
-        pages = together(study_pages(study, docs, config.read_text(encoding="utf-8")), pages)
+        pages = together(study_pages(study, docs, text_of(config)), pages)
     texts = {page: _filled(docs / page, parts, stored) for page, parts in pages.items()}
     if not stored:
         write_figures(study, docs)
