@@ -15,7 +15,7 @@ export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo
 .DEFAULT_GOAL := help
 .PHONY: help mutants cluster study smoke report changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
-help: ## list the targets
+help: # list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
 
 $(INSTALLED): environment.txt pyproject.toml
@@ -24,7 +24,7 @@ $(INSTALLED): environment.txt pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --requirement environment.txt
 	touch $@
 
-cluster: $(INSTALLED) ## what a run on a cluster needs beside it
+cluster: $(INSTALLED) # what a run on a cluster needs beside it
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --requirement environment-cluster.txt
 
 study: $(INSTALLED) ## the whole study: every figure and table, under results/
@@ -48,7 +48,7 @@ full: study ## the checks of calibration in large sizes, with the networks of th
 verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code
 	$(BIN)/python -m swesbi verify --out results/tables/claims.csv
 
-container: ## an image of the project, where podman or docker can build one
+container: # an image of the project, where podman or docker can build one
 	$$(command -v podman || command -v docker || { echo "neither podman nor docker is here: install one of them" >&2; echo false; }) build --file Containerfile --tag swesbi .
 
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
@@ -57,7 +57,7 @@ docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished stud
 test: $(INSTALLED) ## the fast tests
 	$(PYTEST) -m "$(TESTS)" $(OF)
 
-test-slow: smoke ## the slow tests: what reads or reruns a smoke study, faults, statistics in larger sizes
+test-slow: smoke # the slow tests: what reads or reruns a smoke study, faults, statistics in larger sizes
 	$(PYTEST) -m slow
 
 test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on clusters and without network, mutations of the code
@@ -72,17 +72,17 @@ lint: $(INSTALLED) ## ruff and snakefmt
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/rules studies explorer
 
-types: $(INSTALLED) ## mypy in strict mode
+types: $(INSTALLED) # mypy in strict mode
 	$(BIN)/mypy
 
-check-workflow: $(INSTALLED) ## Snakemake's lint and a dry run of the full study
+check-workflow: $(INSTALLED) # Snakemake's lint and a dry run of the full study
 	$(BIN)/python -m pytest tests/study/test_workflow_lint.py
 	$(BIN)/snakemake --dry-run --quiet --cores $(CORES)
 
-house: $(INSTALLED) ## what the layout of the code costs: its size, what an edit reruns, how long it takes to start
+house: $(INSTALLED) # what the layout of the code costs: its size, what an edit reruns, how long it takes to start
 	$(BIN)/python benchmarks/house.py
 
-reference: smoke ## renew the stored tables: of the small study, and of the full one where it has finished
+reference: smoke # renew the stored tables: of the small study, and of the full one where it has finished
 	$(BIN)/python tests/helpers/reference_tables.py results-smoke tests/reference/small_study
 	if [ -e results/report.html ]; then \
 		cp results/tables/ppc.csv tests/reference/study/ppc.csv; \
