@@ -41,11 +41,11 @@ sys.path.insert(0, str(HELPERS))
 import hierarchy_case as case  # noqa: E402
 
 from swesbi.config.read import parse_config, read_merged  # noqa: E402
-from swesbi.hierarchy.cohort import Design, Member, design_of, weighted_quantiles  # noqa: E402
-from swesbi.hierarchy.hyperprior import Hyperprior, hyperprior_of  # noqa: E402
-from swesbi.hierarchy.infer import Inferred, infer_cohort  # noqa: E402
-from swesbi.hierarchy.settings import HierarchySettings  # noqa: E402
 from swesbi.parameters import THETA_NAMES  # noqa: E402
+from swesbi.persons.cohort.cohort import Design, Member, design_of, weighted_quantiles  # noqa: E402
+from swesbi.persons.cohort.hyperprior import Hyperprior, hyperprior_of  # noqa: E402
+from swesbi.persons.cohort.infer import Inferred, infer_cohort  # noqa: E402
+from swesbi.persons.cohort.settings import HierarchySettings  # noqa: E402
 from swesbi.prior import PriorSettings, draw_prior  # noqa: E402
 
 FloatArray = NDArray[np.float64]

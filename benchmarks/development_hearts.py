@@ -25,22 +25,22 @@ from typing import Final
 import pandas as pd
 from passive_beat import study_settings, with_known_physiology
 
+from swesbi.base.progress import Progress
 from swesbi.checks.evidence import PairScore, discrepancy_table, score_subject
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.other_hearts.generators import all_generators, generator_of
-from swesbi.other_hearts.heart import Generator
-from swesbi.other_hearts.recorded import record_heart
 from swesbi.parameters import OPERATOR
 from swesbi.prior import ParameterPrior
-from swesbi.progress import Progress
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator as stream_of
 from swesbi.show.csv import write_csv
-from swesbi.virtual_cohort.generated import GeneratedSubject
+from swesbi.virtual.generated import GeneratedSubject
+from swesbi.virtual.hearts.generators import all_generators, generator_of
+from swesbi.virtual.hearts.heart import Generator
+from swesbi.virtual.hearts.recorded import record_heart
 
 STREAM: Final = "development"
 POPULATION: Final = "amortised"

@@ -21,10 +21,10 @@ from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.parameters import THETA_NAMES
 from swesbi.recording.clinical import CLINICAL
-from swesbi.virtual_cohort.clinical import measure
-from swesbi.virtual_cohort.files import samples_table
-from swesbi.virtual_cohort.generated import GeneratedRecording, record_subject
-from swesbi.virtual_cohort.volunteers import simulate_truth
+from swesbi.virtual.clinical import measure
+from swesbi.virtual.files import samples_table
+from swesbi.virtual.generated import GeneratedRecording, record_subject
+from swesbi.virtual.volunteers import simulate_truth
 
 EXPERIMENT = "calibrated"
 PROTOCOL = """\

@@ -35,7 +35,7 @@ from pathlib import Path
 from typing import Final
 
 import swesbi
-from swesbi.code_hash import Packages, Place
+from swesbi.study.code.hash import Packages, Place
 from swesbi.study.registry import STAGES, stage_place
 
 SOURCE: Final = Path(swesbi.__file__).parent

@@ -27,8 +27,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.arrays import FloatArray
-from swesbi.base import Settings
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
+from swesbi.base.settings import Settings
 from swesbi.checks.evidence import Bank, fill_bank, score_pairs
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.config.read import read_merged
@@ -39,14 +40,13 @@ from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
 from swesbi.measurement.settings import DiscrepancySettings, PassiveBeat
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.prior import NuisanceSettings
-from swesbi.progress import Progress
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.style import TEXT_WIDTH_IN, new_figure, plain_decades, save_figure, style
 from swesbi.show.numbers import as_percent
-from swesbi.virtual_cohort.generated import GeneratedSubject, generate_cohort
-from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.virtual.generated import GeneratedSubject, generate_cohort
 
 Name = Literal["reference", "own", "free"]
 TITLES: Final[dict[Name, str]] = {

@@ -31,17 +31,17 @@ import hierarchy_case as case  # noqa: E402
 import plan_case  # noqa: E402
 import ratio_case  # noqa: E402
 
-from swesbi.change.groups import infer_change_groups  # noqa: E402
 from swesbi.config.models import Config  # noqa: E402
 from swesbi.config.read import parse_config, read_merged  # noqa: E402
-from swesbi.hierarchy.cohort import Member  # noqa: E402
-from swesbi.hierarchy.hyperprior import hyperprior_of  # noqa: E402
-from swesbi.hierarchy.infer import Inferred, Posed, infer_population  # noqa: E402
-from swesbi.planning.asked import log_factor  # noqa: E402
-from swesbi.planning.hyperdraws import Recycling, evaluate_bank, planned_design  # noqa: E402
-from swesbi.planning.luck import luck_of  # noqa: E402
-from swesbi.planning.power import PowerCurve, power_curve  # noqa: E402
-from swesbi.planning.settings import GROUPS, PAIRED  # noqa: E402
+from swesbi.persons.change.groups import infer_change_groups  # noqa: E402
+from swesbi.persons.cohort.cohort import Member  # noqa: E402
+from swesbi.persons.cohort.hyperprior import hyperprior_of  # noqa: E402
+from swesbi.persons.cohort.infer import Inferred, Posed, infer_population  # noqa: E402
+from swesbi.persons.planning.asked import log_factor  # noqa: E402
+from swesbi.persons.planning.hyperdraws import Recycling, evaluate_bank, planned_design  # noqa: E402
+from swesbi.persons.planning.luck import luck_of  # noqa: E402
+from swesbi.persons.planning.power import PowerCurve, power_curve  # noqa: E402
+from swesbi.persons.planning.settings import GROUPS, PAIRED  # noqa: E402
 
 OF_TRIALS: Final = 50_000
 """Seeds of trials begin here, those of the bank below."""

@@ -22,6 +22,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import binomtest, ks_2samp, kstest
 
+from swesbi.base.progress import Progress
 from swesbi.checks.calibration.fresh import infer_fresh
 from swesbi.checks.calibration.ranks import quantity_names
 from swesbi.config.read import read_merged
@@ -31,7 +32,6 @@ from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import flow_proposal
 from swesbi.population.recordings import OWN, fresh_subject, record_fresh, recorded
 from swesbi.prior import JointPriorSettings
-from swesbi.progress import Progress
 from swesbi.show.csv import write_csv
 from swesbi.study.stages.population import PopulationCalibrationStageSettings
 

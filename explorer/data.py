@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.context import CONTEXT
 from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModelSettings

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModel, standardise
 from swesbi.verdict.answers import NO_VERDICT, STATUSES

@@ -10,7 +10,7 @@ from explorer.page import render_page
 from explorer.physics import physics
 from swesbi import __version__
 from swesbi.artefacts import atomic_path
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.settings import ExactSettings

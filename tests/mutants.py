@@ -46,18 +46,23 @@ TIMEOUT: Final = "timeout"
 NOTHING_RUN: Final = "no test can be run"
 TESTS: Final[Mapping[str, str]] = {
     "base": "posterior/test_prior posterior/test_prior_draws posterior/test_importance checks/test_recovery "
-    "population/test_contexts study/test_seeds study/test_code_hash",
+    "population/test_contexts study/test_seeds",
     "artefacts": "study/test_artefacts study/test_faults_artefacts",
-    "change": "change/test_change change/test_change_groups change/test_joint_change "
-    "change/test_visits_joint",
+    "persons/change": "persons/test_change persons/test_change_groups persons/test_joint_change "
+    "persons/test_visits_joint",
+    "persons/cohort": "persons/test_cohort_calibration persons/test_cohort_design persons/test_cohort_posterior "
+    "persons/test_drawn_anew persons/test_population_likelihood persons/test_shrinkage",
+    "persons/planning": "persons/test_planned_power persons/test_plan_asked persons/test_plan_arms",
     "checks": "checks/test_calibration checks/test_scores checks/test_information",
     "config": "config/test_config study/test_new_cohort",
     "heart": "heart/test_simulate heart/test_invariants heart/test_references heart/test_stressed_volume",
     "networks": "networks/test_flow networks/test_cells networks/test_pool",
-    "other_hearts": "other_hearts/test_passive_of_other_hearts",
-    "recording": "recording/test_noise recording/test_sweeps recording/test_ingest recording/test_free",
+    "virtual/hearts": "virtual/test_passive_of_other_hearts",
+    "virtual/trial": "virtual/test_virtual_trial",
+    "recording": "recording/test_noise recording/test_sweeps recording/test_ingest recording/test_free "
+    "virtual/test_virtual_cohort",
     "show": "show/test_report_page show/test_report_exact",
-    "study": "study/test_inspection planning/test_plan_asked",
+    "study": "study/test_inspection persons/test_plan_asked study/test_code_hash",
     "verdict": "verdict/test_statistics verdict/test_nulls verdict/test_verdict",
 }
 """Files of tests by package, where a package has no folder of tests, or one that takes minutes."""
@@ -81,8 +86,9 @@ class Mutant:
 
     @property
     def package(self) -> str:
-        """The package of the file; "base" for the modules that lie in none."""
-        return self.file.split("/")[0] if "/" in self.file else "base"
+        """The package of the file, or the part of it that `TESTS` names; "base" for modules in none."""
+        parts = [str(folder) for folder in Path(self.file).parents[:-1]]
+        return next((part for part in parts if part in TESTS), parts[-1] if parts else "base")
 
     @property
     def suite(self) -> tuple[str, ...]:
@@ -124,16 +130,16 @@ MUTANTS: Final = (
     Mutant("Jacobian 1/theta lost in the prior's density", "prior.py",
            "** 2 - log_theta - of.log_norm", "** 2 - of.log_norm"),
     Mutant("texts in the name of a random stream do not count", "seeds.py", "digest()[:4]", "digest()[:0]"),
-    Mutant("hash of the code leaves out what imports do", "code_hash.py",
+    Mutant("hash of the code leaves out what imports do", "study/code/hash.py",
            "((*targets, *effects), text)", "((*targets,), text)"),
     Mutant("artefact with other units is accepted", "artefacts/schema.py",
            'values.attrs.get("units") != expected.units', '"units" not in values.attrs'),
     Mutant("artefact with parameters in another order is accepted", "artefacts/schema.py",
            "names[: len(THETA_NAMES)] != THETA_NAMES", "set(names[: len(THETA_NAMES)]) != set(THETA_NAMES)"),
-    Mutant("change in groups divides by the prior of theta, not of the ratio", "change/groups.py",
+    Mutant("change in groups divides by the prior of theta, not of the ratio", "persons/change/groups.py",
            "RatioPrior(theta))", "theta)"),
-    Mutant("falls are counted from a rise on", "change/ratios.py", "(joint < -beyond)", "(joint < beyond)"),
-    Mutant("pairs of one person with a large statistic count as extreme", "change/one_person.py",
+    Mutant("falls are counted from a rise on", "persons/change/ratios.py", "(joint < -beyond)", "(joint < beyond)"),
+    Mutant("pairs of one person with a large statistic count as extreme", "persons/change/one_person.py",
            "(simulated <= observed)", "(simulated >= observed)"),
     Mutant("ties count whole in the rank of the truth", "checks/calibration/ranks.py",
            "0.5 * (weight @ (draws == truth))", "(weight @ (draws == truth))"),
@@ -145,17 +151,17 @@ MUTANTS: Final = (
            "overlay(below, value) if nested and isinstance(below, Mapping) else value", "value"),
     Mutant("predictive checks may take more draws than there are", "config/models.py",
            "if wanted > number:", "if wanted > wanted:"),
-    Mutant("factor 2 in the modulus of the wall's own energy", "other_hearts/passive.py",
+    Mutant("factor 2 in the modulus of the wall's own energy", "virtual/hearts/passive.py",
            "1e-3 * 0.25 *", "1e-3 * 0.5 *"),
     Mutant("relaxation by k_SR drives contraction", "heart/equations.py",
            "activation - theta.k_sr * (1.0 - activation)", "activation + theta.k_sr * (1.0 - activation)"),
     Mutant("cavity of the mid-wall sphere is too large", "heart/equations.py",
            "stretch - 0.5 * delta * inverse * inverse", "stretch + 0.5 * delta * inverse * inverse"),
-    Mutant("division by the prior lost in the likelihood of a population", "hierarchy/model.py",
+    Mutant("division by the prior lost in the likelihood of a population", "persons/cohort/model.py",
            "draws.log_weight - log_prior]", "draws.log_weight]"),
-    Mutant("truncation of the population's law lost", "hierarchy/model.py",
+    Mutant("truncation of the population's law lost", "persons/cohort/model.py",
            "LOG_ROOT_TWO_PI + log_mass)", "LOG_ROOT_TWO_PI)"),
-    Mutant("outliers lose the weights of their draws", "hierarchy/shrinkage.py",
+    Mutant("outliers lose the weights of their draws", "persons/cohort/shrinkage.py",
            "p * own * np.exp(-largest)", "p * np.exp(-largest)"),
     Mutant("factor 1/2 lost in the slope of the log speed", "measurement/speeds.py",
            "slope=0.5 * (passive_slope", "slope=(passive_slope"),
@@ -173,9 +179,9 @@ MUTANTS: Final = (
            "relative_se**-2.0", "relative_se**-1.0"),
     Mutant("all subjects of a pool have the same noise", "networks/paper/pool.py",
            'generator(seed, "feature noise", subject.context.subject)', 'generator(seed, "feature noise")'),
-    Mutant("luck of the untreated is put on twice", "planning/luck.py",
+    Mutant("luck of the untreated is put on twice", "persons/planning/luck.py",
            "return moved - _slope", "return moved + _slope"),
-    Mutant("weights of the recycled hyperdraws lost", "planning/hyperdraws.py",
+    Mutant("weights of the recycled hyperdraws lost", "persons/planning/hyperdraws.py",
            "log_density(moved, self.prior) - self.log_drawn", "log_density(moved, self.prior)"),
     Mutant("ejection fraction taken for what stays", "population/contexts.py",
            "(1.0 - _ejection_fraction(body, age_years, deviation[4]))",
@@ -226,10 +232,10 @@ MUTANTS: Final = (
            "(overall <= self.unsupported_level)", "(overall > self.unsupported_level)"),
     Mutant("volume that does not fit makes an unsupported recording strained", "verdict/verdict.py",
            "return max(overall, Verdict.STRAINED)", "return Verdict.STRAINED"),
-    Mutant("scale of speeds differs from repeat to repeat", "virtual_cohort/acquisition.py",
+    Mutant("scale of speeds differs from repeat to repeat", "recording/acquisition.py",
            "settings.scale_fraction * generator.standard_normal()",
            "settings.scale_fraction * generator.standard_normal(settings.repeats)"),
-    Mutant("drug acts before the first visit", "virtual_trial/persons.py",
+    Mutant("drug acts before the first visit", "virtual/trial/persons.py",
            "(group, visit) == (TREATED, AFTER)", "group == TREATED"),
 )  # fmt: skip
 

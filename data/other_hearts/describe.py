@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
-from swesbi.other_hearts.recorded import VALIDATION_STREAM
-from swesbi.other_hearts.stored import FILES, StoredHeart, load_hearts
+from swesbi.base.arrays import FloatArray
+from swesbi.virtual.hearts.recorded import VALIDATION_STREAM
+from swesbi.virtual.hearts.stored import FILES, StoredHeart, load_hearts
 
 FOLDER = Path(__file__).parent
 WEAK = 0.35

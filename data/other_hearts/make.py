@@ -16,10 +16,10 @@ from typing import Final
 
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
-from swesbi.other_hearts.drawn import People, Source, draw_hearts
-from swesbi.other_hearts.land_population import LandHearts
-from swesbi.other_hearts.physioblocks import PhysioBlocksHearts, Program
-from swesbi.other_hearts.stored import Stream, save_hearts
+from swesbi.virtual.hearts.drawn import People, Source, draw_hearts
+from swesbi.virtual.hearts.land_population import LandHearts
+from swesbi.virtual.hearts.physioblocks import PhysioBlocksHearts, Program
+from swesbi.virtual.hearts.stored import Stream, save_hearts
 
 COUNTS: Final[dict[Stream, int]] = {"exam": 60, "development": 10}
 SCRIPT: Final = Path("benchmarks/physioblocks_hearts.py")

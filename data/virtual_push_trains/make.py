@@ -12,8 +12,9 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.virtual_cohort.files import write_csv, write_text
-from swesbi.virtual_cohort.push_trains import (
+from swesbi.recording.acquisition_settings import ACQUISITION_SEED
+from swesbi.virtual.files import write_csv, write_text
+from swesbi.virtual.push_trains import (
     BEATS,
     ERROR,
     ERROR_LOG_SD,
@@ -22,13 +23,12 @@ from swesbi.virtual_cohort.push_trains import (
     RR_JITTER,
     push_train,
 )
-from swesbi.virtual_cohort.settings import ACQUISITION_SEED
-from swesbi.virtual_cohort.tables import truth_table
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, simulate_truth
+from swesbi.virtual.tables import truth_table
+from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 
 RECORDING: Final = """\
 # How the recordings of this cohort were made
-origin: virtual push trains of virtual volunteers (swesbi.virtual_cohort.push_trains); not measured on people
+origin: virtual push trains of virtual volunteers (swesbi.virtual.push_trains); not measured on people
 acquisition_seed: {seed}
 noise: {{ cv_fraction: {error:g}, cv_log_sd: {log_sd:g} }} # no repeats tell it: declared, and integrated out
 """

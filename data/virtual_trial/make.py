@@ -19,28 +19,36 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.pressures import ATTAINED
+from swesbi.config.experiments import SpeedExperimentSettings
+from swesbi.config.models import Config
 from swesbi.config.read import add_options, in_words, parse_config, parsed, read_merged
+from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import NUISANCES, THETA
-from swesbi.virtual_cohort.files import RECORDING, write_csv, write_recordings, write_text
-from swesbi.virtual_cohort.settings import ACQUISITION
-from swesbi.virtual_cohort.tables import markdown, phase_medians
-from swesbi.virtual_trial.persons import TrialPerson, TrialVisit, draw_trial
-from swesbi.virtual_trial.settings import (
+from swesbi.population.settings import of_group
+from swesbi.prior import JointPriorSettings
+from swesbi.recording.acquisition_settings import ACQUISITION
+from swesbi.virtual.files import RECORDING, write_csv, write_recordings, write_text
+from swesbi.virtual.tables import markdown, phase_medians
+from swesbi.virtual.trial.persons import TrialPerson, TrialVisit, draw_trial
+from swesbi.virtual.trial.settings import (
     AFTER,
     BEFORE,
     CONTROL,
     GROUPS,
     LOADING,
+    POPULATION,
+    PROTOCOL,
     SPEED_SCALE,
     STREAM,
     TREATED,
     TRIAL,
+    TrialSettings,
 )
-from swesbi.virtual_trial.source import TrialSource, source_of
+from swesbi.virtual.trial.source import MECHANICS, TrialSource, narrowed
 
-ORIGIN: Final = "a virtual trial, simulated by swesbi.virtual_trial"
+ORIGIN: Final = "a virtual trial, simulated by swesbi.virtual.trial"
 COLUMNS: Final = 6
 COLOURS: Final = {BEFORE: "#0b3c6f", AFTER: "#d55e00"}
 DIGITS: Final = "%.6g"
@@ -121,6 +129,47 @@ First visit, second visit:
 
 {persons}
 """
+
+
+def source_of(config: Config, trial: TrialSettings) -> TrialSource:
+    """Return what the trial is drawn with: population of `amortised`, model of its base.
+
+    Raises:
+        ValueError: The prior fixes what the trial varies, or the population has no such group.
+    """
+    over_population = config.population_experiments[POPULATION]
+    experiment = config.speed_experiments[over_population.base]
+    prior = JointPriorSettings(
+        theta=config.priors[experiment.prior], passive_scale_kpa=experiment.passive_scale_kpa
+    )
+    if fixed := [name for name in (*LOADING, SPEED_SCALE) if name not in prior.names]:
+        raise ValueError(f"priors.{experiment.prior}.nuisances has no {fixed[0]}, which the trial varies")
+    return TrialSource(
+        trial=trial,
+        population=of_group(over_population.population, trial.population_group),
+        model=_model(config, experiment, narrowed(prior, trial.prior_share)),
+        bounds=prior,
+        protocol=PROTOCOL,
+        recording=config.recording,
+        grid_points=config.measurement.grid_points,
+        lvesv_fraction=experiment.misspecification.rule.volumes.lvesv_tolerance_fraction,
+        seed=config.seed,
+    )
+
+
+def _model(
+    config: Config, experiment: SpeedExperimentSettings, prior: JointPriorSettings
+) -> SpeedModelSettings:
+    return SpeedModelSettings(
+        prior=prior,
+        discrepancy=experiment.observation_model.discrepancy,
+        forward_model=MECHANICS,
+        measurement=config.measurement,
+        passive=config.passive,
+        passive_beat="own",
+        passive_reference_prior=config.priors[config.passive_reference_prior],
+        density_kg_m3=config.recording.density_kg_m3,
+    )
 
 
 def subject_table(persons: Sequence[TrialPerson]) -> pd.DataFrame:

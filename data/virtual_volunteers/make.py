@@ -22,15 +22,15 @@ from matplotlib.figure import Figure
 
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.parameters import THETA
+from swesbi.recording.acquisition_settings import ACQUISITION, ACQUISITION_SEED
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.columns import STATUS_OK
 from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
-from swesbi.virtual_cohort.acquisition import record
-from swesbi.virtual_cohort.clinical import CLINICAL_ERRORS, measure, true_measures
-from swesbi.virtual_cohort.files import RECORDING, write_csv, write_recordings, write_text
-from swesbi.virtual_cohort.noise_levels import (
+from swesbi.virtual.clinical import CLINICAL_ERRORS, measure, true_measures
+from swesbi.virtual.files import RECORDING, write_csv, write_recordings, write_text
+from swesbi.virtual.noise_levels import (
     COMPARED,
     NOISE_LEVELS,
     PAPER_RMSE_KPA,
@@ -38,14 +38,14 @@ from swesbi.virtual_cohort.noise_levels import (
     interpolation_error_kpa,
     noise_levels,
 )
-from swesbi.virtual_cohort.settings import ACQUISITION, ACQUISITION_SEED
-from swesbi.virtual_cohort.tables import haemodynamics, markdown, phase_medians, truth_table
-from swesbi.virtual_cohort.volunteers import (
+from swesbi.virtual.tables import haemodynamics, markdown, phase_medians, truth_table
+from swesbi.virtual.volunteers import (
     LATE_DIASTOLE,
     SHOWN,
     VOLUNTEERS,
     Truth,
     Volunteer,
+    record,
     simulate_truth,
 )
 
@@ -60,7 +60,7 @@ PEAK_SPEED_M_S: Final = (2.1, 5.5)
 CLOSURE_SPEED_M_S: Final = (2.5, 4.5)
 STIFFNESS_RATIO: Final = (5.0, 25.0)
 EJECTION_MS: Final = (292.0, 23.0)
-ORIGIN: Final = "virtual volunteers, simulated by swesbi.virtual_cohort"
+ORIGIN: Final = "virtual volunteers, simulated by swesbi.virtual"
 TEXT: Final = """# Eight virtual volunteers
 
 **These are not people.** The volunteers of the paper are not public, and no public time-resolved recording

@@ -9,7 +9,7 @@ from study_copy import ROOT, copy_tree
 
 import swesbi
 from explorer.settings import STAGE
-from swesbi.code_hash import Packages
+from swesbi.study.code.hash import Packages
 from swesbi.study.registry import stage_code
 
 STUDY = Path(swesbi.__file__).parent

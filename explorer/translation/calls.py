@@ -11,7 +11,7 @@ from explorer.translation import library
 from explorer.translation.modules import Module, resolved
 from explorer.translation.refusal import UntranslatableError, refused
 from explorer.translation.values import number
-from swesbi import syntax
+from swesbi.study.code import syntax
 
 INDENT: Final = "  "
 Signature = tuple[str, ...]

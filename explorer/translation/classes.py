@@ -16,7 +16,7 @@ from explorer.translation.statements import (
     method_lines,
     parameters,
 )
-from swesbi import syntax
+from swesbi.study.code import syntax
 
 ERRORS: Final = {"ValueError": "ValueError", "Exception": "PythonError"}
 

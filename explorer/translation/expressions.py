@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from explorer.translation import library
 from explorer.translation.calls import Calls
-from swesbi import syntax
+from swesbi.study.code import syntax
 
 
 class Expressions(Calls):

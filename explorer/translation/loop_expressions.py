@@ -19,7 +19,7 @@ from explorer.translation.atoms import (
 )
 from explorer.translation.modules import Module, module, resolved, value_of
 from explorer.translation.refusal import UntranslatableError, refused
-from swesbi import syntax
+from swesbi.study.code import syntax
 
 
 class Lines:

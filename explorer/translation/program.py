@@ -15,7 +15,7 @@ from explorer.translation.modules import module, resolved, value_of
 from explorer.translation.refusal import UntranslatableError, refused
 from explorer.translation.statements import decorators, function_lines, parameters
 from explorer.translation.values import literal
-from swesbi import syntax
+from swesbi.study.code import syntax
 
 TYPES: Final = {"Protocol", "TypeAlias"}
 ENUMS: Final = {"Enum", "IntEnum"}

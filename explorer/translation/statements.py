@@ -10,7 +10,7 @@ from explorer.translation.calls import INDENT, Program
 from explorer.translation.expressions import Expressions
 from explorer.translation.library import identifier
 from explorer.translation.modules import Module, resolved
-from swesbi import syntax
+from swesbi.study.code import syntax
 
 FREE_DECORATORS: Final = {"property", "classmethod", "staticmethod", "dataclass", "runtime_checkable"}
 CACHES: Final = {"lru_cache", "cache"}

@@ -7,8 +7,8 @@ from typing import Annotated, Final, Literal
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import FloatArray
 
 # d_0 / R_0: 0.3 in health, 0.7 in the most severe hypertrophy; at 2 the mid-wall sphere has no cavity left.
 RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 
 
 def interval_levels(mass: float) -> FloatArray:

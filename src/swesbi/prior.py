@@ -15,8 +15,8 @@ from typing import Annotated, Final, Protocol, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from swesbi.arrays import BoolArray, FloatArray
-from swesbi.base import Settings
+from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.base.settings import Settings
 from swesbi.parameters import NUISANCES, OPERATOR_NAMES, PHI_NAMES, PHYSIOLOGY_NAMES, THETA_NAMES
 
 VARIANCE_POINTS: Final = 100_000

@@ -12,11 +12,13 @@ import pandas as pd
 from studies.acquisition_seeds.settings import Seeds
 from studies.acquisition_seeds.table import SeedRow, seeds_table
 from studies.acquisition_seeds.truth import truth_of
-from swesbi.arrays import FloatArray
-from swesbi.base import Settings
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
+from swesbi.base.settings import Settings
 from swesbi.checks.draws import CurveScores, score_cycles, score_theta
 from swesbi.checks.scores import reduction_percent
 from swesbi.checks.settings import PredictiveSettings
+from swesbi.heart.prior_simulations import PriorSimulations, group_by_subject, read_simulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats
 from swesbi.measurement import likelihood
@@ -26,17 +28,14 @@ from swesbi.networks.paper.maf import Sampler, draw_until
 from swesbi.networks.paper.pool import Pool, with_context
 from swesbi.population.synthetic import features_under
 from swesbi.prior import PriorSettings, in_bounds
-from swesbi.progress import Progress
+from swesbi.recording.acquisition_settings import ACQUISITION_SEED
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
-from swesbi.simulations import PriorSimulations, group_by_subject, read_simulations
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import Support, diagnose
-from swesbi.virtual_cohort.acquisition import record
-from swesbi.virtual_cohort.settings import ACQUISITION_SEED
-from swesbi.virtual_cohort.volunteers import Truth
+from swesbi.virtual.volunteers import Truth, record
 
 LOGGER = logging.getLogger("swesbi")
 

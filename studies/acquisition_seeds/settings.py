@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.config.slices import fields_of
 from swesbi.config.study import Study
 

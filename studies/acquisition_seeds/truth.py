@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from swesbi.artefacts import ArtefactError
 from swesbi.context import Context
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Truth, simulate_truth
+from swesbi.virtual.volunteers import VOLUNTEERS, Truth, simulate_truth
 
 
 def truth_of(context: Context) -> Truth:

@@ -8,19 +8,19 @@ from pathlib import Path
 import pandas as pd
 
 from studies.discrepancy.figure import draw_discrepancy
-from swesbi.base import Settings
+from swesbi.base.progress import Progress
+from swesbi.base.settings import Settings
 from swesbi.checks.evidence import discrepancy_table, score_subject
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.measurement import likelihood
 from swesbi.measurement.settings import DiscrepancySettings
-from swesbi.progress import Progress
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual_cohort.generated import generate_cohort
-from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.virtual.generated import generate_cohort
 
 LOGGER = logging.getLogger("swesbi")
 

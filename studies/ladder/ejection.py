@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from studies.ladder.timing import RANGES
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.physiology import Physiology

@@ -18,7 +18,8 @@ from studies.ladder.posteriors import (
 )
 from studies.ladder.quantities import changed_recording, quantities_of
 from studies.ladder.settings import LadderEffort
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
 from swesbi.checks.evidence import Bank, PriorProposal, cover_pairs, evidence_se
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel
@@ -29,7 +30,6 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
 from swesbi.posterior.student import fitted_proposal
 from swesbi.prior import to_logit
-from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 
 LOGGER = logging.getLogger("swesbi")

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from studies.ladder.quantities import QUANTITIES, QUANTITY_UNITS
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import Variable, build_dataset, from_rows, load, register, schema_of, stacked_values
+from swesbi.base.arrays import FloatArray
 from swesbi.measurement.settings import DiscrepancySettings
 
 SHIPPED: Final = "shipped"

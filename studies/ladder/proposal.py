@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.networks.spline.flow import FlowProposal
 from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.operator import active_stiffness_map
 from swesbi.measurement.speeds import SpeedRecording

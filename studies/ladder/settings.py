@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from pydantic import Field, JsonValue, model_validator
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.settings import BASE, Cycle, Fraction
 from swesbi.config.read import ConfigError
 from swesbi.config.slices import fields_of

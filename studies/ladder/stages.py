@@ -17,7 +17,7 @@ from studies.ladder.settings import LadderEffort
 from studies.ladder.summary import moves_table, pairs_table
 from studies.ladder.table import ABOUT_PEOPLE, ladder_table
 from swesbi.artefacts import save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline

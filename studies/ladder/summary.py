@@ -12,7 +12,7 @@ from scipy.special import softmax
 from studies.ladder.posteriors import SHIPPED, StructureResult
 from studies.ladder.quantities import QUANTITIES, WORDS
 from studies.ladder.table import AVERAGE
-from swesbi.arrays import BoolArray
+from swesbi.base.arrays import BoolArray
 from swesbi.checks.settings import BASE
 
 MOVES: Final = (

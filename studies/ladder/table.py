@@ -20,7 +20,7 @@ from studies.ladder.posteriors import (
 )
 from studies.ladder.quantities import CHANGE_OF, QUANTITIES, WORDS
 from studies.ladder.quantities import CHANGED as WITHIN_A_PERSON
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.settings import BASE
 from swesbi.draws import median_and_interval, resampled_rows
 from swesbi.seeds import generator

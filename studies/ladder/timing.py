@@ -14,10 +14,11 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
 from swesbi.checks.cmaes import UNIT_CUBE
+from swesbi.checks.evolution import library_options
 from swesbi.context import Context
-from swesbi.evolution import library_options
 from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.periodic import Status
@@ -26,7 +27,6 @@ from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.parameters import PHYSIOLOGY, PHYSIOLOGY_NAMES
 from swesbi.prior import NuisanceSettings
-from swesbi.progress import Progress
 from swesbi.seeds import generator
 
 Range = tuple[float, float]

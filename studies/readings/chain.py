@@ -12,13 +12,14 @@ from pydantic import Field
 from studies.readings.recordings import CalibratedSubjectSettings, passive_scale_error
 from studies.readings.settings import Treatment
 from studies.readings.treatment import Features
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.observed_curves import curve_noise, observed_curves
 from swesbi.checks.predictive import noise_streams
 from swesbi.checks.scores import band, check_features, coverage, reduction_percent, score
 from swesbi.checks.settings import CheckpointEpochs, PredictiveSettings, RecoverySettings
 from swesbi.heart.periodic import Status
+from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import total_cycle
@@ -38,7 +39,6 @@ from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.phases import sample_cycle, to_grid
 from swesbi.seeds import generator, integer_seed
-from swesbi.simulations import PriorSimulations
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import Support, diagnose
 

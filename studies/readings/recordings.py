@@ -9,20 +9,20 @@ import numpy as np
 from studies.acquisition_seeds.truth import truth_of
 from studies.readings.settings import Treatment
 from studies.readings.treatment import smooth_cycle
-from swesbi.arrays import FloatArray
-from swesbi.base import Settings
+from swesbi.base.arrays import FloatArray
+from swesbi.base.settings import Settings
 from swesbi.checks.observed_curves import at_phases
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, reference_beat
 from swesbi.measurement.operator import PassiveBaseline, calibrate_passive, late_diastolic
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings
+from swesbi.recording.acquisition_settings import ACQUISITION_SEED, AcquisitionSettings
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.settings import RecordingSettings
-from swesbi.virtual_cohort.acquisition import record
-from swesbi.virtual_cohort.settings import ACQUISITION_SEED, AcquisitionSettings
+from swesbi.virtual.volunteers import record
 
 ERRORS = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction", "scale_fraction")
 """Errors of the speeds; failures, outliers and the variation of RR are not among them."""

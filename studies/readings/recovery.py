@@ -9,8 +9,9 @@ from scipy.interpolate import CubicSpline
 
 from studies.readings.chain import RECOVERY, Case, ChainSettings, Row, curves_of_cycles
 from studies.readings.treatment import Features
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.recovery import NothingRecoveredError, fresh_simulations, recover, score_recovery, shares
+from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import active_stiffness_map, passive_shape, total_cycle
 from swesbi.measurement.settings import summary_names
@@ -19,7 +20,6 @@ from swesbi.networks.paper.maf import draw_candidates
 from swesbi.networks.paper.pool import Pool, augment, noise_sd, with_context
 from swesbi.parameters import THETA_NAMES
 from swesbi.seeds import generator, integer_seed
-from swesbi.simulations import PriorSimulations
 
 
 def synthetic_recordings(

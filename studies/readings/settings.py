@@ -7,7 +7,7 @@ from typing import Any, Final, Literal, Self
 from pydantic import Field, JsonValue, model_validator
 
 from studies.acquisition_seeds.settings import Seeds, judged_settings
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.settings import BASE, CurveLossSettings, Cycle
 from swesbi.config.read import ConfigError
 from swesbi.config.slices import fields_of

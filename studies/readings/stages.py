@@ -27,8 +27,9 @@ from studies.readings.settings import CASES, ComparisonSettings, Reading, Treatm
 from studies.readings.treatment import Features
 from studies.readings.weights import fits_by_weights
 from swesbi.artefacts import ArtefactError
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.settings import CmaesSettings
+from swesbi.heart.prior_simulations import group_by_subject, read_simulations
 from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects
 from swesbi.networks.paper.estimator import Checkpoint, load_checkpoints
 from swesbi.networks.paper.pool import Pool, read_pool
@@ -36,7 +37,6 @@ from swesbi.prior import PriorSettings
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.style import save_figure
 from swesbi.show.paper.values import read_paper
-from swesbi.simulations import group_by_subject, read_simulations
 from swesbi.study.stages.inference import check_components
 from swesbi.study.stages.origin import Origin
 

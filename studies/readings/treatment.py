@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from studies.readings.settings import Treatment
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.observed_curves import (
     SCALED_BY,
     SHIFTED_BY,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.readings.settings import WeightsSettings
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.cmaes import best_run, curve_loss, search
 from swesbi.checks.draws import simulated_curves
 from swesbi.checks.scores import rmse

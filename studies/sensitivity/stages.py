@@ -17,7 +17,8 @@ from studies.sensitivity.variants import (
     to_dataset,
 )
 from swesbi.artefacts import load, save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
+from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement import likelihood
 from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import read_passive
@@ -31,7 +32,6 @@ from swesbi.prior import ParameterPrior, quantile
 from swesbi.seeds import generator, integer_seed
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.style import save_figure
-from swesbi.simulations import draw_simulations
 from swesbi.study.stages.flow_training import TrainFlowStageSettings
 from swesbi.study.stages.origin import Origin
 

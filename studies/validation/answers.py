@@ -16,13 +16,11 @@ from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import flow_proposal
-from swesbi.other_hearts.generators import all_generators, generator_of
-from swesbi.other_hearts.heart import Generator
-from swesbi.other_hearts.recorded import RecordedHeart, record_heart
 from swesbi.population.settings import PopulationSettings, in_declared_range
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.prior import PriorSettings
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.protocol import Repeats
 from swesbi.recording.settings import RecordingSettings
@@ -33,7 +31,9 @@ from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import SEPARATOR, label_of_test, status
 from swesbi.verdict.pooled import read_null
 from swesbi.verdict.support import Support, SupportTest
-from swesbi.virtual_cohort.settings import AcquisitionSettings
+from swesbi.virtual.hearts.generators import all_generators, generator_of
+from swesbi.virtual.hearts.heart import Generator
+from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
 
 
 class HeartAnswersSettings(AnswerSettings):

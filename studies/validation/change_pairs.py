@@ -22,7 +22,7 @@ strangers: the second recording is of another heart in the context of the first.
 power: k_SR is 0.75 times as large at the second visit, and nothing else of theta changes.
 
 From visit to visit heart rate and loading scatter about the person's own as in the virtual trial (6 % and
-8 %, `swesbi.virtual_trial.settings`), so that two visits differ by 1.4 times that; the stressed volume, which
+8 %, `swesbi.virtual.trial.settings`), so that two visits differ by 1.4 times that; the stressed volume, which
 the model holds fixed, by 5 %: half of what blood volume differs by between persons of one size (Feldschuh and
 Enson, Circulation 1977;56:605; chosen).
 
@@ -57,16 +57,16 @@ from studies.validation.pair_rates import costs, flags, one_row_a_pair, rates
 from studies.validation.pairs import VARIANTS, Spreads
 from studies.validation.settings import configured as configured_validation
 from swesbi.artefacts import write_json
-from swesbi.change.settings import DISCREPANCY, ChangeSettings
+from swesbi.base.progress import Progress
 from swesbi.config.read import add_options, in_words, parsed, read_merged, snakemake_options
 from swesbi.config.study import Study, load_study
-from swesbi.progress import Progress
+from swesbi.persons.change.settings import DISCREPANCY, ChangeSettings
 from swesbi.show.csv import write_csv
 from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.registry import stage_code
 from swesbi.study.stages.new_subject import one_thread
 from swesbi.study.stages.other_network import check_network
-from swesbi.virtual_trial.settings import TRIAL
+from swesbi.virtual.trial.settings import TRIAL
 
 LETTER: Final = "b"
 DEVELOPMENT: Final = "development"

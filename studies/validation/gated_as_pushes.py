@@ -30,7 +30,7 @@ import pandas as pd
 
 from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.settings import configured
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
@@ -40,7 +40,6 @@ from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal, free_proposal
-from swesbi.other_hearts.recorded import RecordedHeart
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.settings import asking
@@ -53,6 +52,7 @@ from swesbi.seeds import integer_seed
 from swesbi.show.csv import write_csv
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.other_network import check_network
+from swesbi.virtual.hearts.recorded import RecordedHeart
 
 STREAM: Final = "gated as pushes"
 

@@ -39,7 +39,6 @@ from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
-from swesbi.other_hearts.names import VALIDATION_STREAM
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
@@ -51,6 +50,7 @@ from swesbi.show.csv import write_csv
 from swesbi.study.finished import FinishedPopulation, check_finished, finished_population
 from swesbi.study.stages.new_subject import STREAM as ANSWER_STREAM
 from swesbi.study.stages.other_network import check_network
+from swesbi.virtual.hearts.names import VALIDATION_STREAM
 
 STREAM: Final = "long chains"
 Result = TypeVar("Result")

@@ -22,18 +22,17 @@ from studies.validation.pairs import (
     second_visit,
     shared_truth,
 )
-from swesbi.arrays import FloatArray
-from swesbi.change.joint import Change, OwnPosterior, infer_change
-from swesbi.change.one_person import OnePerson, judge_one_person, shared_distance
-from swesbi.change.proposal import NormalVisit, normal_visit
-from swesbi.change.ratios import QUANTITIES
-from swesbi.change.settings import ChangeSettings
-from swesbi.change.visits import SomeParameters, normal_scores
+from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import flow_proposal
-from swesbi.other_hearts.hearts import SimulatedHearts
+from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
+from swesbi.persons.change.one_person import OnePerson, judge_one_person, shared_distance
+from swesbi.persons.change.proposal import NormalVisit, normal_visit
+from swesbi.persons.change.ratios import QUANTITIES
+from swesbi.persons.change.settings import ChangeSettings
+from swesbi.persons.change.visits import SomeParameters, normal_scores
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.recording.noise import read_noise
@@ -48,6 +47,7 @@ from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import SUPPORTED, status
 from swesbi.verdict.pooled import read_null
 from swesbi.verdict.support import SupportTest
+from swesbi.virtual.hearts.hearts import SimulatedHearts
 
 Key = tuple[str, str, int]
 """Shares, variant and number of a pair."""

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import binomtest
 
-from swesbi.change.ratios import QUANTITIES
-from swesbi.change.settings import ChangeRuleSettings
+from swesbi.persons.change.ratios import QUANTITIES
+from swesbi.persons.change.settings import ChangeRuleSettings
 
 FloatArray = NDArray[np.float64]
 CONFIDENCE: Final = 0.95  # of the Clopper-Pearson interval on each share
@@ -48,7 +48,7 @@ def direction(rows: pd.DataFrame, rule: ChangeRuleSettings) -> FloatArray:
 def promised_power(log_ratio: FloatArray, sd_log: FloatArray, rule: ChangeRuleSettings) -> FloatArray:
     """Return the probability with which a true log ratio is called, by the width of its posterior.
 
-    As the smallest detectable change has it (``swesbi.change.ratios``): Phi((|D| - log(1 + t)) / s - z_P).
+    As the smallest detectable change has it (``persons.change.ratios``): Phi((|D| - log(1 + t)) / s - z_P).
     """
     return np.asarray(ndtr((np.abs(log_ratio) - np.log1p(rule.threshold)) / sd_log - ndtri(rule.probability)))
 

@@ -14,29 +14,29 @@ from typing import Final
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.physiology import VOLUME_FACTOR, Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.measurement.operator import passive_shape
-from swesbi.other_hearts.echocardiography import with_own_lvesv
-from swesbi.other_hearts.hearts import SimulatedHearts
-from swesbi.other_hearts.ranges import log_uniform
 from swesbi.parameters import THETA_NAMES
 from swesbi.population.contexts import is_plausible
 from swesbi.population.settings import PopulationSettings, in_declared_range
 from swesbi.prior import in_bounds
+from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
-from swesbi.virtual_cohort.acquisition import acquire
-from swesbi.virtual_cohort.generated import Range, volunteer_in
-from swesbi.virtual_cohort.volunteers import TruthCurve, Volunteer, designed_scale, forward_model_of
+from swesbi.virtual.generated import Range, volunteer_in
+from swesbi.virtual.hearts.echocardiography import with_own_lvesv
+from swesbi.virtual.hearts.hearts import SimulatedHearts
+from swesbi.virtual.hearts.ranges import log_uniform
+from swesbi.virtual.volunteers import Volunteer, designed_scale, forward_model_of
 
 MAX_ATTEMPTS: Final = 50
 RESISTANCE, CAPACITANCE = "distal_resistance_pa_s_m3", "systemic_capacitance_m3_pa"

@@ -30,12 +30,11 @@ from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.gated_as_pushes import model_of_table
 from studies.validation.score import Intervals, intervals, truths
 from studies.validation.settings import configured
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, free_proposal
-from swesbi.other_hearts.recorded import RecordedHeart
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
@@ -47,7 +46,8 @@ from swesbi.show.csv import write_csv
 from swesbi.show.tables.validation_outcomes import QUANTITIES
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.other_network import check_network
-from swesbi.virtual_cohort.push_trains import ERROR, ERROR_LOG_SD, record_train
+from swesbi.virtual.hearts.recorded import RecordedHeart
+from swesbi.virtual.push_trains import ERROR, ERROR_LOG_SD, record_train
 
 STREAM: Final = "pushes"
 DECLARED: Final = NoiseDeclaration(cv_fraction=ERROR, cv_log_sd=ERROR_LOG_SD)

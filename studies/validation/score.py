@@ -11,13 +11,13 @@ import numpy as np
 import xarray as xr
 
 from swesbi import artefacts
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, median_and_interval
-from swesbi.other_hearts.heart import K_SR, OtherHeart
 from swesbi.parameters import K_0, K_ATP, THETA_NAMES
 from swesbi.show.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.answers import REFUSED, SUPPORTED
+from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 
 OF_THETA: Final = (K_SR, K_0, K_ATP)
 UNITS: Final = "kPa, s-1, kPa, s-1"

@@ -13,8 +13,8 @@ from studies.validation.score import KIND, HeartAnswer, read_answers, to_dataset
 from studies.validation.settings import ScoreSettings
 from studies.validation.table import samplers_table, validation_table
 from swesbi.artefacts import load, save
-from swesbi.base import Settings
-from swesbi.progress import Progress
+from swesbi.base.progress import Progress
+from swesbi.base.settings import Settings
 from swesbi.show.csv import write_csv
 from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.origin import Origin

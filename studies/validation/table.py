@@ -10,7 +10,7 @@ import pandas as pd
 
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import ScoreSettings
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.show.tables.validation_outcomes import NOT_TESTED, QUANTITIES, TESTED
 from swesbi.verdict.answers import OUTCOMES, REFUSED
 

@@ -27,6 +27,7 @@ from swesbi.checks.calibration.ranks import (
 )
 from swesbi.checks.calibration.table import CONTRACTION, COVERAGE, SBC, TARP, Check, check_scores, flagged
 from swesbi.draws import equal_weights
+from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.spline.conditioning import ConditioningSettings
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
@@ -35,7 +36,6 @@ from swesbi.networks.spline.training import train_spline
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
-from swesbi.simulations import draw_simulations
 
 FloatArray = NDArray[np.float64]
 OF_SIZES = pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.student import StudentProposal, fitted_proposal
-from swesbi.virtual_cohort.generated import GeneratedSubject
+from swesbi.virtual.generated import GeneratedSubject
 
 STUDY = DiscrepancyStudySettings(
     subjects=3,

@@ -25,13 +25,13 @@ from swesbi.checks.predictive_speeds import (
     prior_recordings,
     withheld,
 )
+from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.measurement.likelihood import speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.noise import CohortNoise, NoiseEstimate
 from swesbi.recording.noise import to_dataset as noise_dataset
 from swesbi.recording.speed import youngs_modulus_kpa
-from swesbi.simulations import PriorSimulations, draw_simulations
 from swesbi.study.stages import predictive
 from swesbi.study.stages.origin import Origin
 

@@ -19,11 +19,11 @@ from swesbi.config import slices
 from swesbi.config.read import ConfigError, merged_files, overlay, parse_config, read_merged, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
+from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.noise import relative_se
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.visits import Visit
 from swesbi.study.registry import STAGES
-from swesbi.virtual_cohort.settings import ACQUISITION
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 COMMON = ROOT / "workflow" / "rules" / "common.smk"

@@ -8,8 +8,7 @@ from swesbi import simulations as draw
 from swesbi.artefacts import ArtefactError, Provenance, load, save
 from swesbi.config.parts import shard_draws
 from swesbi.heart.periodic import Status
-from swesbi.prior import ParameterPrior, PriorSettings, in_bounds
-from swesbi.simulations import (
+from swesbi.heart.prior_simulations import (
     KIND,
     PriorSimulations,
     SimulationFailure,
@@ -18,6 +17,7 @@ from swesbi.simulations import (
     read_simulations,
     to_dataset,
 )
+from swesbi.prior import ParameterPrior, PriorSettings, in_bounds
 
 PRIOR = PriorSettings(
     k0_kpa=ParameterPrior(centre=45.0, log_sd=0.5, low=10.0, high=200.0),

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from swesbi import simulations as simulations_dataset
 from swesbi.artefacts import save, to_dataset, to_groups, write_json
 from swesbi.checks.settings import CmaesSettings, PredictiveSettings
+from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject
@@ -30,7 +31,6 @@ from swesbi.recording.observation import Observation
 from swesbi.recording.phases import analysis_grid, sample_cycle, to_grid
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.simulations import draw_simulations
 from swesbi.study.stages import cmaes, predictive
 from swesbi.study.stages.cmaes import CmaesStageSettings
 from swesbi.study.stages.origin import Origin

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from scipy.stats import norm, truncnorm
 
 from swesbi.context import Context
-from swesbi.hierarchy.cohort import Design, Member, make_member
-from swesbi.hierarchy.hyperprior import in_rows
-from swesbi.hierarchy.model import population_law
-from swesbi.hierarchy.ratio import log_normal_mass
-from swesbi.hierarchy.settings import HierarchySettings, HyperpriorSettings, OutlierSettings
+from swesbi.persons.cohort.cohort import Design, Member, make_member
+from swesbi.persons.cohort.hyperprior import in_rows
+from swesbi.persons.cohort.model import population_law
+from swesbi.persons.cohort.ratio import log_normal_mass
+from swesbi.persons.cohort.settings import HierarchySettings, HyperpriorSettings, OutlierSettings
 from swesbi.posterior.settings import ExactSettings, McmcSettings
 from swesbi.prior import PriorSettings, bounds
 

@@ -13,6 +13,8 @@ from swesbi.artefacts import save, to_groups
 from swesbi.artefacts import to_dataset as passive_to_dataset
 from swesbi.checks.settings import RecoverySettings
 from swesbi.context import Context
+from swesbi.heart.prior_simulations import draw_simulations
+from swesbi.heart.prior_simulations import to_dataset as simulations_to_dataset
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import calibrate_passive, passive_shape
@@ -22,8 +24,6 @@ from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import log_centre
 from swesbi.recording.ingest import ingest
 from swesbi.recording.phases import sample_cycle
-from swesbi.simulations import draw_simulations
-from swesbi.simulations import to_dataset as simulations_to_dataset
 from swesbi.study.stages import inference, simulation, training
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.settings import SupportSettings

@@ -10,10 +10,10 @@ import numpy as np
 import speed_case
 
 from swesbi.context import Context
-from swesbi.other_hearts.generators import all_generators
-from swesbi.other_hearts.heart import Generator, OtherHeart
-from swesbi.other_hearts.recorded import RecordedHeart, record_heart
-from swesbi.virtual_cohort.volunteers import TruthCurve
+from swesbi.recording.acquisition import TruthCurve
+from swesbi.virtual.hearts.generators import all_generators
+from swesbi.virtual.hearts.heart import Generator, OtherHeart
+from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
 
 CONFIG = speed_case.shipped()
 SEED: Final = 3

@@ -6,13 +6,13 @@ import hierarchy_case as case
 import numpy as np
 import ratio_case
 
-from swesbi.arrays import FloatArray
-from swesbi.hierarchy.model import CohortModel, PopulationSettings, RecycledDraws
-from swesbi.hierarchy.ratio import RatioPrior
-from swesbi.planning.asked import Effect, log_factor
-from swesbi.planning.bank import Bank, BankPerson, bank_of
-from swesbi.planning.hyperdraws import Likelihoods, Recycling, planned_design
-from swesbi.planning.settings import PAIRED, PlannedStudiesSettings
+from swesbi.base.arrays import FloatArray
+from swesbi.persons.cohort.model import CohortModel, PopulationSettings, RecycledDraws
+from swesbi.persons.cohort.ratio import RatioPrior
+from swesbi.persons.planning.asked import Effect, log_factor
+from swesbi.persons.planning.bank import Bank, BankPerson, bank_of
+from swesbi.persons.planning.hyperdraws import Likelihoods, Recycling, planned_design
+from swesbi.persons.planning.settings import PAIRED, PlannedStudiesSettings
 from swesbi.prior import bounds
 
 EFFECT = Effect("k_sr_per_s", -0.12)

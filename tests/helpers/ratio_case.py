@@ -11,11 +11,11 @@ from collections.abc import Sequence
 import hierarchy_case as case
 import numpy as np
 
-from swesbi.arrays import FloatArray
-from swesbi.change.groups import infer_change_groups
-from swesbi.change.settings import ChangeGroupsSettings
-from swesbi.hierarchy.cohort import Member, make_member
-from swesbi.hierarchy.infer import Inferred
+from swesbi.base.arrays import FloatArray
+from swesbi.persons.change.groups import infer_change_groups
+from swesbi.persons.change.settings import ChangeGroupsSettings
+from swesbi.persons.cohort.cohort import Member, make_member
+from swesbi.persons.cohort.infer import Inferred
 from swesbi.prior import bounds
 
 ERROR_SD = np.array([0.06, 0.15, 0.12])

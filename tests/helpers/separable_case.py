@@ -13,10 +13,10 @@ import hierarchy_case as case
 import numpy as np
 from scipy.special import softmax
 
-from swesbi.arrays import FloatArray
-from swesbi.hierarchy.cohort import Design
-from swesbi.hierarchy.hyperprior import Hyperprior, in_rows
-from swesbi.hierarchy.model import population_law
+from swesbi.base.arrays import FloatArray
+from swesbi.persons.cohort.cohort import Design
+from swesbi.persons.cohort.hyperprior import Hyperprior, in_rows
+from swesbi.persons.cohort.model import population_law
 from swesbi.prior import ParameterPrior, bounds, draw_prior
 
 Evidence = Callable[[int, FloatArray, FloatArray], FloatArray]

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from swesbi.checks.calibration.local import classifier_accuracy
-from swesbi.hierarchy.cohort import Member, design_of
-from swesbi.hierarchy.hyperprior import hyperprior_of, in_rows
-from swesbi.hierarchy.infer import infer_cohort
-from swesbi.hierarchy.model import population_law
-from swesbi.hierarchy.ratio import log_normal_mass
-from swesbi.hierarchy.settings import HierarchySettings
+from swesbi.persons.cohort.cohort import Member, design_of
+from swesbi.persons.cohort.hyperprior import hyperprior_of, in_rows
+from swesbi.persons.cohort.infer import infer_cohort
+from swesbi.persons.cohort.model import population_law
+from swesbi.persons.cohort.ratio import log_normal_mass
+from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.posterior.mcmc import reference_draws
 from swesbi.posterior.settings import McmcSettings
 from swesbi.prior import ParameterPrior, PriorSettings, bounds

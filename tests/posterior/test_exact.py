@@ -24,8 +24,8 @@ from exact_case import (
 )
 from pydantic import ValidationError
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import Provenance, load, save
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.ranks import standardised
 from swesbi.posterior.adaptive import PriorProposal
 from swesbi.posterior.exact import ExactPosterior, exact_posterior, exact_to_groups, read_exact_posterior

@@ -11,7 +11,7 @@ import spline_case
 from exact_case import SETTINGS, weigh
 from scipy.stats import multivariate_normal, norm
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.networks.spline.flow import FlowProposal, flow_proposal

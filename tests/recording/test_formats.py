@@ -21,7 +21,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
-from swesbi.virtual_cohort.files import samples_table
+from swesbi.virtual.files import samples_table
 
 FIELDS = ("phase_index", "trigger_delay_ms", "rr_ms", "repeat", "sample", "speed_m_s", "fit_r2", "status")
 Writer = Callable[[Path, pd.DataFrame], None]

@@ -10,6 +10,8 @@ from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, no
 
 from swesbi.artefacts import load
 from swesbi.measurement.settings import MeasurementSettings
+from swesbi.recording.acquisition import TruthCurve, acquire
+from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.clinical import ClinicalRow
 from swesbi.recording.ingest import ingest
 from swesbi.recording.layout import TableLayout
@@ -21,10 +23,7 @@ from swesbi.recording.speed import estimate_noise, repeat_means
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual_cohort.acquisition import acquire
-from swesbi.virtual_cohort.files import samples_table
-from swesbi.virtual_cohort.settings import ACQUISITION
-from swesbi.virtual_cohort.volunteers import TruthCurve
+from swesbi.virtual.files import samples_table
 
 
 def without_phases(samples: Samples, *indices: int) -> Samples:

@@ -12,6 +12,7 @@ from statsmodels.regression.mixed_linear_model import MixedLM
 
 from swesbi.artefacts import ArtefactError, save, to_groups
 from swesbi.measurement.speeds import measured_speeds
+from swesbi.recording.acquisition import acquire
 from swesbi.recording.components import (
     RepeatLevels,
     fit_components,
@@ -31,9 +32,8 @@ from swesbi.show.docs.figures import write_noise_figure
 from swesbi.show.figures.recording import draw_noise
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual_cohort.acquisition import acquire
-from swesbi.virtual_cohort.files import samples_table
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, true_curve
+from swesbi.virtual.files import samples_table
+from swesbi.virtual.volunteers import VOLUNTEERS, true_curve
 
 TRUE = NoiseComponents(0.04, 0.08)
 SETTINGS = stage.NoiseStageSettings(

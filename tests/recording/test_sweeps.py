@@ -17,6 +17,7 @@ from statsmodels.regression.mixed_linear_model import MixedLM
 
 from swesbi.__main__ import main
 from swesbi.artefacts import load, save, to_groups
+from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.components import (
     LARGEST_SD,
     ComponentEstimate,
@@ -51,9 +52,8 @@ from swesbi.seeds import generator
 from swesbi.show.figures.recording import draw_noise
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual_cohort.acquisition import acquire
-from swesbi.virtual_cohort.files import samples_table
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, TruthCurve, true_curve
+from swesbi.virtual.files import samples_table
+from swesbi.virtual.volunteers import VOLUNTEERS, true_curve
 
 TRUE = NoiseComponents(0.04, 0.08, 0.05)
 OWN = {"repeat_sd_fraction": 0.04, "sample_sd_fraction": 0.08, "scale_fraction": 0.0}

@@ -20,8 +20,8 @@ from study_copy import ROOT
 from traced import SOURCE, Trace
 
 from swesbi.__main__ import main
-from swesbi.code_hash import Packages, Place, stage_hash
 from swesbi.recording.settings import ContextRow
+from swesbi.study.code.hash import Packages, Place, stage_hash
 from swesbi.study.registry import STAGES, stage_place
 from swesbi.study.stages import cmaes, cohort, inference, predictive, simulation, training
 from swesbi.study.stages.origin import Origin

@@ -27,6 +27,7 @@ from inference_study import (
 
 from swesbi.artefacts import ArtefactError, read_provenance
 from swesbi.checks.recovery import fresh_simulations
+from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement.likelihood import read_measured_subjects
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.settings import summary_names
@@ -35,7 +36,6 @@ from swesbi.networks.paper.maf import draw_candidates
 from swesbi.networks.paper.pool import read_pool
 from swesbi.posterior.truncated import read_posterior
 from swesbi.seeds import integer_seed
-from swesbi.simulations import draw_simulations
 from swesbi.study.stages import inference
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.support import read_support

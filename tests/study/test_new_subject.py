@@ -22,7 +22,7 @@ from study_copy import StudyCopy, rules_of
 
 from swesbi.__main__ import main
 from swesbi.artefacts import Provenance
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.free_predictive import read_free_predictive
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel

@@ -26,10 +26,10 @@ from swesbi.measurement.operator import late_diastolic
 from swesbi.measurement.settings import summary_names
 from swesbi.population.synthetic import Reacquisition
 from swesbi.prior import log_centre
+from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings
 from swesbi.recording.phases import sample_cycle
 from swesbi.study.stages import inference, simulation, training
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual_cohort.settings import ACQUISITION, AcquisitionSettings
 
 SILENT = ACQUISITION.model_copy(
     update={

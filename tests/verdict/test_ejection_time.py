@@ -29,7 +29,7 @@ from swesbi.verdict.nulls import Verdict
 from swesbi.verdict.settings import EjectionTimeSettings
 from swesbi.verdict.support import SupportTest
 from swesbi.verdict.verdict import grade
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer, forward_model_of
+from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, forward_model_of
 
 FloatArray = NDArray[np.float64]
 CONFIG: Final = speed_case.shipped()

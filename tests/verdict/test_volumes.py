@@ -19,7 +19,7 @@ from swesbi.verdict.beat import Predicted
 from swesbi.verdict.settings import VolumeSettings
 from swesbi.verdict.support import SupportTest
 from swesbi.verdict.volumes import volume_tests
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer, simulate_truth
+from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, simulate_truth
 
 FloatArray = NDArray[np.float64]
 SETTINGS: Final = speed_case.shipped().speed_experiments["calibrated"].misspecification.rule.volumes

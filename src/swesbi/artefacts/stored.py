@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, cast, get_ar
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray
 from swesbi.artefacts.schema import ROOT, Labels, Part, Variable, arranged, build_dataset
+from swesbi.base.arrays import BoolArray
 
 if TYPE_CHECKING:
     import xarray as xr

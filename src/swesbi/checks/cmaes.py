@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Provenance, Variable, from_dataset, labels_of, load, register, schema_of
 from swesbi.artefacts import to_dataset as stored
+from swesbi.base.progress import Progress
+from swesbi.checks.evolution import library_options
 from swesbi.checks.scores import rmse
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
-from swesbi.evolution import library_options
 from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
-from swesbi.progress import Progress
 from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]

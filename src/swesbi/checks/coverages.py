@@ -12,8 +12,8 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.scores import Band, band, coverage
 
 

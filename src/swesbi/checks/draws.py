@@ -11,6 +11,7 @@ from swesbi.checks.predictive import Draws, Target
 from swesbi.checks.scores import Scores, band, score
 from swesbi.heart.model import activation_duration_s, isometric_stiffness_kpa
 from swesbi.heart.periodic import Status
+from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject
@@ -18,7 +19,6 @@ from swesbi.measurement.settings import SummarySettings, summary_names
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import THETA
 from swesbi.recording.observation import Observation
-from swesbi.simulations import PriorSimulations
 
 FloatArray = NDArray[np.float64]
 

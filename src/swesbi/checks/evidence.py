@@ -17,7 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from swesbi.arrays import IntArray
+from swesbi.base.arrays import IntArray
 from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model, standardise
@@ -25,7 +25,7 @@ from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.student import fitted_proposal
 from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobian, sample, to_logit
-from swesbi.virtual_cohort.generated import GeneratedSubject
+from swesbi.virtual.generated import GeneratedSubject
 
 FloatArray = NDArray[np.float64]
 

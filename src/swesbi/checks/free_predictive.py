@@ -8,8 +8,8 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import Part, Variable, from_groups, load, register, schema_of
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.scores import Band, band, coverage
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import PredictedSpeeds

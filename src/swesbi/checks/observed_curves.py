@@ -32,7 +32,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 
 SCALED_BY: Final = "maximum_kpa"
 SHIFTED_BY: Final = "time_to_peak_cycle"

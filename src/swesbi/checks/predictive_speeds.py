@@ -12,6 +12,7 @@ from swesbi.checks.draws import CheckedFeatures, Curves, make_draws, make_target
 from swesbi.checks.predictive import Draws, Prediction, Target
 from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, band, coverage, score
 from swesbi.heart.periodic import Status
+from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds
@@ -20,7 +21,6 @@ from swesbi.prior import sample
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import to_grid
 from swesbi.recording.speed import youngs_modulus_kpa
-from swesbi.simulations import PriorSimulations
 
 FloatArray = NDArray[np.float64]
 NO_DISCREPANCY = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)

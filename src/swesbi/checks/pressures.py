@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.draws import median_and_interval
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT
 from swesbi.heart.simulate import simulate_active

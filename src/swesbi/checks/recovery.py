@@ -15,11 +15,11 @@ from swesbi.artefacts import ArtefactError
 from swesbi.checks.settings import RecoverySettings
 from swesbi.context import Context
 from swesbi.draws import interval_levels
+from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, in_bounds, prior_variance
 from swesbi.seeds import integer_seed
-from swesbi.simulations import PriorSimulations, draw_simulations
 
 FloatArray = NDArray[np.float64]
 

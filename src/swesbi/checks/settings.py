@@ -6,7 +6,7 @@ from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
-from swesbi.base import Level, Settings
+from swesbi.base.settings import Level, Settings
 from swesbi.measurement.settings import DiscrepancySettings
 
 Fraction = Annotated[float, Field(ge=0, le=0.5)]

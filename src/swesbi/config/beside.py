@@ -6,10 +6,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.settings import CmaesSettings
 from swesbi.config.experiments import Name
-from swesbi.planning.settings import PlanSettings
+from swesbi.persons.planning.settings import PlanSettings
 from swesbi.verdict.settings import UninformativeSettings
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.calibration.settings import CalibrationSettings, PushesSettings
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.settings import EpochStudySettings, PredictiveSettings, RecoverySettings

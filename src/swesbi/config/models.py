@@ -11,8 +11,7 @@ from typing import Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from swesbi.base import Settings
-from swesbi.change.settings import ChangeGroupsSettings, ChangeSettings
+from swesbi.base.settings import Settings
 from swesbi.config.beside import (
     CmaesStudySettings,
     NewSubjectsSettings,
@@ -27,7 +26,6 @@ from swesbi.config.experiments import (
     SpeedExperimentSettings,
 )
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.hierarchy.settings import HierarchySettings
 from swesbi.measurement.settings import (
     ClinicalSettings,
     MeasurementSettings,
@@ -35,9 +33,11 @@ from swesbi.measurement.settings import (
     summary_names,
 )
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
+from swesbi.persons.change.settings import ChangeGroupsSettings, ChangeSettings
+from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import NuisanceSettings, PriorSettings
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
-from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "studies"})
 

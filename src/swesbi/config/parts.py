@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.config.experiments import PopulationExperimentSettings
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.heart.compiled import equation, kernel, source_key
 from swesbi.heart.equations import exponential
 

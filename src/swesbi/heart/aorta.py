@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import ML_PER_M3, PA_PER_MMHG, Beats
 

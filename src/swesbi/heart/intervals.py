@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.heart.simulate import Beats
 
 

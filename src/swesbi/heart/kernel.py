@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.heart.compiled import equation, kernel, source_key
 from swesbi.heart.equations import Drive, Flow, Options, Parameters, State, Theta, cavity, right_hand_side
 

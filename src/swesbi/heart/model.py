@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.heart.activation import activations
 from swesbi.heart.equations import Options, Parameters

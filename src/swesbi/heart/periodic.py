@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.heart.kernel import LANES, OWN_WIDTH, RECORDS, STATES, beat_kernel
 from swesbi.heart.model import Model, Own, pressure_factor, starts, total_volume
 from swesbi.heart.physiology import Physiology

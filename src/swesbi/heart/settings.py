@@ -6,7 +6,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 
 
 class ForwardModelSettings(Settings):

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context, check_ranges
 from swesbi.heart.kernel import ACTIVE_STIFFNESS, DISPLACEMENT, VENTRICULAR_PRESSURE
 from swesbi.heart.model import Model, build_model, cavity_volume, own_of

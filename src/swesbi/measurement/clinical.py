@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.heart.simulate import Beats

@@ -26,7 +26,7 @@ from typing import Final
 import numpy as np
 from scipy.special import logsumexp
 
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.shared_error import Innovations

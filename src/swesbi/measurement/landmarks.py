@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.measurement.settings import Landmarks
 
 LARGEST: Final = 1.0 / 3.0

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError, load
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.heart.model import duration_ratio
 from swesbi.heart.periodic import Status

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray
 from swesbi.artefacts import Variable, from_dataset, load, register, schema_of
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.recording.phases import sample_cycle, to_grid
 

@@ -6,7 +6,7 @@ from typing import Final, Literal
 
 from pydantic import Field
 
-from swesbi.base import CycleWindow, Settings
+from swesbi.base.settings import CycleWindow, Settings
 from swesbi.prior import ParameterPrior
 from swesbi.recording.clinical import ClinicalErrors
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 
 
 def normal_log_density(z: FloatArray, log_sd: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.measurement.operator import active_stiffness_map, passive_log_slope, passive_shape
 from swesbi.recording.noise import MeanErrors, mean_errors

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.measurement.landmarks import LANDMARKS, Peak
 from swesbi.measurement.settings import SCALARS, SummarySettings, summary_names
 from swesbi.recording.phases import analysis_grid

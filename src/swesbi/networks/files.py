@@ -15,7 +15,7 @@ from torch import Tensor
 
 from swesbi.artefacts import DamagedArtefactError, Provenance, atomic_path, read_provenance
 from swesbi.artefacts.files import LENGTH, UNREADABLE, append_checksum, check_identity, check_whole
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.parameters import THETA_NAMES
 

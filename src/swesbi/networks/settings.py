@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from swesbi.base import Level, Settings
+from swesbi.base.settings import Level, Settings
 
 Deviation = Annotated[float, Field(ge=0.0)]
 Procedure = Literal["sbi", "fast"]

@@ -7,8 +7,8 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import FloatArray
 
 MIXED: Final = "as listed in component_unit"
 RELATIVE_CONSTANT = 1e-10

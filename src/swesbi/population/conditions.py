@@ -12,15 +12,15 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.networks.spline.cells import pool_points
 from swesbi.population.settings import ConditionSettings, FreeConditionSettings
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.ingest import BEAT_VARIATION
 from swesbi.recording.noise import MeanErrors, mean_errors, relative_se
 from swesbi.recording.phases import nominal_phases
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 ROUNDING: Final = 1e-9
 

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import SpeedRecording
@@ -15,11 +15,11 @@ from swesbi.population.conditions import draw_conditions, protocol_noise, whole_
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import ConditionSettings, PopulationSettings
 from swesbi.population.synthetic import Acquisition, Synthetic, acquired_recordings, own_recordings
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.phases import nominal_phases
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
-from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 OWN: Final = "own"
 ACQUIRED: Final = "acquired"

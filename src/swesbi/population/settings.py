@@ -12,7 +12,7 @@ from typing import Annotated, Final, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.context import CONTEXT_RANGES, RELATIVE_THICKNESS_RANGE, Context, wall_in_words
 
 QUANTITIES: Final = ("bsa_m2", "hr_bpm", "lvedv_ml", "ivsd_cm", "ejection_fraction")

@@ -12,17 +12,17 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi import artefacts
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.base.progress import Progress
 from swesbi.context import Context
+from swesbi.heart.prior_simulations import LABELS, draw_simulations
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.speeds import wall_at_phases
 from swesbi.parameters import NUISANCE_COLUMNS, THETA_COLUMNS
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import PopulationSettings
-from swesbi.progress import Progress
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.recording.phases import nominal_phases
-from swesbi.simulations import LABELS, draw_simulations
 
 ALONG: Final = "context"
 

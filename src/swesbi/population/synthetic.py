@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import MeasuredSubject, SpeedModel, draw_speeds
@@ -21,6 +21,8 @@ from swesbi.measurement.settings import (
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
 from swesbi.measurement.summary import summarise
 from swesbi.prior import sample
+from swesbi.recording.acquisition import TruthCurve, acquire
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.ingest import ingest
 from swesbi.recording.noise import MeanErrors
 from swesbi.recording.observation import Observation
@@ -30,9 +32,6 @@ from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
-from swesbi.virtual_cohort.acquisition import acquire
-from swesbi.virtual_cohort.settings import AcquisitionSettings
-from swesbi.virtual_cohort.volunteers import TruthCurve
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModelSettings, draw_speeds
 from swesbi.measurement.speeds import WallPhases
 from swesbi.networks.settings import SplineSettings
@@ -27,9 +27,9 @@ from swesbi.population.conditions import draw_cells
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import PopulationSimulations
 from swesbi.prior import sample, to_logit
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator
-from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 CONTEXTS_AT_A_TIME: Final = 500  # what is made on the way to their rows takes a hundred megabytes
 

@@ -22,7 +22,7 @@ from typing import Final
 import numpy as np
 from scipy.special import logsumexp
 
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.posterior.fitted import FittedProposal, PlacedDraws, fit_in_nearest, placed_in
 from swesbi.posterior.importance import (
     LikelihoodModel,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import JointPriorSettings, ParameterPrior, bounds, level, log_density, quantile
 from swesbi.seeds import generator, integer_seed

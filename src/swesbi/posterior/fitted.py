@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.draws import normalised
 from swesbi.posterior.space import Space
 from swesbi.posterior.student import StudentProposal, fitted_proposal

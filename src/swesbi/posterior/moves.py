@@ -8,7 +8,7 @@ import emcee
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 
 State = Any  # emcee.State: coords (walkers, d), log_prob (walkers,)
 GAMMA_SD: Final = 0.1  # relative spread of the step's factor: keeps proposals off a lattice

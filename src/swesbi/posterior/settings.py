@@ -6,7 +6,7 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from swesbi.base import Level, Settings
+from swesbi.base.settings import Level, Settings
 
 
 class McmcSettings(Settings):

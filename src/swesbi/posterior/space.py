@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.posterior.importance import LikelihoodModel, Proposal
 from swesbi.prior import BoxPrior, from_logit, log_density, log_jacobian, to_logit
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.draws import normalised
 
 DEGREES_OF_FREEDOM: Final = 8  # heavier tails than a posterior's, so that weights stay bounded

@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from swesbi.arrays import IntArray
+from swesbi.base.arrays import IntArray
 from swesbi.recording.cohort import (
     PROTOCOL,
     RECORDINGS,

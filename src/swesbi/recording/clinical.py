@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from swesbi.artefacts import Variable
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 
 KPA_PER_MMHG: Final = 0.133322387415
 

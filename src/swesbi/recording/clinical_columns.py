@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.recording.clinical import CLINICAL, ClinicalRow, ClinicalVariable
 from swesbi.recording.table import MISSING, TextTable
 

@@ -18,8 +18,8 @@ from typing import Annotated, Final
 import numpy as np
 from scipy.special import chdtri
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.groups import grouped
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import phase_trend, repeat_means

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.arrays import IntArray
+from swesbi.base.arrays import IntArray
 from swesbi.recording.cohort import EXCEL
 from swesbi.recording.columns import (
     COLUMNS,

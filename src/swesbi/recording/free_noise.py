@@ -12,7 +12,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.recording.columns import STANDARD_ERROR
 from swesbi.recording.free_samples import FreeSamples
 from swesbi.recording.problems import Problem, RecordingError

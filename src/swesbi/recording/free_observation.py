@@ -8,8 +8,8 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray, IntArray
 from swesbi.artefacts import Part, Variable, register, schema_of
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.columns import TIME

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.columns import (
     EVENT,
     FAILED_STATUSES,

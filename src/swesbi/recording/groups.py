@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.columns import SPEED

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from pydantic import Field, ValidationError
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.recording.columns import (
     COLUMNS,
     FAILED_STATUSES,

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.recording.mat_values import Vector, damaged, read_vectors
 
 LOADER: Final = Path(__file__).with_name("mat_loader.py")

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import FloatArray, TextArray
+from swesbi.base.arrays import FloatArray, TextArray
 from swesbi.recording.content import read_bytes
 from swesbi.recording.mat_child import read_mat_v5
 from swesbi.recording.mat_values import SAVE_AGAIN, TEXTS, MatValueError, Vector, damaged, read_vectors

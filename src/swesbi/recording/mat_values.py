@@ -9,7 +9,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 
 Vector = FloatArray | NDArray[np.str_]
 NUMBERS: Final = "save it as a real vector of numbers"

@@ -12,7 +12,7 @@ import xarray as xr
 from scipy.special import chdtrc
 
 from swesbi import artefacts
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.recording.components import (
     ComponentEstimate,
     RepeatLevels,

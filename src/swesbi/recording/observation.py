@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import (
     Part,
     Variable,
@@ -26,6 +25,7 @@ from swesbi.artefacts import (
     schema_of,
     stacked_values,
 )
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.samples import REASONS

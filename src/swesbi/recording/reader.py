@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.recording.cohort import EXCEL, SUFFIXES, WORKBOOKS
 from swesbi.recording.columns import EVENT, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
 from swesbi.recording.content import SAVE_AS_CSV

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.columns import FAILED_STATUSES, STATUS_OK
 from swesbi.recording.groups import grouped
 from swesbi.recording.problems import Problem, RecordingError

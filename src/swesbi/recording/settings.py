@@ -7,7 +7,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from swesbi.base import CycleWindow, Settings
+from swesbi.base.settings import CycleWindow, Settings
 from swesbi.context import CONTEXT_BOUNDS, Context, check_ranges
 
 SUBJECT_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_-]*$"

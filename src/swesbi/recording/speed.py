@@ -8,8 +8,8 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.groups import Groups, grouped
 from swesbi.recording.samples import Samples
 

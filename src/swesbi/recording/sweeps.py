@@ -29,7 +29,7 @@ from typing import Final
 import numpy as np
 from scipy.special import chdtri
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.components import (
     LARGEST_SD,
     SMALLEST_SD,

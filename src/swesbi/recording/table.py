@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray, TextArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray, TextArray
 from swesbi.recording.content import NUMBER, delimiter_of, in_one_line, records, text_of
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.recording.table import MISSING, TextTable
 from swesbi.recording.visits import VISIT_NAMES, Visit
 

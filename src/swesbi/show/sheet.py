@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.free_predictive import FreePredictiveCheck
 from swesbi.checks.identifiability.more_repeats import MoreRepeats
 from swesbi.checks.predictive import PredictiveCheck

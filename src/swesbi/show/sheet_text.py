@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.context import CONTEXT, Context
 from swesbi.draws import median_and_interval
 from swesbi.parameters import ISOMETRIC_SYMBOL, K_0, PHI

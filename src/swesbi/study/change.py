@@ -136,8 +136,8 @@ def _compare(made: Path, asked: Asked, visits: Sequence[Path], plain: Mapping[st
 
 
 def _text(folder: Path) -> str:
-    from swesbi.change.stored import read_change
-    from swesbi.change.words import change_lines
+    from swesbi.persons.change.stored import read_change
+    from swesbi.persons.change.words import change_lines
 
     lines = change_lines(read_change(folder / CHANGE_OUTPUTS["joint"]))
     return "\n".join([*lines, f"written to {folder}: {', '.join(CHANGE_OUTPUTS.values())}, a folder a visit"])

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Protocol, TextIO, get_type_hints
 
 from swesbi.artefacts import DamagedArtefactError
-from swesbi.progress import Progress
+from swesbi.base.progress import Progress
 from swesbi.study.registry import file_arguments, file_types, stage_function
 from swesbi.study.running import RUN, exit_when_gone
 from swesbi.study.stages.origin import Origin

@@ -22,14 +22,14 @@ from swesbi.config.read import (
 )
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.planning.asked import Effect, check_effect, parse_effect, parse_percent, parse_repeats
-from swesbi.planning.settings import DESIGNS, PAIRED
+from swesbi.persons.planning.asked import Effect, check_effect, parse_effect, parse_percent, parse_repeats
+from swesbi.persons.planning.settings import DESIGNS, PAIRED
 from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.registry import stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
 if TYPE_CHECKING:
-    from swesbi.planning.words import Planned
+    from swesbi.persons.planning.words import Planned
 
 LOGGER = logging.getLogger("swesbi")
 STAGE: Final = "plan_bank"
@@ -173,12 +173,12 @@ def _bank(
 def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Path]) -> Planned:
     """Simulate the studies of every bank."""
     # scikit-learn and scipy take seconds to import; what is refused above should not wait for them
-    from swesbi.planning.bank import read_bank
-    from swesbi.planning.hyperdraws import Recycling, evaluate_bank
-    from swesbi.planning.individuals import one_person_power
-    from swesbi.planning.luck import luck_of
-    from swesbi.planning.power import power_curve
-    from swesbi.planning.words import Planned
+    from swesbi.persons.planning.bank import read_bank
+    from swesbi.persons.planning.hyperdraws import Recycling, evaluate_bank
+    from swesbi.persons.planning.individuals import one_person_power
+    from swesbi.persons.planning.luck import luck_of
+    from swesbi.persons.planning.power import power_curve
+    from swesbi.persons.planning.words import Planned
 
     config, plan = study.config, study.config.plan
     speeds = config.speed_experiments[config.base_of(experiment)]
@@ -206,7 +206,7 @@ def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Pa
 
 def _written(planned: Planned, folder: Path) -> str:
     """Write table, text and figure; return what is printed."""
-    from swesbi.planning.words import plan_lines, plan_table
+    from swesbi.persons.planning.words import plan_lines, plan_table
     from swesbi.show.csv import write_csv
     from swesbi.show.figures.plan import draw_plan
     from swesbi.show.figures.style import save_figure

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.heart.simulate import Beats
 from swesbi.parameters import PHI, REPORTED
 from swesbi.verdict.settings import UninformativeSettings

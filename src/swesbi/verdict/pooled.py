@@ -17,6 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi import artefacts
+from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import summary_names
@@ -34,7 +35,6 @@ from swesbi.population.recordings import (
 from swesbi.population.settings import NullSettings
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.settings import ExactSettings
-from swesbi.progress import Progress
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.nulls import Reference, Statistics, fit_joint_null, score_scale, space_distances

@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi import artefacts
+from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.draws import resampled_rows
 from swesbi.measurement.likelihood import SpeedModel
@@ -22,7 +23,6 @@ from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.progress import Progress
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
@@ -31,8 +31,7 @@ from swesbi.seeds import generator, integer_seed
 from swesbi.verdict import statistics
 from swesbi.verdict.nulls import Reference, fit_reference
 from swesbi.verdict.settings import RuleSettings, SyntheticSettings
-from swesbi.virtual_cohort.acquisition import record
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS, Volunteer, simulate_truth
+from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, record, simulate_truth
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]

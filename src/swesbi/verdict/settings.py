@@ -7,7 +7,7 @@ from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.context import CONTEXT_NAMES
 
 Positive = Annotated[float, Field(gt=0)]

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from scipy.special import chdtrc, logsumexp
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import THETA_NAMES

@@ -20,7 +20,7 @@ from studies.ladder.posteriors import (
 )
 from studies.ladder.quantities import QUANTITIES
 from studies.ladder.settings import LadderEffort, LadderSettings
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.config.read import parse_section, read_yaml
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import SpeedRecording

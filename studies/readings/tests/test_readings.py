@@ -35,19 +35,19 @@ from swesbi.artefacts import ArtefactError
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.config.read import ConfigError, overlay, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
+from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement.likelihood import MeasuredSubject, reference_beat
 from swesbi.measurement.operator import calibrate_passive, late_diastolic, total_cycle
 from swesbi.measurement.settings import SCALAR_NAMES
 from swesbi.measurement.summary import summarise
 from swesbi.prior import log_centre
+from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.ingest import ingest
 from swesbi.recording.phases import analysis_grid
 from swesbi.recording.reader import read_samples
-from swesbi.simulations import draw_simulations
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual_cohort.noise_levels import through_phases
-from swesbi.virtual_cohort.settings import ACQUISITION
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS
+from swesbi.virtual.noise_levels import through_phases
+from swesbi.virtual.volunteers import VOLUNTEERS
 
 SHIPPED = overlay(read_merged(ROOT / "config.yaml"), read_yaml(ROOT / "tests" / "smoke.yaml"))
 SHIPPED |= {"cohort": str(ROOT / "data" / "virtual_volunteers")}

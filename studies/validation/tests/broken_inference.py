@@ -14,16 +14,16 @@ import speed_case
 from other_hearts_case import CONFIG, recorded
 
 from studies.validation.score import HeartAnswer, intervals, truths
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.evidence import fill_bank
 from swesbi.draws import effective_draws, normalised, resampled_rows
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.other_hearts.recorded import RecordedHeart
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.show.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.answers import SUPPORTED
+from swesbi.virtual.hearts.recorded import RecordedHeart
 
 Inference = Literal["intact", "reference beat", "wrong nuisances", "hidden scale"]
 STREAM: Final = "broken on purpose"

@@ -22,16 +22,16 @@ from swesbi.config.read import ConfigError, parse_section, read_merged, read_yam
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import interval_levels
-from swesbi.other_hearts import ranges
-from swesbi.other_hearts.names import DEVELOPMENT, VALIDATION_STREAM
-from swesbi.other_hearts.recorded import RecordedHeart
 from swesbi.posterior.result import read_exact_result
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import status
 from swesbi.verdict.support import read_support
-from swesbi.virtual_cohort.files import samples_table
-from swesbi.virtual_cohort.generated import PHYSIOLOGY
+from swesbi.virtual.files import samples_table
+from swesbi.virtual.generated import PHYSIOLOGY
+from swesbi.virtual.hearts import ranges
+from swesbi.virtual.hearts.names import DEVELOPMENT, VALIDATION_STREAM
+from swesbi.virtual.hearts.recorded import RecordedHeart
 
 FOLDER = Path(__file__).parents[1]
 STREAM = "development"

@@ -8,7 +8,7 @@ import pytest
 import speed_case
 
 from studies.validation.pair_rates import flags, one_row_a_pair, promised_power, rates
-from swesbi.change.ratios import QUANTITIES, smallest_detectable
+from swesbi.persons.change.ratios import QUANTITIES, smallest_detectable
 
 RULE = speed_case.shipped().changes.rule
 

@@ -29,9 +29,9 @@ from studies.validation.pairs import (
     shared_truth,
     shown_curve,
 )
-from swesbi.other_hearts.hearts import SimulatedHearts
-from swesbi.other_hearts.ranges import DOUBLED
-from swesbi.virtual_cohort.volunteers import OWN_PARAMETERS
+from swesbi.virtual.hearts.hearts import SimulatedHearts
+from swesbi.virtual.hearts.ranges import DOUBLED
+from swesbi.virtual.volunteers import OWN_PARAMETERS
 
 SPREADS = Spreads(heart_rate=0.06, loading=0.08, stressed_volume=0.05)
 OF_THE_DAY = (RESISTANCE, CAPACITANCE)

@@ -9,7 +9,7 @@ from other_hearts_case import CONTEXT
 
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import configured
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 
 VALIDATION: Final = configured()
 

@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Variable
+from swesbi.base.progress import Progress
 from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.recordings import infer_recordings
 from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
@@ -23,7 +24,6 @@ from swesbi.population.recordings import FreshSettings, fresh_subject, record_fr
 from swesbi.population.settings import StrataSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
-from swesbi.progress import Progress
 
 FloatArray = NDArray[np.float64]
 STREAM = "population calibration"

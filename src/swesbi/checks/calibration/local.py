@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from swesbi.base.progress import Progress
 from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
@@ -27,7 +28,6 @@ from swesbi.posterior.exact import ExactPosterior, weighted_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import BoxPrior, to_logit
-from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 
 FloatArray = NDArray[np.float64]

@@ -12,7 +12,8 @@ import pandas as pd
 import xarray as xr
 
 from swesbi import artefacts
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.progress import Progress
 from swesbi.checks.calibration.ranks import (
     Ranked,
     prior_variance,
@@ -39,7 +40,6 @@ from swesbi.population.synthetic import fresh_beats
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
-from swesbi.progress import Progress
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.settings import RuleSettings

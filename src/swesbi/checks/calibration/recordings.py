@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.base.progress import Progress
 from swesbi.checks.calibration.ranks import (
     Diagnostics,
     Inferred,
@@ -30,7 +31,6 @@ from swesbi.population.synthetic import Synthetic
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.settings import ExactSettings
-from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.statistics import strip_mass
 

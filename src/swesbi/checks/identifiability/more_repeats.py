@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.checks.identifiability.designs import design_information
 from swesbi.checks.identifiability.information import (
     derivatives_at,

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import IntArray
+from swesbi.base.arrays import IntArray
 from swesbi.recording.speed import NoiseComponents
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Part, Variable
+from swesbi.base.progress import Progress
 from swesbi.checks.identifiability.designs import (
     Designs,
     Placement,
@@ -45,7 +46,6 @@ from swesbi.checks.identifiability.profiles import Profiles, profiles_of
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import PHI_COLUMNS, REPORTED
-from swesbi.progress import Progress
 from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]

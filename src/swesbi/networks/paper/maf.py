@@ -31,7 +31,7 @@ from nflows.transforms import (
 from nflows.transforms.made import MADE, MaskedLinear
 from torch import Tensor, nn
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.prior import PriorSettings, in_bounds

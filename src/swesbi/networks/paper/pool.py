@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi import artefacts
-from swesbi.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.context import CONTEXT_NAMES, CONTEXT_UNITS, Context
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.networks.standardisation import MIXED, Standardisation, fit_standardisation

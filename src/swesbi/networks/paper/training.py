@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from sbi.inference import NPE_C
 from torch import Tensor
 
+from swesbi.base.progress import Progress
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.paper.estimator import TrainedEstimator, Weights
 from swesbi.networks.paper.maf import MaskedFlow
 from swesbi.networks.paper.sbi_trainer import SbiTrainer, on_cpu
 from swesbi.networks.settings import EstimatorSettings, Procedure
 from swesbi.prior import PriorSettings
-from swesbi.progress import Progress
 
 LOGGER = logging.getLogger("swesbi")
 

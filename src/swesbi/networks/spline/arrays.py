@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 
 SingleArray = NDArray[np.float32]
 BLOCK: Final = 512  # points side by side: their hidden units stay in the processor's cache

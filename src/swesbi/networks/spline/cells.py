@@ -20,8 +20,8 @@ from typing import Final
 import numpy as np
 from pydantic import Field
 
-from swesbi.arrays import BoolArray, FloatArray, IntArray
-from swesbi.base import Settings
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.settings import Settings
 from swesbi.context import CONTEXT_RANGES, Context
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.conditioning import LARGEST_Z

@@ -7,8 +7,8 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
-from swesbi.base import Settings
+from swesbi.base.arrays import FloatArray
+from swesbi.base.settings import Settings
 from swesbi.context import CONTEXT_NAMES, Context
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.settings import SummarySettings, summary_names, summary_units

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.settings import SplineSettings

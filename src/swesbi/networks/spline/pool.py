@@ -11,14 +11,14 @@ import numpy as np
 import xarray as xr
 
 from swesbi import artefacts
-from swesbi.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.measurement.speeds import WallPhases, wall_at_phases
 from swesbi.parameters import NUISANCE_COLUMNS, THETA_COLUMNS, THETA_NAMES
 from swesbi.prior import sample
 from swesbi.recording.observation import Observation
-from swesbi.simulations import PriorSimulations
 
 
 @dataclass(frozen=True)

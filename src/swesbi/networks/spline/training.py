@@ -13,7 +13,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.spline.arrays import SingleArray
@@ -29,7 +30,6 @@ from swesbi.networks.spline.net import ConditionalFlow, arrays_of, build_net
 from swesbi.networks.spline.pool import SubjectSimulations, noisy_speeds
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.prior import JointPriorSettings, to_logit
-from swesbi.progress import Progress
 from swesbi.seeds import generator, integer_seed
 
 LOGGER = logging.getLogger("swesbi")

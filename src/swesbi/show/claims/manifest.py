@@ -13,7 +13,7 @@ import yaml
 from pydantic import Field, ValidationError, model_validator
 
 from swesbi.artefacts import ArtefactError
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 
 HOLE: Final = "{}"
 RESULTS: Final = "results/"

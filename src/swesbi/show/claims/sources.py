@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.config.read import CONFIGURATION, read_merged, read_yaml
 from swesbi.show.claims.manifest import (
     RESULTS,

@@ -7,13 +7,13 @@ from typing import Final
 
 from swesbi.config.study import Study
 from swesbi.population.contexts import draw_population
+from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.show.figures.population import population_figure
 from swesbi.show.figures.recording import draw_noise
 from swesbi.show.figures.style import save_figure
-from swesbi.virtual_cohort.settings import ACQUISITION
-from swesbi.virtual_cohort.volunteers import VOLUNTEERS
+from swesbi.virtual.volunteers import VOLUNTEERS
 
 CONTEXTS: Final = 20_000
 """As many as the page says."""

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 import yaml
 
-from swesbi.arrays import FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.information import contraction
 from swesbi.parameters import NUISANCES, PHI_NAMES, Parameter
 from swesbi.prior import JointPriorSettings, ParameterPrior, even_quantiles

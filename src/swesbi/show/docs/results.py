@@ -17,7 +17,7 @@ from swesbi.show.figures.training import read_epochs, read_history
 from swesbi.show.results import Experiment, Recovery
 from swesbi.show.tables.experiments import read_comparison
 from swesbi.verdict.support import Support, read_support
-from swesbi.virtual_cohort.acquisition import read_true_theta
+from swesbi.virtual.files import read_true_theta
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from scipy.stats import gaussian_kde
 
-from swesbi.arrays import FloatArray
-from swesbi.change.stored import StoredChange
-from swesbi.change.words import (
+from swesbi.base.arrays import FloatArray
+from swesbi.persons.change.stored import StoredChange
+from swesbi.persons.change.words import (
     OF_QUANTITY,
     certificate_line,
     ratio_rows,

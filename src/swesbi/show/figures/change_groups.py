@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.stats import gaussian_kde
 
-from swesbi.arrays import FloatArray, IntArray
-from swesbi.change.stored_groups import EVERYONE, ChangeGroups
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.draws import median_and_interval
 from swesbi.parameters import THETA
+from swesbi.persons.change.stored_groups import EVERYONE, ChangeGroups
 from swesbi.show.figures.style import (
     CMAES,
     NETWORK,

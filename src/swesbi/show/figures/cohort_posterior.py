@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from swesbi.draws import interval_levels
-from swesbi.hierarchy.result import CohortPosterior
-from swesbi.hierarchy.table import group_median
 from swesbi.parameters import THETA
+from swesbi.persons.cohort.result import CohortPosterior
+from swesbi.persons.cohort.table import group_median
 from swesbi.show.figures.style import (
     CMAES,
     NETWORK,

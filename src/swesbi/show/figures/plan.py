@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.planning.power import NINETY, PowerCurve
-from swesbi.planning.words import Planned, names_of
+from swesbi.persons.planning.power import NINETY, PowerCurve
+from swesbi.persons.planning.words import Planned, names_of
 from swesbi.show.figures.style import (
     CMAES,
     NETWORK,

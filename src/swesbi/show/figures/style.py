@@ -19,8 +19,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import LogLocator, NullFormatter, PercentFormatter, ScalarFormatter
 from matplotlib.transforms import Bbox
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import atomic_path
+from swesbi.base.arrays import FloatArray
 
 TEXT_WIDTH_IN: Final = 12.2 / 2.54
 """Text width of Springer's LNCS class, in inches."""

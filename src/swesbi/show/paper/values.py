@@ -12,7 +12,7 @@ import yaml
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from swesbi.artefacts import ArtefactError
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 
 PAPER_VALUES: Final = Path(__file__).parent / "paper_values.yaml"
 """The data file that the package ships."""

@@ -10,8 +10,9 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from swesbi.hierarchy.result import NOTE_SEPARATOR, CohortPosterior, read_cohort_posterior
-from swesbi.hierarchy.table import (
+from swesbi.parameters import THETA
+from swesbi.persons.cohort.result import NOTE_SEPARATOR, CohortPosterior, read_cohort_posterior
+from swesbi.persons.cohort.table import (
     FACTOR,
     GROUP_FACTOR,
     MEDIAN,
@@ -19,7 +20,6 @@ from swesbi.hierarchy.table import (
     hyperparameter_table,
     subject_table,
 )
-from swesbi.parameters import THETA
 from swesbi.show.numbers import MISSING, PARAMETER_UNITS, PARAMETERS, estimate, fixed, percent
 from swesbi.show.results import records
 from swesbi.show.table import Column, Row, Table, words

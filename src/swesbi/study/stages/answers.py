@@ -8,10 +8,11 @@ from functools import partial
 from pathlib import Path
 
 from swesbi.artefacts import write_json
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.predictive_speeds import Recorder
 from swesbi.context import Context
+from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.measurement.likelihood import SpeedModel, build_speed_model
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.spline.files import load_spline
@@ -20,7 +21,6 @@ from swesbi.posterior.exact import exact_posterior
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
-from swesbi.simulations import PriorSimulations, draw_simulations
 from swesbi.study.stages.exact import ExactPosteriorStageSettings, write_posterior
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.predictive import PredictiveSpeedsStageSettings, write_check

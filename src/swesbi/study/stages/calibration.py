@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from swesbi.artefacts import ArtefactError, save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.calibration import dataset
 from swesbi.checks.calibration.local import calibrate_locally, classifier_accuracy
 from swesbi.checks.calibration.ranks import NETWORK, WEIGHTED, Ranked

@@ -11,17 +11,17 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import save, to_groups
-from swesbi.base import Settings
-from swesbi.change.joint import Change, OwnPosterior, infer_change
-from swesbi.change.settings import ChangeSettings
-from swesbi.change.stored import KIND, StoredChange, Visits, change_table, stored_change
-from swesbi.change.visits import VisitsModel, visits_model
+from swesbi.base.arrays import FloatArray
+from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
+from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
+from swesbi.persons.change.settings import ChangeSettings
+from swesbi.persons.change.stored import KIND, StoredChange, Visits, change_table, stored_change
+from swesbi.persons.change.visits import VisitsModel, visits_model
 from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
 from swesbi.posterior.space import Space
 from swesbi.recording.noise import read_noise

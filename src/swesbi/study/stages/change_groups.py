@@ -10,19 +10,19 @@ from pathlib import Path
 import pandas as pd
 
 from swesbi.artefacts import save
-from swesbi.base import Settings
-from swesbi.change.group_words import group_lines
-from swesbi.change.groups import infer_change_groups, lacking_draws, member_of_change, unlike_pairs
-from swesbi.change.settings import ChangeGroupsSettings
-from swesbi.change.stored import read_change
-from swesbi.change.stored_groups import (
+from swesbi.base.settings import Settings
+from swesbi.persons.change.group_words import group_lines
+from swesbi.persons.change.groups import infer_change_groups, lacking_draws, member_of_change, unlike_pairs
+from swesbi.persons.change.settings import ChangeGroupsSettings
+from swesbi.persons.change.stored import read_change
+from swesbi.persons.change.stored_groups import (
     KIND,
     change_groups_datasets,
     change_groups_table,
     change_persons_table,
     stored_groups,
 )
-from swesbi.hierarchy.settings import HierarchySettings
+from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.observation import read_observation
 from swesbi.show.csv import write_csv

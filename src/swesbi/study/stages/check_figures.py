@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from swesbi.artefacts import ArtefactError, load
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.calibration.dataset import KIND, diagnostics_of, ranked_of
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import COLUMNS, LOCAL

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import FAILED_LOSS, KIND, best_run, curve_loss, gather, search, to_dataset
 from swesbi.checks.draws import simulated_curves
 from swesbi.checks.settings import CmaesSettings

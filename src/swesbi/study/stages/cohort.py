@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.artefacts import ArtefactError, save, to_dataset, to_groups
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import reference_beat
 from swesbi.measurement.operator import KIND as PASSIVE

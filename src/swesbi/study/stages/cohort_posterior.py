@@ -8,21 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import save
-from swesbi.base import Settings
-from swesbi.hierarchy.anew import drawn_anew, stored_draws
-from swesbi.hierarchy.cohort import Member, make_member
-from swesbi.hierarchy.infer import infer_cohort
-from swesbi.hierarchy.result import KIND, CohortPosterior, cohort_groups
-from swesbi.hierarchy.settings import HierarchySettings
-from swesbi.hierarchy.stored import stored_form
-from swesbi.hierarchy.table import hyperparameter_table, subject_table
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
+from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, build_speed_model
 from swesbi.parameters import OF_THETA
+from swesbi.persons.cohort.anew import drawn_anew, stored_draws
+from swesbi.persons.cohort.cohort import Member, make_member
+from swesbi.persons.cohort.infer import infer_cohort
+from swesbi.persons.cohort.result import KIND, CohortPosterior, cohort_groups
+from swesbi.persons.cohort.settings import HierarchySettings
+from swesbi.persons.cohort.stored import stored_form
+from swesbi.persons.cohort.table import hyperparameter_table, subject_table
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
-from swesbi.progress import Progress
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.show.csv import write_csv

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swesbi.base import Settings
-from swesbi.hierarchy.result import read_cohort_posterior
+from swesbi.base.settings import Settings
+from swesbi.persons.cohort.result import read_cohort_posterior
 from swesbi.show.figures.cohort_posterior import draw_cohort_posterior
 from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.origin import Origin

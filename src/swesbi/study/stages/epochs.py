@@ -12,6 +12,7 @@ from pydantic import Field
 from scipy.special import stdtrit
 
 from swesbi.artefacts import ArtefactError
+from swesbi.base.progress import Progress
 from swesbi.checks.draws import score_theta
 from swesbi.checks.recovery import NothingRecoveredError, recover, score_recovery
 from swesbi.checks.settings import PredictiveSettings
@@ -21,7 +22,6 @@ from swesbi.networks.paper.maf import draw_candidates, draw_until, losses
 from swesbi.networks.paper.pool import read_pool
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds, prior_variance
-from swesbi.progress import Progress
 from swesbi.seeds import integer_seed
 from swesbi.show import training_tables
 from swesbi.show.csv import write_csv

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from swesbi.artefacts import save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.calibration.dataset import RECORDINGS_KIND, inferred_dataset
 from swesbi.checks.calibration.ranks import Inferred
 from swesbi.checks.calibration.recordings import infer_recordings
@@ -22,12 +22,12 @@ from swesbi.posterior import exact as posteriors
 from swesbi.posterior.exact import ExactPosterior, exact_to_groups
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import POSTERIOR
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "calibration"

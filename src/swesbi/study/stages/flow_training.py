@@ -6,7 +6,7 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.settings import SummarySettings
 from swesbi.networks.settings import SplineSettings
@@ -16,11 +16,11 @@ from swesbi.networks.spline.files import KIND, save_spline
 from swesbi.networks.spline.pool import of_subject, read_pool
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import read_population
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
 from swesbi.show.training_tables import write_epochs
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from pydantic import Field
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import save, to_groups, write_json
-from swesbi.base import Level, Settings
+from swesbi.base.arrays import FloatArray
+from swesbi.base.settings import Level, Settings
 from swesbi.checks.free_predictive import KIND as PREDICTIVE
 from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
 from swesbi.heart.periodic import Status

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from swesbi.artefacts import ArtefactError, load, save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.identifiability import tables
 from swesbi.checks.identifiability.information import QUANTITY_NAMES
 from swesbi.checks.identifiability.noise import single_repeat_noise

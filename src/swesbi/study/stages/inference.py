@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError, save, write_json
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.recovery import fresh_simulations, recover, score_recovery, shares
 from swesbi.checks.settings import RecoverySettings
 from swesbi.heart.settings import ForwardModelSettings
@@ -27,6 +27,7 @@ from swesbi.population.synthetic import Reacquisition
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.posterior.truncated import POSTERIOR, posterior_to_groups, summarise_posterior
 from swesbi.prior import PriorSettings
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator, integer_seed
@@ -34,7 +35,6 @@ from swesbi.show.csv import write_csv
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import diagnose
-from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.artefacts import load
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.show.answers_table import Asked, answers_table, write_answers
 from swesbi.study.stages.origin import Origin

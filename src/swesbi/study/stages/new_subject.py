@@ -16,6 +16,7 @@ from pydantic import Field
 from threadpoolctl import threadpool_limits
 
 from swesbi.context import Context
+from swesbi.heart.prior_simulations import read_simulations
 from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.likelihood import build_speed_model
 from swesbi.measurement.settings import ClinicalSettings
@@ -31,7 +32,6 @@ from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import levels_by
-from swesbi.simulations import read_simulations
 from swesbi.study.stages import subject_figures
 from swesbi.study.stages.answers import Answer, AnswerSettings, Knowledge
 from swesbi.study.stages.cmaes import CmaesStageSettings, cmaes

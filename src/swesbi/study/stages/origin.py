@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 
 
 @dataclass(frozen=True)

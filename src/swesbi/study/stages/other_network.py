@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts import load
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.networks.spline.files import load_spline_provenance
 from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.settings import RecordingSettings

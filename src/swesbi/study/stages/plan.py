@@ -14,25 +14,26 @@ from typing import Final
 import numpy as np
 from pydantic import Field
 
-from swesbi.arrays import FloatArray
 from swesbi.artefacts import save, to_dataset
-from swesbi.base import Settings
-from swesbi.change.joint import OwnPosterior, infer_change
-from swesbi.change.settings import ChangeSettings
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
+from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.spline.files import load_spline
 from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
-from swesbi.other_hearts.noise import noisier
 from swesbi.parameters import OF_THETA, THETA_NAMES
-from swesbi.planning.asked import Effect
-from swesbi.planning.bank import ARMS, KIND, BankPerson, bank_of, read_bank
-from swesbi.planning.settings import Design, PlannedPersonsSettings
+from swesbi.persons.change.joint import OwnPosterior, infer_change
+from swesbi.persons.change.settings import ChangeSettings
+from swesbi.persons.planning.asked import Effect
+from swesbi.persons.planning.bank import ARMS, KIND, BankPerson, bank_of, read_bank
+from swesbi.persons.planning.planned import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
+from swesbi.persons.planning.settings import Design, PlannedPersonsSettings
 from swesbi.population.settings import PopulationSettings, of_group
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.settings import ExactSettings
-from swesbi.progress import Progress
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
@@ -41,9 +42,8 @@ from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.study.stages.new_subject import one_thread
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.other_network import check_network
-from swesbi.virtual_cohort.settings import AcquisitionSettings
-from swesbi.virtual_trial.planned import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
-from swesbi.virtual_trial.source import TrialSource
+from swesbi.virtual.hearts.noise import noisier
+from swesbi.virtual.trial.source import TrialSource
 
 LOGGER = logging.getLogger("swesbi")
 BATCH: Final = 4

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.artefacts import save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.calibration.dataset import FRESH as KIND
 from swesbi.checks.calibration.dataset import fresh_dataset, fresh_of
 from swesbi.checks.calibration.dataset import join_fresh as join

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swesbi.artefacts import ArtefactError, save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.draws import CheckedFeatures, FeatureModel, make_target
 from swesbi.checks.observed_curves import curve_noise
 from swesbi.checks.predictive import (
@@ -30,6 +30,7 @@ from swesbi.checks.predictive_speeds import (
     withheld,
 )
 from swesbi.checks.settings import PredictiveSettings
+from swesbi.heart.prior_simulations import PriorSimulations, read_simulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, SpeedModelSettings, read_speed_model
 from swesbi.measurement.operator import read_passive
@@ -40,7 +41,6 @@ from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.truncated import read_posterior
 from swesbi.recording.observation import read_observation
 from swesbi.seeds import generator
-from swesbi.simulations import PriorSimulations, read_simulations
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.support import read_support
 

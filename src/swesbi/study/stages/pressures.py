@@ -6,7 +6,7 @@ import logging
 from pathlib import Path
 
 from swesbi.artefacts import save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.likelihood import build_speed_model

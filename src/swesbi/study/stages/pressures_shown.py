@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from swesbi.artefacts import ArtefactError, load
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of
 from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.measurement.likelihood import SpeedModelSettings

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from swesbi.artefacts import save
-from swesbi.base import Level, Settings
+from swesbi.base.settings import Level, Settings
 from swesbi.checks.calibration.pushes import (
     KIND,
     PushesStudy,

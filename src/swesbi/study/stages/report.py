@@ -10,7 +10,7 @@ from pydantic import JsonValue
 
 from swesbi import __version__
 from swesbi.artefacts import atomic_path
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.show.page.landing import make_landing

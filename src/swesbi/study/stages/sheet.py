@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.arrays import IntArray
-from swesbi.base import Settings
+from swesbi.base.arrays import IntArray
+from swesbi.base.settings import Settings
 from swesbi.checks.free_predictive import read_free_predictive
 from swesbi.checks.identifiability.information import prior_quantities, quantities
 from swesbi.checks.identifiability.more_repeats import MoreRepeats, more_repeats

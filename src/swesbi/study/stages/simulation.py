@@ -10,7 +10,15 @@ from pathlib import Path
 from pydantic import Field
 
 from swesbi.artefacts import ArtefactError, save
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
+from swesbi.heart.prior_simulations import KIND as SIMULATIONS
+from swesbi.heart.prior_simulations import (
+    PriorSimulations,
+    draw_simulations,
+    group_by_subject,
+    read_simulations,
+)
+from swesbi.heart.prior_simulations import to_dataset as simulations_to_dataset
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, SpeedModelSettings, read_measured_subjects
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names, summary_units
@@ -25,9 +33,6 @@ from swesbi.population.simulations import to_dataset as population_to_dataset
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.recording.settings import ContextRow
-from swesbi.simulations import KIND as SIMULATIONS
-from swesbi.simulations import PriorSimulations, draw_simulations, group_by_subject, read_simulations
-from swesbi.simulations import to_dataset as simulations_to_dataset
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.predictive import read_predictive
 from swesbi.networks.paper.pool import Pool, read_pool
 from swesbi.parameters import K_ATP

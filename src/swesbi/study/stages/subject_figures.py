@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from swesbi.artefacts import load
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import CmaesFit, read_cmaes
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.recovery import read_truth

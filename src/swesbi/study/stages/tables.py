@@ -11,7 +11,7 @@ import pandas as pd
 import yaml
 
 from swesbi.artefacts import ArtefactError, atomic_path
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import read_cmaes
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.recovery import read_truth

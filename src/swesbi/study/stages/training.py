@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.settings import CheckpointEpochs
 from swesbi.networks.paper.estimator import CHECKPOINTS, save_checkpoints, save_estimator
 from swesbi.networks.paper.estimator import ESTIMATOR as KIND

@@ -13,7 +13,7 @@ import pandas as pd
 from pydantic import Field
 
 from swesbi.artefacts import ArtefactError, save, write_json
-from swesbi.base import Settings
+from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
@@ -28,6 +28,7 @@ from swesbi.population.synthetic import Acquisition, acquired_recordings, own_re
 from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import read_posterior
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_contexts, read_observation
@@ -60,7 +61,6 @@ from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, n
 from swesbi.verdict.support import Support, SupportTest
 from swesbi.verdict.verdict import grade, make_support, null_tests
 from swesbi.verdict.volumes import volume_tests
-from swesbi.virtual_cohort.settings import AcquisitionSettings
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -1,0 +1,1 @@
+"""What every other package stands on: settings, arrays, progress of long work."""

@@ -1,0 +1,179 @@
+"""Simulations from the prior: what the network learns from. Failures are counted by reason and redrawn.
+
+Draw number i of a subject has a random stream of its own, so its theta, and its physiology where the prior
+frees any, depend on the study's seed, the prior, the subject and i alone: neither the shards nor the cores
+nor the order of jobs matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+import xarray as xr
+
+from swesbi.artefacts import ArtefactError, Labels, Variable, from_dataset, load, register, schema_of
+from swesbi.artefacts import to_dataset as stored
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.context import Context
+from swesbi.heart.periodic import Status
+from swesbi.heart.physiology import Physiology
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import Beats, simulate
+from swesbi.parameters import NUISANCE_COLUMNS, THETA, THETA_COLUMNS, THETA_NAMES
+from swesbi.prior import PriorSettings, SimulatedPrior, quantile
+from swesbi.seeds import generator
+
+MAXIMUM_ATTEMPTS = 100
+LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
+
+
+class SimulationFailure(RuntimeError):
+    """A draw that found no periodic beat within the permitted attempts."""
+
+
+@dataclass(frozen=True)
+class PriorSimulations:
+    """n successful simulations of one subject; one attempt means that none failed."""
+
+    draw_index: Annotated[IntArray, Variable("simulation", "1", "number of the draw within the subject")]
+    theta: Annotated[FloatArray, Variable("simulation parameter", THETA_COLUMNS, "active parameters")]
+    physiology: Annotated[
+        FloatArray, Variable("simulation nuisance", NUISANCE_COLUMNS, "free physiology of the simulation")
+    ]
+    nuisance_names: Annotated[tuple[str, ...], Labels("nuisance")]
+    attempts: Annotated[IntArray, Variable("simulation", "1", "theta drawn until a simulation succeeded")]
+    failures: Annotated[IntArray, Variable("simulation status", "1", "failed attempts by status")]
+    cycle_phase: Annotated[FloatArray, Variable("cycle", "1", "fraction of the cycle from the R peak")]
+    active_stiffness_kpa: Annotated[FloatArray, Variable("simulation cycle", "kPa", "active stiffness k_c")]
+    stretch: Annotated[FloatArray, Variable("simulation cycle", "1", "wall stretch")]
+    end_diastolic_volume_ml: Annotated[FloatArray, Variable("simulation", "mL", "largest cavity volume")]
+    end_systolic_volume_ml: Annotated[FloatArray, Variable("simulation", "mL", "smallest cavity volume")]
+    beats: Annotated[IntArray, Variable("simulation", "1", "beats until periodic")]
+
+
+@dataclass(frozen=True)
+class _Round:
+    """One attempt at the draws still pending: the rows that succeeded, and which of its beats they are."""
+
+    rows: IntArray
+    good: BoolArray
+    beats: Beats
+
+
+def draw_simulations(
+    draw_index: Sequence[int],
+    context: Context,
+    prior: PriorSettings,
+    forward_model: ForwardModelSettings,
+    seed: int,
+) -> PriorSimulations:
+    """Simulate the numbered draws of one subject's prior, redrawing each until it succeeds.
+
+    Raises:
+        SimulationFailure: A draw failed ``MAXIMUM_ATTEMPTS`` times.
+    """
+    streams = [generator(seed, "prior", context.subject, int(index)) for index in draw_index]
+    simulated = SimulatedPrior(theta=prior)
+    drawn = np.empty((len(streams), len(simulated.parameters)))
+    failures = np.zeros((len(streams), len(Status)), dtype=np.int64)
+    pending = np.arange(len(streams))
+    rounds: list[_Round] = []
+    while pending.size:
+        uniform = np.stack([streams[i].random(len(simulated.parameters)) for i in pending])
+        drawn[pending] = quantile(uniform, simulated)
+        theta, physiology = np.split(drawn[pending], [len(THETA)], axis=1)
+        own = Physiology.of_nuisances(physiology, prior.physiology_names, forward_model)
+        beats = simulate(theta, context, forward_model, own)
+        good = beats.status == Status.PERIODIC
+        rounds.append(_Round(pending[good], good, beats))
+        np.add.at(failures, (pending[~good], beats.status[~good]), 1)
+        pending = pending[~good]
+        _check_attempts(failures, context.subject, drawn)
+    names = prior.physiology_names
+    return _gather(np.asarray(draw_index, dtype=np.int64), drawn, names, failures, rounds)
+
+
+def _check_attempts(failures: IntArray, subject: str, drawn: FloatArray) -> None:
+    worst = int(np.argmax(failures.sum(axis=1)))
+    if failures[worst].sum() < MAXIMUM_ATTEMPTS:
+        return
+    count = failures[worst]
+    reasons = {status.name.lower(): int(count[status]) for status in Status if count[status]}
+    raise SimulationFailure(
+        f"subject {subject}: {MAXIMUM_ATTEMPTS} draws in a row gave no periodic beat ({reasons}); "
+        f"the last theta was {drawn[worst, : len(THETA)].tolist()}. "
+        "Narrow the prior's bounds or check the subject's context."
+    )
+
+
+def _gather(
+    draw_index: IntArray,
+    drawn: FloatArray,
+    nuisance_names: tuple[str, ...],
+    failures: IntArray,
+    rounds: list[_Round],
+) -> PriorSimulations:
+    """Put the successful beats of all rounds back into the order of the draws."""
+    order = np.argsort(np.concatenate([attempt.rows for attempt in rounds]))
+
+    def in_order(name: str) -> FloatArray:
+        successful = [getattr(attempt.beats, name)[attempt.good] for attempt in rounds]
+        gathered: FloatArray = np.concatenate(successful)[order]
+        return gathered
+
+    return PriorSimulations(
+        draw_index=draw_index,
+        theta=drawn[:, : len(THETA)],
+        physiology=drawn[:, len(THETA) :],
+        nuisance_names=nuisance_names,
+        attempts=1 + failures.sum(axis=1),
+        failures=failures,
+        cycle_phase=rounds[0].beats.cycle_phase,
+        active_stiffness_kpa=in_order("active_stiffness_kpa"),
+        stretch=in_order("stretch"),
+        end_diastolic_volume_ml=in_order("end_diastolic_volume_ml"),
+        end_systolic_volume_ml=in_order("end_systolic_volume_ml"),
+        beats=in_order("beats").astype(np.int64),
+    )
+
+
+KIND: Final = register("simulations", schema_of(PriorSimulations), (*LABELS, "nuisance"))
+
+
+def to_dataset(simulations: PriorSimulations) -> xr.Dataset:
+    """Return the simulations as a dataset with dimensions simulation, parameter, cycle and status."""
+    return stored(simulations, LABELS)
+
+
+def read_simulations(shards: Sequence[Path]) -> PriorSimulations:
+    """Read the shards of one subject, in the order of the draws whatever the order of the files.
+
+    Raises:
+        ArtefactError: The shards belong to several subjects, or a draw is missing or doubled.
+    """
+    loaded = [load(path, KIND) for path in shards]
+    if len(subjects := {provenance.subject for _, provenance in loaded}) > 1:
+        raise ArtefactError(
+            f"{shards[0]} and others: shards of several subjects {sorted(subjects)} given as one"
+        )
+    merged = xr.concat([dataset for dataset, _ in loaded], dim="simulation", data_vars="minimal").sortby(
+        "draw_index"
+    )
+    draws = merged["draw_index"].to_numpy()
+    if not np.array_equal(draws, np.arange(len(draws))):
+        raise ArtefactError(
+            f"{shards[0]} and others: draws are missing or doubled; delete these shards and rerun"
+        )
+    return from_dataset(PriorSimulations, merged)
+
+
+def group_by_subject(shards: Sequence[Path]) -> dict[str, list[Path]]:
+    """Group shard files by the subject named in their provenance."""
+    groups: dict[str, list[Path]] = {}
+    for path in shards:
+        groups.setdefault(load(path, KIND)[1].subject, []).append(path)
+    return groups

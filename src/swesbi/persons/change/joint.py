@@ -1,0 +1,124 @@
+"""The joint posterior of two visits of one person, and all that is told of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from swesbi.base.arrays import FloatArray
+from swesbi.persons.change.one_person import OnePerson, judge_one_person
+from swesbi.persons.change.proposal import NormalVisit, PlacedStudent, first_proposal, normal_visit
+from swesbi.persons.change.ratios import Ratios, log_ratios, quantities_of, summarise_ratios
+from swesbi.persons.change.settings import ChangeSettings
+from swesbi.persons.change.transport import joined_proposal
+from swesbi.persons.change.visits import VisitsModel
+from swesbi.posterior.exact import ExactPosterior, exact_posterior
+from swesbi.posterior.space import Space
+from swesbi.seeds import generator
+
+STREAM = "change"
+
+
+@dataclass(frozen=True)
+class OwnPosterior:
+    """The exact posterior of one visit by itself.
+
+    Attributes:
+        phi: Equally weighted draws; shape (m, d).
+        effective_draws: Behind them.
+        log_evidence: Of its recording.
+        space: In which the posterior is near normal: the base space of the network's flow.
+    """
+
+    phi: FloatArray
+    effective_draws: float
+    log_evidence: float
+    space: Space
+
+
+@dataclass(frozen=True)
+class Change:
+    """What two visits of one person say together.
+
+    Attributes:
+        exact: The joint posterior, in psi.
+        phi: Its draws; shape (2, n, d).
+        quantities: Theta and attained stiffness of each; NaN where there is no beat; shape (2, n, 4).
+        ratios: Of the later visit to the earlier.
+        one_person: Whether both can be of one person.
+        efficiency: Of all draws after each round, of the first proposal first.
+    """
+
+    exact: ExactPosterior
+    phi: FloatArray
+    quantities: FloatArray
+    ratios: Ratios
+    one_person: OnePerson
+    efficiency: tuple[float, ...]
+
+
+def infer_change(
+    model: VisitsModel, own: Sequence[OwnPosterior], settings: ChangeSettings, seed: int, *name: str | int
+) -> Change:
+    """Infer two visits together, from what each says by itself.
+
+    Args:
+        model: Both recordings.
+        own: The posterior of each by itself, in the same order.
+        settings: Shares, rule, effort.
+        seed: The study's seed.
+        name: Names the random streams: the person, say.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw of a round.
+        ValueError: There are not two visits, or no draw has a beat at both.
+    """
+    if len(model.models) != 2 or len(own) != 2:
+        raise ValueError(f"{len(model.models)} visits: a change is between two")
+    coupling = model.coupling
+    visits = [normal_visit(each.phi, coupling.prior, each.effective_draws) for each in own]
+    first = _first(model, own, visits)
+    exact, efficiency = exact_posterior(model, first, settings.exact, seed, STREAM, *name)
+    phi = model.phi(exact.phi)
+    quantities = np.stack([quantities_of(one, rows) for one, rows in zip(model.models, phi, strict=True)])
+    rng = generator(seed, STREAM, *name, "independent")
+    factor = exact.log_evidence - sum(each.log_evidence for each in own)
+    rule = settings.rule
+    return Change(
+        exact=exact,
+        phi=phi,
+        quantities=quantities,
+        ratios=summarise_ratios(
+            log_ratios(list(quantities)),
+            log_ratios(_independent(model, own, rng)),
+            settings.exact.interval,
+            rule,
+        ),
+        one_person=judge_one_person(
+            visits, coupling.shares, factor, rule.one_person_level, rule.null_draws, rng
+        ),
+        efficiency=efficiency,
+    )
+
+
+def _first(model: VisitsModel, own: Sequence[OwnPosterior], visits: Sequence[NormalVisit]) -> PlacedStudent:
+    """Return the first proposal: in the networks' space, or in scores where visits have a value in common.
+
+    A share of 1 leaves psi of the later visit without a part in phi, so that phi has no way back to it.
+    """
+    if (model.coupling.shares == 1.0).any():
+        return first_proposal(visits, model.coupling)
+    return joined_proposal(model, [each.phi for each in own], [each.space for each in own])
+
+
+def _independent(
+    model: VisitsModel, own: Sequence[OwnPosterior], rng: np.random.Generator
+) -> list[FloatArray]:
+    """Return the quantities of both visits' own draws, paired at random."""
+    draws = min(len(each.phi) for each in own)
+    return [
+        quantities_of(one, each.phi[rng.permutation(len(each.phi))[:draws]])
+        for one, each in zip(model.models, own, strict=True)
+    ]

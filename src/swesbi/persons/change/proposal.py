@@ -1,0 +1,113 @@
+"""The first proposal for a person's visits, from what each visit's own posterior says.
+
+In normal scores the prior of one visit is N(0, I), and its posterior near N(m_v, C_v): what the recording
+adds to the prior is the precision C_v^-1 - I and the linear term C_v^-1 m_v. A recording adds no width, so
+the eigenvalues of C_v are at most 1. With z = M zeta (``visits.Coupling.mixing``) the posterior of all
+visits is normal in zeta, of precision I + M^T diag_v(C_v^-1 - I) M and linear term M^T (C_v^-1 m_v)_v.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from swesbi.base.arrays import FloatArray
+from swesbi.draws import equal_weights
+from swesbi.persons.change.visits import Coupling, VisitsPrior, normal_scores, of_scores
+from swesbi.posterior.fitted import FittedProposal
+from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
+from swesbi.prior import JointPriorSettings, log_density
+
+LEAST_VARIANCE = 1e-4  # of a normal score; nothing measured is known better
+LOG_ROOT_TWO_PI = 0.5 * np.log(2.0 * np.pi)
+
+
+@dataclass(frozen=True)
+class ScoreSpace:
+    """Normal scores of the prior's parameters, in which the prior is N(0, I)."""
+
+    prior: VisitsPrior
+
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the scores u (n, V d) of psi (n, V d), and log |du / dpsi| of shape (n,)."""
+        u = normal_scores(phi, self.prior)
+        log_normal = (-0.5 * u**2 - LOG_ROOT_TWO_PI).sum(axis=1)
+        return u, np.asarray(log_density(phi, self.prior) - log_normal)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return psi (n, V d) of scores u (n, V d), never on the faces of the box."""
+        return of_scores(u, self.prior)
+
+
+@dataclass(frozen=True)
+class PlacedStudent(FittedProposal):
+    """A fitted proposal in whose space further ones are fitted."""
+
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where psi (n, V d) lie in the space, and the log of the map's slope."""
+        return self.space.place(phi)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return psi (n, V d) of points of the space."""
+        return self.space.at(u)
+
+
+@dataclass(frozen=True)
+class NormalVisit:
+    """What one recording says by itself, as a normal posterior N(m, C) of scores whose prior is N(0, I).
+
+    Attributes:
+        mean: m; shape (d,).
+        covariance: C, of eigenvalues at most 1; shape (d, d).
+        effective_draws: Behind both.
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    effective_draws: float
+
+    @property
+    def added_precision(self) -> FloatArray:
+        """C^-1 - I, what the recording adds to the prior's; shape (d, d)."""
+        return np.asarray(np.linalg.inv(self.covariance) - np.eye(len(self.mean)))
+
+    @property
+    def linear(self) -> FloatArray:
+        """C^-1 m; shape (d,)."""
+        return np.asarray(np.linalg.solve(self.covariance, self.mean))
+
+
+def normal_visit(phi: FloatArray, prior: JointPriorSettings, effective_draws: float) -> NormalVisit:
+    """Return the normal approximation of a visit's own posterior.
+
+    Args:
+        phi: Equally weighted draws; shape (m, d).
+        prior: Of one visit.
+        effective_draws: Behind the draws.
+    """
+    scores = normal_scores(phi, prior)
+    weight = equal_weights(len(scores))
+    mean = weight @ scores
+    spread, axes = np.linalg.eigh((scores - mean).T @ ((scores - mean) * weight[:, None]))
+    held = np.clip(spread, LEAST_VARIANCE, 1.0)
+    return NormalVisit(mean, (axes * held) @ axes.T, effective_draws)
+
+
+def joint_normal(visits: Sequence[NormalVisit], coupling: Coupling) -> tuple[FloatArray, FloatArray]:
+    """Return mean (V d,) and covariance (V d, V d) of zeta given all recordings, as if all were normal."""
+    mixing = coupling.mixing()
+    added = block_diag(*(visit.added_precision for visit in visits))
+    precision = np.eye(len(mixing)) + mixing.T @ added @ mixing
+    covariance = np.linalg.inv(precision)
+    covariance = 0.5 * (covariance + covariance.T)
+    return covariance @ (mixing.T @ np.concatenate([visit.linear for visit in visits])), covariance
+
+
+def first_proposal(visits: Sequence[NormalVisit], coupling: Coupling) -> PlacedStudent:
+    """Return a Student distribution of zeta about the normal approximation, as a density over psi."""
+    mean, covariance = joint_normal(visits, coupling)
+    scale = WIDENING * covariance + RIDGE * np.eye(len(mean))
+    return PlacedStudent(StudentProposal(mean, scale), ScoreSpace(coupling.joint))

@@ -1,0 +1,141 @@
+"""The space of both visits' networks, in which the posterior of both is near normal.
+
+A flow takes the posterior of one recording to about N(0, I), whatever its shape. In the product of the
+spaces of both, u = (u_1, u_2), the posterior of both is the product of their own posteriors, each near
+N(m_v, C_v), times what ties them: the copula of the shared parameters, whose logarithm is -1/2 z^T (R^-1
+- I) z in their scores z, and the ratio of the normal density of all errors r to those of each visit,
+which is of the same form. Scores and residuals y are about a + B u (a regression over draws), so with G
+the matrix of both forms the posterior of both has the precision and the linear term
+
+    P = blockdiag(C_v^-1) + B^T G B,    h = (C_v^-1 m_v)_v - B^T G a.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from swesbi.base.arrays import FloatArray
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.persons.change.proposal import LOG_ROOT_TWO_PI, PlacedStudent
+from swesbi.persons.change.visits import Coupling, VisitsModel, VisitsPrior, normal_scores
+from swesbi.posterior.space import Space
+from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
+from swesbi.prior import JointPriorSettings, log_density
+
+FITTED = 2000  # draws behind the fit of each visit
+DEGREES_OF_FREEDOM = 25  # of thirty parameters: with 8 most draws lie too far out, and half as many count
+LEAST_PRECISION = 0.3  # of a direction of u: the prior of both is never much wider than those of each
+
+
+@dataclass(frozen=True)
+class JoinedSpace:
+    """The spaces of both visits side by side, as a space of psi; no share may be 1.
+
+    Attributes:
+        spaces: Of each visit's phi.
+        coupling: How phi follows from psi.
+    """
+
+    spaces: tuple[Space, ...]
+    coupling: Coupling
+
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where psi (n, V d) lie, u (n, V d), and log |du / dpsi| of shape (n,)."""
+        parts = self.coupling.phi(phi)
+        placed = [space.place(part) for space, part in zip(self.spaces, parts, strict=True)]
+        log_slope = np.sum([slope for _, slope in placed], axis=0) + self._coupled_slope(phi, parts)
+        return np.hstack([u for u, _ in placed]), np.asarray(log_slope)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return psi (n, V d) of points u (n, V d)."""
+        parts = np.split(u, self.coupling.visits, axis=1)
+        return self.coupling.psi(
+            np.stack([space.at(part) for space, part in zip(self.spaces, parts, strict=True)])
+        )
+
+    def _coupled_slope(self, psi: FloatArray, phi: FloatArray) -> FloatArray:
+        """Return log |dphi / dpsi|: psi to independent scores, to those of the visits, to phi."""
+        diagonal = np.diagonal(self.coupling.factors, axis1=1, axis2=2)
+        to_scores = _log_slope_of_scores(psi, self.coupling.joint)
+        back = sum(_log_slope_of_scores(part, self.coupling.prior) for part in phi)
+        return np.asarray(to_scores + np.log(diagonal).sum() - back)
+
+
+def _log_slope_of_scores(phi: FloatArray, prior: JointPriorSettings | VisitsPrior) -> FloatArray:
+    scores = normal_scores(phi, prior)
+    return np.asarray(log_density(phi, prior) - (-0.5 * scores**2 - LOG_ROOT_TWO_PI).sum(axis=1))
+
+
+def joined_proposal(model: VisitsModel, phi: Sequence[FloatArray], spaces: Sequence[Space]) -> PlacedStudent:
+    """Return a Student distribution in the joined space about the normal approximation of the posterior.
+
+    Args:
+        model: Of both recordings; no share is 1.
+        phi: Equally weighted draws of each visit's own posterior; shape (m, d) each.
+        spaces: Space of each, that of its network.
+    """
+    fits = [
+        _fit(one, each[:FITTED], space, model.coupling)
+        for one, each, space in zip(model.models, phi, spaces, strict=True)
+    ]
+    offset = np.concatenate([fit.offset for fit in fits])
+    slopes = block_diag(*(fit.slopes for fit in fits))
+    added = _added_precision(model, [fit.tied for fit in fits])
+    precision = block_diag(*(fit.precision for fit in fits)) + slopes.T @ added @ slopes
+    linear = np.concatenate([fit.precision @ fit.mean for fit in fits]) - slopes.T @ added @ offset
+    spread, axes = np.linalg.eigh(precision)
+    covariance = (axes / np.maximum(spread, LEAST_PRECISION)) @ axes.T
+    student = StudentProposal(covariance @ linear, WIDENING * covariance, DEGREES_OF_FREEDOM)
+    return PlacedStudent(student, JoinedSpace(tuple(spaces), model.coupling))
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A visit in its space: N(mean, precision^-1), and what ties it to others as offset + slopes u.
+
+    The latter are k scores of tied parameters, then p residuals of log speeds.
+    """
+
+    mean: FloatArray
+    precision: FloatArray
+    offset: FloatArray
+    slopes: FloatArray
+    tied: int
+
+
+def _fit(model: SpeedModel, phi: FloatArray, space: Space, coupling: Coupling) -> _Fit:
+    u, _ = space.place(phi)
+    residuals = np.log(model.recording.speed_m_s) - model.predict(phi).log_speed
+    tied = np.flatnonzero(coupling.shares)
+    tying = np.hstack([normal_scores(phi, coupling.prior)[:, tied], residuals])
+    known = np.isfinite(u).all(axis=1) & np.isfinite(tying).all(axis=1)
+    u, tying = u[known], tying[known]
+    design = np.column_stack([np.ones(len(u)), u])
+    line = np.asarray(np.linalg.lstsq(design, tying, rcond=None)[0])
+    precision = np.asarray(np.linalg.inv(np.cov(u.T) + RIDGE * np.eye(u.shape[1])))
+    return _Fit(u.mean(axis=0), precision, line[0], line[1:].T, len(tied))
+
+
+def _added_precision(model: VisitsModel, tied: Sequence[int]) -> FloatArray:
+    """Return what ties add to the precision of scores and residuals, in the order of :class:`_Fit`.
+
+    R^-1 - I of the scores, and the inverse of the covariance of all errors less those of each visit.
+    """
+    correlation = np.block(
+        [[np.diag(model.coupling.correlation(v, w)) for w in range(len(tied))] for v in range(len(tied))]
+    )
+    scores = np.linalg.inv(correlation) - np.eye(len(correlation))
+    covariance = model.error_covariance()
+    sizes = [len(index) for index in model.phase_index]
+    starts = np.cumsum([0, *sizes])
+    own = [np.linalg.inv(covariance[a:b, a:b]) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    errors = np.linalg.inv(covariance) - block_diag(*own)
+    whole = block_diag(scores, errors)
+    # scores of all visits, then residuals of all; wanted is visit by visit
+    visit = np.concatenate([np.repeat(np.arange(len(tied)), tied), np.repeat(np.arange(len(sizes)), sizes)])
+    order = np.argsort(visit, kind="stable")
+    return np.asarray(whole[np.ix_(order, order)])

@@ -1,0 +1,64 @@
+"""One subject's posterior drawn anew under a narrower prior of theta, by its own exact likelihood."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from swesbi.base.arrays import FloatArray
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.parameters import OF_THETA
+from swesbi.posterior.exact import exact_posterior, read_exact_posterior
+from swesbi.posterior.fitted import fit_in_nearest, placed_in
+from swesbi.posterior.result import MCMC
+from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import LogitSpace
+from swesbi.prior import PriorSettings, log_density
+
+
+def stored_draws(path: Path) -> tuple[FloatArray, FloatArray]:
+    """Return draws phi (n, d) of ``posterior.h5`` and their log weights (n,), which sum to one.
+
+    They are the weighted draws; where the weights failed, the equally weighted ones of MCMC.
+
+    Raises:
+        ArtefactError: The file is not a posterior.
+        KeyError: It is the posterior of an experiment without an exact likelihood.
+    """
+    exact = read_exact_posterior(path)
+    if exact.sampler == MCMC:
+        return exact.phi, np.full(len(exact.phi), -np.log(len(exact.phi)))
+    return exact.weighted.phi, exact.weighted.log_weight
+
+
+def drawn_anew(
+    model: SpeedModel,
+    stored: tuple[FloatArray, FloatArray],
+    prior: PriorSettings,
+    settings: ExactSettings,
+    seed: int,
+) -> FloatArray:
+    """Draw theta (n, 3) of a subject's exact posterior under another prior of theta.
+
+    The first proposal is fitted to the stored draws, reweighted by the ratio of the priors.
+
+    Args:
+        model: The subject's recording, with the prior that the stored draws have.
+        stored: phi (n, d) and log weights (n,).
+        prior: The other prior of theta.
+        settings: Sizes of the exact posterior.
+        seed: Seed of everything.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw.
+    """
+    phi, log_weight = stored
+    theta = phi[:, OF_THETA]
+    log_ratio = log_density(theta, prior) - log_density(theta, model.settings.prior.theta)
+    joint = model.settings.prior.model_copy(update={"theta": prior})
+    narrowed = replace(model, settings=model.settings.model_copy(update={"prior": joint}))
+    proposal = fit_in_nearest([placed_in(LogitSpace(joint), phi)], log_weight + log_ratio)
+    exact, _ = exact_posterior(narrowed, proposal, settings, seed, "anew")
+    return np.asarray(exact.phi[:, OF_THETA])

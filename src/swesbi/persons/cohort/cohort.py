@@ -1,0 +1,162 @@
+"""The subjects of a cohort as its posterior sees them: recycled draws, covariates, group, verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from swesbi.base.arrays import FloatArray
+from swesbi.context import Context
+from swesbi.draws import interval_levels, resampled_rows
+from swesbi.seeds import generator
+
+AGE, SEX, HEART_RATE = "age", "sex", "heart_rate"
+COVARIATES: Final = (AGE, SEX, HEART_RATE)
+YEARS: Final = 10.0
+BEATS_PER_MINUTE: Final = 10.0
+"""Steps of age and heart rate that a slope is a factor per."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One subject of the cohort.
+
+    Attributes:
+        context: Its context.
+        status: The verdict on its recording: supported, strained or unsupported.
+        group: Its group; empty where it has none.
+        theta: Equally weighted draws of its posterior, those that are recycled; shape (n, 3).
+        alone: Lower limit, median and upper limit of its posterior; shape (3, 3), a column a parameter.
+    """
+
+    context: Context
+    status: str
+    group: str
+    theta: FloatArray
+    alone: FloatArray
+
+    @property
+    def subject(self) -> str:
+        """Its name."""
+        return self.context.subject
+
+
+def make_member(
+    context: Context,
+    status: str,
+    group: str,
+    draws: tuple[FloatArray, FloatArray],
+    sizes: tuple[int, float],
+    seed: int,
+) -> Member:
+    """Return a subject with those draws that are recycled, the same whoever else is in the cohort.
+
+    Args:
+        context: Its context.
+        status: The verdict.
+        group: Its group.
+        draws: theta (n, 3) of its posterior, and their weights (n,).
+        sizes: How many draws are recycled, and the mass of the credible interval.
+        seed: Seed of the systematic resampling.
+    """
+    theta, weight = draws
+    count, mass = sizes
+    rng = generator(seed, "cohort posterior", "thinning", context.subject)
+    low, high = interval_levels(mass)
+    return Member(
+        context,
+        status,
+        group,
+        theta=np.asarray(theta[resampled_rows(weight, count, rng)]),
+        alone=weighted_quantiles(theta, weight, np.array([low, 0.5, high])),
+    )
+
+
+def weighted_quantiles(values: FloatArray, weight: FloatArray, levels: FloatArray) -> FloatArray:
+    """Return quantiles (levels, 3) of weighted draws (n, 3), interpolated between the draws' midpoints."""
+    columns = []
+    for column in values.T:
+        order = np.argsort(column, kind="stable")
+        passed = np.cumsum(weight[order])
+        columns.append(np.interp(levels * passed[-1], passed - 0.5 * weight[order], column[order]))
+    return np.stack(columns, axis=1)
+
+
+@dataclass(frozen=True)
+class Design:
+    """What log theta depends on: covariates that vary over the cohort, and groups.
+
+    Attributes:
+        covariates: Names of the c covariates that vary, of ``COVARIATES``.
+        centres: Their means: years, share of men less a half, beats per minute; shape (c,).
+        groups: Names of the g groups, the first of which the others are compared with; empty without groups.
+        matrix: Rows of the d subjects: centred covariates, then one column for each further group.
+        notes: What was left out, and why, a sentence each.
+    """
+
+    covariates: tuple[str, ...]
+    centres: FloatArray
+    groups: tuple[str, ...]
+    matrix: FloatArray
+    notes: tuple[str, ...]
+
+
+def design_of(members: Sequence[Member], covariates: Sequence[str] = COVARIATES) -> Design:
+    """Return the design of a cohort; what it cannot tell is left out, with a note.
+
+    Age counts by ten years, heart rate by ten beats per minute, a man as +1/2 and a woman as -1/2; each is
+    centred on the cohort's mean. Groups are in the order of the subjects.
+
+    Args:
+        members: The subjects.
+        covariates: On which slopes are asked for, of ``COVARIATES``.
+    """
+    raw = np.array([_covariates(member.context) for member in members])
+    centres = raw.mean(axis=0)
+    asked = np.array([name in covariates for name in COVARIATES])
+    varies = (np.ptp(raw, axis=0) > 0.0) & asked
+    groups, refused = _groups(members)
+    member_groups = np.array([member.group for member in members])
+    of_group = [(member_groups == group).astype(float) for group in groups[1:]]
+    notes = [
+        f"{name.replace('_', ' ')} does not vary over the cohort: no slope on it is inferred"
+        for name, vary in zip(COVARIATES, varies | ~asked, strict=True)
+        if not vary
+    ]
+    steps = np.array([YEARS, 1.0, BEATS_PER_MINUTE])
+    return Design(
+        covariates=tuple(name for name, vary in zip(COVARIATES, varies, strict=True) if vary),
+        centres=(centres * steps)[varies],
+        groups=groups,
+        matrix=np.column_stack([(raw - centres)[:, varies], *of_group]),
+        notes=(*notes, *refused),
+    )
+
+
+def _covariates(context: Context) -> list[float]:
+    sex = 0.5 if context.sex == "M" else -0.5
+    return [context.age_years / YEARS, sex, context.hr_bpm / BEATS_PER_MINUTE]
+
+
+def _groups(members: Sequence[Member]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the groups that can be compared, and why they are not where they cannot."""
+    sizes: dict[str, int] = {}
+    for member in members:
+        sizes[member.group] = sizes.get(member.group, 0) + 1
+    if len(sizes) < 2:
+        return (), ()
+    if "" in sizes:
+        without = [member.subject for member in members if not member.group]
+        return (), (
+            f"groups are not compared: {', '.join(without)} {'has' if len(without) == 1 else 'have'} none; "
+            "fill the column group of subjects.csv for every subject",
+        )
+    if single := [group for group, size in sizes.items() if size == 1]:
+        return (), (
+            f"groups are not compared: the group {single[0]!r} has one person, whose difference from the "
+            "others says nothing of a group; everyone is taken as one population",
+        )
+    return tuple(sizes), ()

@@ -1,0 +1,257 @@
+"""Power by the number of persons: many studies drawn from a bank, each analysed at common hyperparameters.
+
+Persons of a study are drawn from the bank with replacement: the bank's persons stand for the population, also
+where a study has more of them. What is known of the bank's luck is taken off (``planning.luck``). How much
+is left the same studies of resampled banks say, each with its own luck taken off (bootstrap): its variance is
+added to that of the number of studies. A bank without an effect would by its luck have one; it is made to
+have none: visits are alike there, so that each person counts a second time with the visits the other way
+round, and of two groups both are drawn from the same persons.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.base.progress import Progress
+from swesbi.persons.cohort.model import thread_pools
+from swesbi.persons.planning.asked import Effect
+from swesbi.persons.planning.bank import EFFECT, NONE
+from swesbi.persons.planning.hyperdraws import STREAM, Likelihoods
+from swesbi.persons.planning.luck import Luck
+from swesbi.persons.planning.settings import PlannedStudiesSettings
+from swesbi.seeds import generator
+
+AT_ONCE: Final = 100
+"""Studies whose weights are held in memory together."""
+NINETY: Final = 1.645
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What some studies of one size say, one each.
+
+    Attributes:
+        probability: Of an effect in the direction asked for; shape (s,).
+        effective: Effective hyperdraws behind it; shape (s,).
+    """
+
+    probability: FloatArray
+    effective: FloatArray
+
+
+@dataclass(frozen=True)
+class PowerCurve:
+    """Power by number of persons, for one number of repeats; of each group where there are two.
+
+    Attributes:
+        repeats: Repeats at a phase.
+        sizes: Numbers of persons; shape (k,).
+        power: Share of studies that find the effect; shape (k,).
+        power_se: Its Monte Carlo standard error, that of the bank included; shape (k,).
+        false_positive: Share that find it where there is none; shape (k,).
+        rough: Share with too few effective hyperdraws; shape (k,).
+        needed: Persons for the power asked for, with those at the ends of its Monte Carlo interval; None
+            where no number tried is enough.
+    """
+
+    repeats: int
+    sizes: NDArray[np.int_]
+    power: FloatArray
+    power_se: FloatArray
+    false_positive: FloatArray
+    rough: FloatArray
+    needed: tuple[int | None, int | None, int | None]
+
+    def at(self, persons: int) -> tuple[float, float]:
+        """Return power and false positives at a number of persons within those tried."""
+        root, at = np.sqrt(self.sizes.astype(float)), np.sqrt(persons)
+        return float(np.interp(at, root, self.power)), float(np.interp(at, root, self.false_positive))
+
+
+def judge_studies(
+    likelihoods: Likelihoods,
+    counts: FloatArray,
+    control: FloatArray,
+    arm: str,
+    effect: Effect,
+    displacement: float = 0.0,
+) -> Judged:
+    """Analyse studies.
+
+    Args:
+        likelihoods: Of the bank's persons.
+        counts: How often each person of the bank is in each study, of those asked for; shape (N, s).
+        control: Likewise of the control group; not read where there is none.
+        arm: With the effect, or without.
+        effect: In whose direction a study looks.
+        displacement: By which the likelihoods of those asked for are moved along the log parameter.
+    """
+    log_effect, log_base = likelihoods.displaced(effect.number, displacement)
+    side = log_effect > 0.0 if effect.rises else log_effect < 0.0
+    parts: list[Judged] = []
+    for start in range(0, counts.shape[1], AT_ONCE):
+        of = slice(start, start + AT_ONCE)
+        with thread_pools().limit(limits=1):  # sums split over threads differ in the last bit
+            log_weight = log_base[:, None] + likelihoods.changing[arm] @ counts[:, of]
+            if likelihoods.control.shape[1]:
+                log_weight += likelihoods.control @ control[:, of]
+            parts.append(_judged(log_weight, side))
+    return _together(parts)
+
+
+def _together(parts: Sequence[Judged]) -> Judged:
+    return Judged(
+        *(np.concatenate(values) for values in zip(*(vars(one).values() for one in parts), strict=True))
+    )
+
+
+def _judged(log_weight: FloatArray, side: BoolArray) -> Judged:
+    """Return what weights (m, s), not normalised, say; they are changed."""
+    log_weight -= log_weight.max(axis=0)
+    weight = np.exp(log_weight, out=log_weight)
+    weight /= weight.sum(axis=0)
+    return Judged(side.astype(float) @ weight, 1.0 / (weight**2).sum(axis=0))
+
+
+def draw_counts(
+    bank: NDArray[np.int_], persons: int, size: int, studies: int, rng: np.random.Generator
+) -> FloatArray:
+    """Draw studies of so many persons from a bank, with replacement; shape (persons, studies).
+
+    Args:
+        bank: Whom it holds, by their places; one may be there several times.
+        persons: Places there are.
+        size: Of a study.
+        studies: How many.
+        rng: Source.
+    """
+    chosen = bank[rng.integers(len(bank), size=(size, studies))]
+    counts = np.zeros((persons, studies))
+    np.add.at(counts, (chosen, np.arange(studies)), 1.0)
+    return counts
+
+
+def power_curve(
+    likelihoods: Likelihoods,
+    luck: Luck,
+    effect: Effect,
+    repeats: int,
+    settings: PlannedStudiesSettings,
+    rule: tuple[float, float],
+    seed: int,
+) -> PowerCurve:
+    """Return power and false positives at every size, and the size for the power asked for.
+
+    Args:
+        likelihoods: Of the bank's persons.
+        luck: Theirs.
+        effect: To be found.
+        repeats: Of the bank's recordings.
+        settings: Sizes, studies.
+        rule: Probability above which a study finds the effect, and the power asked for.
+        seed: The study's seed.
+    """
+    probability, power = rule
+    everyone = np.arange(len(luck.weight))
+    rows = []
+    progress = Progress(f"studies with {repeats} repeats", len(settings.sizes), unit="size")
+    for size in settings.sizes:
+        rng = [
+            generator(seed, STREAM, "studies", repeats, size, what)
+            for what in ("effect", "none", "bootstrap")
+        ]
+        found = _with_effect(likelihoods, luck, effect, size, settings.studies, everyone, rng[0])
+        none = _without(likelihoods, effect, size, settings.studies, rng[1])
+        resampled = _resampled(likelihoods, luck, effect, size, settings, rng[2])
+        called = found.probability > probability
+        rows.append(
+            (
+                called.mean(),
+                _error(called, resampled.probability > probability, settings.resamples),
+                (none.probability > probability).mean(),
+                (found.effective < settings.least_effective).mean(),
+            )
+        )
+        progress.step()
+    share, error, false, rough = np.array(rows).T
+    sizes = np.array(settings.sizes)
+    middle, fewest, most = (
+        persons_for(power, sizes, share + side * NINETY * error) for side in (0.0, 1.0, -1.0)
+    )
+    return PowerCurve(repeats, sizes, share, error, false, rough, (middle, fewest, most))
+
+
+def _with_effect(
+    likelihoods: Likelihoods,
+    luck: Luck,
+    effect: Effect,
+    size: int,
+    studies: int,
+    bank: NDArray[np.int_],
+    rng: np.random.Generator,
+) -> Judged:
+    """Analyse studies of a bank's persons with the effect, its luck taken off."""
+    counts, control = (draw_counts(bank, len(luck.weight), size, studies, rng) for _ in range(2))
+    return judge_studies(likelihoods, counts, control, EFFECT, effect, luck.displacement(bank))
+
+
+def _without(
+    likelihoods: Likelihoods, effect: Effect, size: int, studies: int, rng: np.random.Generator
+) -> Judged:
+    """Analyse studies of the bank's persons without the effect."""
+    persons = likelihoods.changing[NONE].shape[1]
+    counts, control = (draw_counts(np.arange(persons), persons, size, studies, rng) for _ in range(2))
+    return judge_studies(likelihoods, counts, control, NONE, effect)
+
+
+def _resampled(
+    likelihoods: Likelihoods,
+    luck: Luck,
+    effect: Effect,
+    size: int,
+    settings: PlannedStudiesSettings,
+    rng: np.random.Generator,
+) -> Judged:
+    """Analyse studies with the effect in equal parts, each of a bank drawn from the bank with replacement."""
+    persons, each = len(luck.weight), max(1, settings.studies // settings.resamples)
+    return _together(
+        [
+            _with_effect(likelihoods, luck, effect, size, each, rng.integers(persons, size=persons), rng)
+            for _ in range(settings.resamples)
+        ]
+    )
+
+
+def _error(called: BoolArray, resampled: BoolArray, resamples: int) -> float:
+    """Return the standard error of a share of studies, that of the bank they were drawn from included."""
+    share = float(called.mean())
+    of_studies = share * (1.0 - share) / len(called)
+    parts = [part.mean() for part in np.array_split(resampled, resamples)]
+    within = np.mean([part * (1.0 - part) for part in parts]) / (len(resampled) / resamples)
+    of_bank = max(float(np.var(parts, ddof=1)) - float(within), 0.0)
+    return float(np.sqrt(of_studies + of_bank))
+
+
+def persons_for(power: float, sizes: Sequence[int] | NDArray[np.int_], found: FloatArray) -> int | None:
+    """Return the least number of persons for a power; None where none of those tried has it.
+
+    Power never falls with persons, so the shares found are made monotone, and taken linear in the root of the
+    number between those tried.
+    """
+    from sklearn.isotonic import IsotonicRegression
+
+    root = np.sqrt(np.asarray(sizes, dtype=float))
+    rising = np.asarray(IsotonicRegression().fit_transform(root, np.clip(found, 0.0, 1.0)))
+    if rising[-1] < power:
+        return None
+    least = int(np.argmax(rising >= power))
+    if least == 0:
+        return int(sizes[0])
+    step = (power - rising[least - 1]) / (rising[least] - rising[least - 1])
+    return int(np.ceil((root[least - 1] + step * (root[least] - root[least - 1])) ** 2 - 1e-9))

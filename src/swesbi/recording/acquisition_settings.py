@@ -1,0 +1,72 @@
+"""The acquisition of a virtual recording: gating, repeats, noise, failures."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from pydantic import Field
+
+from swesbi.base.settings import Settings
+
+Fraction = Annotated[float, Field(ge=0, lt=1)]
+ACQUISITION_SEED: Final = 1
+"""Seed of the shipped recordings, fixed before any inference was run on them."""
+
+
+class EctopicBeat(Settings):
+    """One repeat at one phase falls into a premature beat."""
+
+    phase_index: int = Field(ge=0)
+    repeat: int = Field(ge=0)
+    rr_ratio: float = Field(gt=0.2, lt=1, description="RR of that beat over the subject's mean RR")
+
+
+class AcquisitionSettings(Settings):
+    """How often each phase is measured, and everything that goes wrong.
+
+    Standard deviations are relative to the speed. Each sample has an error of its own and shares one
+    with the samples of its repeat; both are independent for each phase and repeat. Two more may be
+    shared: by the repeats of one number at all phases, which then are a sweep over the cycle, and by
+    the whole recording.
+    """
+
+    phases: int = Field(ge=6, description="gated phases, at the centres of equal parts of the cycle")
+    repeats: int = Field(ge=2, description="acquisitions a phase")
+    samples_per_repeat: int = Field(ge=1, description="positions along the mid-myocardium")
+    sample_sd_fraction: Fraction = Field(description="error of one spatial sample")
+    repeat_sd_fraction: Fraction = Field(description="error common to the samples of a repeat")
+    sweep_fraction: Fraction = Field(
+        description="sd of the error that a repeat shares over all phases; 0 where repeats are separate"
+    )
+    scale_fraction: Fraction = Field(
+        description="sd of the logarithm of one scale, common to all speeds of a recording"
+    )
+    rr_sd_fraction: Fraction = Field(description="beat-to-beat variation of the RR interval")
+    failed_fraction: Fraction = Field(description="samples without an accepted wave fit")
+    outlier_fraction: Fraction = Field(description="samples that report a wrong wave")
+    missing_phases: tuple[int, ...] = Field(description="phases at which every sample fails")
+    ectopic_beats: tuple[EctopicBeat, ...]
+    density_kg_m3: float = Field(gt=0, description="rho of E = 3 rho c_s^2")
+
+
+ACQUISITION: Final = AcquisitionSettings(
+    phases=20,
+    repeats=3,
+    samples_per_repeat=12,
+    sample_sd_fraction=0.06,
+    repeat_sd_fraction=0.03,
+    sweep_fraction=0.015,
+    scale_fraction=0.05,
+    rr_sd_fraction=0.01,
+    failed_fraction=0.08,
+    outlier_fraction=0.03,
+    missing_phases=(),
+    ectopic_beats=(),
+    density_kg_m3=1000.0,
+)
+"""The common protocol: 20 phases as in the paper; noise that the paper's residuals leave room for.
+
+``noise_levels`` measures what each level leaves; the README beside the recordings has the table. The errors
+that a recording shares are chosen: a sweep's is half that of a repeat; the scale is of the order by which
+systems differ on phantoms (Palmeri et al., J Ultrasound Med 40:569, 2021).
+"""

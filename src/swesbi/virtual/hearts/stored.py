@@ -1,0 +1,213 @@
+"""Hearts that are stored: read from their artefact, and as the hearts of a generator."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+
+import numpy as np
+
+from swesbi.artefacts import (
+    Labels,
+    Part,
+    Provenance,
+    Variable,
+    build_dataset,
+    from_rows,
+    load,
+    register,
+    save,
+    schema_of,
+    stacked_values,
+)
+from swesbi.base.arrays import FloatArray
+from swesbi.context import Context
+from swesbi.measurement.operator import passive_shape
+from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+from swesbi.recording.acquisition import TruthCurve
+from swesbi.recording.acquisition_settings import AcquisitionSettings
+from swesbi.seeds import seed_sequence
+from swesbi.virtual.hearts.beat import Beat
+from swesbi.virtual.hearts.heart import K_SR, OtherHeart
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Stream = Literal["exam", "development"]
+ALONG: Final = "heart"
+COUNT: Final = "draws refused before this one: "
+FILES: Final = {
+    "e": ("physioblocks.h5", "PhysioBlocks 2.0.1"),
+    "f": ("land2017.h5", "cross-bridges of Land et al. 2017"),
+}
+"""File and title of each stored letter."""
+FAR: Final = 1 << 96
+"""Steps of a random stream, beyond whatever the drawing of a heart may have taken of it."""
+
+
+@dataclass(frozen=True)
+class StoredHeart:
+    """One heart with its periodic beat, and how it came about.
+
+    The total stiffness is a exp(b (lambda^2 - 1)) plus the active stiffness of the beat.
+    """
+
+    context: Annotated[Context, Part()]
+    stream: Annotated[Stream, Variable("", "1", "name of the stream that it is drawn from")]
+    number: Annotated[int, Variable("", "1", "its number in the stream")]
+    theta: Annotated[
+        FloatArray, Variable("parameter", THETA_COLUMNS, "true parameters; NaN where its law has others")
+    ]
+    own_names: Annotated[tuple[str, ...], Labels("own_parameter")]
+    own: Annotated[
+        FloatArray,
+        Variable("own_parameter", "1", "its other parameters, in the unit that the name ends with"),
+    ]
+    late_diastolic_kpa: Annotated[float, Variable("", "kPa", "designed mean stiffness in late diastole")]
+    passive_exponent_b: Annotated[float, Variable("", "1", "exponent b of the passive stiffness")]
+    passive_scale_kpa: Annotated[float, Variable("", "kPa", "scale a of the passive stiffness")]
+    beat: Annotated[Beat, Part()]
+    refused_failed: Annotated[int, Variable("", "1", f"{COUNT}no periodic beat")]
+    refused_implausible: Annotated[int, Variable("", "1", f"{COUNT}the beat is no person's")]
+    refused_stiff: Annotated[int, Variable("", "1", f"{COUNT}too much active stiffness in late diastole")]
+
+    def other_heart(self) -> OtherHeart:
+        """Return it as a heart of a generator."""
+        beat, own_law = self.beat, bool(np.isfinite(self.theta).all())
+        passive = self.passive_scale_kpa * passive_shape(beat.stretch, self.passive_exponent_b)
+        return OtherHeart(
+            context=self.context,
+            curve=TruthCurve(beat.phase, passive + beat.active_kpa),
+            theta=self.theta if own_law else None,
+            k_sr_per_s=float(self.theta[K_SR]) if own_law else None,
+            attained_kpa=float(beat.active_kpa.max()),
+            volume_ratio=beat.volume_ratio,
+        )
+
+
+SCHEMA: Final = schema_of(StoredHeart, ALONG)["/"]
+KIND: Final = register("exam_hearts", {"/": SCHEMA}, ("parameter", "own_parameter", Labels(ALONG, "subject")))
+
+
+def save_hearts(hearts: Sequence[StoredHeart], path: Path, seed: int, settings: dict[str, Any]) -> None:
+    """Write hearts of one letter; the curves in single precision, which is far finer than any recording.
+
+    Args:
+        hearts: At least one, all with the same other parameters.
+        path: File to write.
+        seed: The study's seed.
+        settings: What the hearts depend on besides, as plain data.
+
+    Raises:
+        ArtefactError: The file cannot be written.
+    """
+    values = stacked_values(hearts)["/"]
+    single = {
+        name: value.astype(np.float32) for name, value in values.items() if "cycle" in SCHEMA[name].dims
+    }
+    labels = {
+        "subject": (ALONG, [heart.context.subject for heart in hearts]),
+        "parameter": list(THETA_NAMES),
+        "own_parameter": list(hearts[0].own_names),
+        "cycle": hearts[0].beat.phase,
+    }
+    dataset = build_dataset(SCHEMA, values | single, labels)
+    save(path, dataset, Provenance(KIND, seed=seed, settings=settings))
+
+
+def load_hearts(path: Path) -> tuple[list[StoredHeart], Provenance]:
+    """Read the hearts of one letter, of all streams, and where they come from.
+
+    Raises:
+        ArtefactError: The file is missing, damaged or of another kind.
+    """
+    dataset, provenance = load(path, KIND)
+    subjects = [str(name) for name in dataset["subject"].to_numpy()]
+    rows = from_rows(StoredHeart, _in_double(dataset), ALONG, **{"context.subject": subjects})
+    return rows, provenance
+
+
+def _in_double(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the dataset with its curves in double precision."""
+    curves = {
+        name: dataset[name].astype(np.float64) for name in dataset.data_vars if "cycle" in dataset[name].dims
+    }
+    return dataset.assign(curves)
+
+
+StreamKey = tuple[object, tuple[int, ...]]
+"""What a random stream is known by: the seed and the spawn key of its names."""
+
+
+@dataclass(frozen=True)
+class StoredHearts:
+    """The stored hearts of one letter as a generator.
+
+    Attributes:
+        letter: The letter.
+        title: What they are.
+        acquisition: How they are recorded.
+        path: Where they are stored.
+    """
+
+    letter: str
+    title: str
+    acquisition: AcquisitionSettings
+    path: Path
+
+    def draw(self, index: int, rng: np.random.Generator) -> OtherHeart:
+        """Return the heart that was drawn from this stream, and lead the stream beyond what it took.
+
+        Raises:
+            ArtefactError: The file is missing, damaged or of another kind.
+            ValueError: It holds another letter, or no heart of this stream.
+        """
+        hearts, sequence = _by_stream(self.path, self.letter), rng.bit_generator.seed_seq
+        known = _key(sequence) if isinstance(sequence, np.random.SeedSequence) else None
+        if known not in hearts or not isinstance(rng.bit_generator, np.random.PCG64):
+            raise ValueError(
+                f"{self.path}: no heart number {index} of this stream is stored; there are "
+                f"{_there(self.path)}; ask for fewer, or store more: data/other_hearts/README.md"
+            )
+        rng.bit_generator.advance(FAR)
+        return hearts[known]
+
+
+def stored_generators(folder: Path, acquisition: AcquisitionSettings) -> dict[str, StoredHearts]:
+    """Return the generators that are stored, by letter; their files are read when a heart is asked for.
+
+    Args:
+        folder: ``data/other_hearts``, or another with the same files.
+        acquisition: How their hearts are recorded.
+    """
+    return {
+        letter: StoredHearts(letter, title, acquisition, folder / name)
+        for letter, (name, title) in FILES.items()
+    }
+
+
+@lru_cache(maxsize=4)
+def _by_stream(path: Path, letter: str) -> Mapping[StreamKey | None, OtherHeart]:
+    stored, provenance = load_hearts(path)
+    if provenance.settings.get("letter") != letter:
+        raise ValueError(f"{path}: holds hearts of {provenance.settings.get('letter')!r}, not of {letter!r}")
+    return {
+        _key(seed_sequence(provenance.seed, heart.stream, letter, heart.number)): heart.other_heart()
+        for heart in stored
+    }
+
+
+def _key(sequence: np.random.SeedSequence) -> StreamKey:
+    return sequence.entropy, tuple(sequence.spawn_key)
+
+
+def _there(path: Path) -> str:
+    """Say which hearts a file holds."""
+    stored, provenance = load_hearts(path)
+    counts = Counter(heart.stream for heart in stored)
+    streams = ", ".join(f"{count} of {stream!r}" for stream, count in counts.items())
+    return f"{streams}, of seed {provenance.seed}"

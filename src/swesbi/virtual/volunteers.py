@@ -1,0 +1,337 @@
+"""The virtual volunteers: contexts, true theta, the physiology in which each differs, true curves.
+
+Their mechanics are richer than the inference model's: valve inertance, wall inertia, a slower ramp of
+activation, and a circulation, wall, activation and passive exponent of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Final, get_type_hints
+
+import numpy as np
+
+from swesbi.base.arrays import FloatArray
+from swesbi.context import Context
+from swesbi.heart.periodic import Status
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import Beats, simulate
+from swesbi.measurement.operator import passive_shape
+from swesbi.recording.acquisition import TruthCurve, acquire
+from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings, EctopicBeat
+from swesbi.recording.samples import Samples
+from swesbi.seeds import generator
+
+LATE_DIASTOLE: Final = (0.80, 0.97)
+PASSIVE_C0_PA: Final = 444.0  # C_0 and C_2 of the PhysioBlocks 2.0.1 human heart, of which a volunteer
+PASSIVE_C2_PA: Final = 69.0  # has a multiple
+COMMON: Final[Mapping[str, str | bool | float]] = {
+    "geometry": "midwall",
+    "passive_law": "exponential",
+    "active_law": "bcs",
+    "stress_measure": "first_piola",
+    "length_dependence": "none",
+    "valves": "inertance",
+    "wall_inertia": True,
+    "circulation": "closed",
+    "passive_c0_pa": 3.0 * PASSIVE_C0_PA,
+    "passive_c1": 2.9,
+    "passive_c2_pa": 3.0 * PASSIVE_C2_PA,
+    "passive_c3": 6.5,
+    "wall_viscosity_pa_s": 70.0,
+    "fibre_viscosity_pa_s": 70.0,
+    "sigma_0_pa": 90e3,
+    "destruction_alpha": 1.5,
+    "wall_density_kg_m3": 1000.0,
+    "activation_onset_s": 0.04,
+    "activation_duration_s": 0.32,
+    "activation_reference_period_s": 0.8,
+    "activation_ramp_s": 0.03,
+    "mitral_resistance_pa_s_m3": 1.11e5,
+    "aortic_resistance_pa_s_m3": 7.69e4,
+    "mitral_inertance_pa_s2_m3": 1e3,
+    "aortic_inertance_pa_s2_m3": 3e4,
+    "proximal_resistance_pa_s_m3": 7e6,
+    "distal_resistance_pa_s_m3": 1.5e8,
+    "systemic_capacitance_m3_pa": 1.0e-8,
+    "pulmonary_resistance_pa_s_m3": 1e7,
+    "pulmonary_capacitance_m3_pa": 1.2e-7,
+    "initial_displacement_ratio": 0.05,
+    "initial_arterial_pressure_pa": 11e3,
+    "initial_pulmonary_pressure_pa": 1.1e3,
+    "steps_per_beat": 2000,
+    "samples_per_beat": 400,
+    "periodicity_tolerance": 1e-5,
+    "maximum_beats": 100,
+    "extrapolation_memory": 0,
+    "maximum_step_s": 1e-3,
+}
+"""What the volunteers share; kept here since it does not change with the study's configuration."""
+_PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How the cohort's README shows a parameter: heading, format, and the value of one unit."""
+
+    head: str
+    spec: str = "g"
+    one: float = 1.0
+
+    def text(self, value: float) -> str:
+        """Return a value in the heading's unit."""
+        return f"{value / self.one:{self.spec}}"
+
+
+@dataclass(frozen=True)
+class Volunteer:
+    """One virtual volunteer: the measured context, and the truth that inference does not see.
+
+    Attributes:
+        context: What is measured besides elastography.
+        theta: True parameters in the order of ``THETA_NAMES``.
+        passive_exponent_b: Exponent of the passive stiffness.
+        late_diastolic_kpa: Designed mean stiffness in late diastole; sets the passive scale.
+        sigma_0_kpa: Active stress of the fully activated fibre.
+        destruction_alpha: Bonds destroyed per unit of strain.
+        wall_stiffness: Multiple of C_0 and C_2.
+        distal_resistance_pa_s_m3: Systemic resistance R_d.
+        systemic_capacitance_m3_pa: Arterial compliance C_s.
+        activation_onset_s: Delay of activation after the R peak.
+        activation_duration_s: Duration of activation at a period of 0.8 s.
+        acquisition: Protocol and noise of the recording.
+        design: What the volunteer is for.
+    """
+
+    context: Context
+    theta: tuple[float, ...]
+    passive_exponent_b: Annotated[float, Shown("b")]
+    late_diastolic_kpa: float
+    sigma_0_kpa: Annotated[float, Shown("sigma_0 (kPa)")]
+    destruction_alpha: Annotated[float, Shown("alpha")]
+    wall_stiffness: Annotated[float, Shown("wall")]
+    distal_resistance_pa_s_m3: Annotated[float, Shown("R_d (1e8 Pa s/m3)", ".2f", 1e8)]
+    systemic_capacitance_m3_pa: Annotated[float, Shown("C_s (1e-8 m3/Pa)", ".2f", 1e-8)]
+    activation_onset_s: Annotated[float, Shown("onset (ms)", ".0f", 1e-3)]
+    activation_duration_s: Annotated[float, Shown("duration (ms)", ".0f", 1e-3)]
+    acquisition: AcquisitionSettings
+    design: str
+
+
+OWN_PARAMETERS: Final = tuple(name for name, kind in get_type_hints(Volunteer).items() if kind is float)
+"""The physiology in which volunteers differ, in the order of the columns of ``truth.csv``."""
+SHOWN: Final[Mapping[str, Shown]] = {
+    name: mark
+    for name, kind in get_type_hints(Volunteer, include_extras=True).items()
+    for mark in getattr(kind, "__metadata__", ())
+}
+"""Columns of the README's table of truths, behind theta and the passive stiffness."""
+
+
+def forward_model_of(volunteer: Volunteer) -> ForwardModelSettings:
+    """Return the forward-model settings of one volunteer."""
+    physiology = {
+        "sigma_0_pa": 1e3 * volunteer.sigma_0_kpa,
+        "destruction_alpha": volunteer.destruction_alpha,
+        "passive_c0_pa": PASSIVE_C0_PA * volunteer.wall_stiffness,
+        "passive_c2_pa": PASSIVE_C2_PA * volunteer.wall_stiffness,
+        "distal_resistance_pa_s_m3": volunteer.distal_resistance_pa_s_m3,
+        "systemic_capacitance_m3_pa": volunteer.systemic_capacitance_m3_pa,
+        "activation_onset_s": volunteer.activation_onset_s,
+        "activation_duration_s": volunteer.activation_duration_s,
+    }
+    return ForwardModelSettings.from_plain({**COMMON, **physiology})
+
+
+def _acquisition(
+    outliers: float, missing: tuple[int, ...] = (), ectopic: tuple[EctopicBeat, ...] = ()
+) -> AcquisitionSettings:
+    changes = {"outlier_fraction": outliers, "missing_phases": missing, "ectopic_beats": ectopic}
+    return ACQUISITION.model_copy(update=changes)
+
+
+VOLUNTEERS: Final = (
+    Volunteer(
+        Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88),
+        theta=(55.0, 6.0, 28.0),
+        late_diastolic_kpa=4.5,
+        passive_exponent_b=3.0,
+        sigma_0_kpa=85.0,
+        destruction_alpha=1.4,
+        wall_stiffness=3.0,
+        distal_resistance_pa_s_m3=1.50e8,
+        systemic_capacitance_m3_pa=1.05e-8,
+        activation_onset_s=0.038,
+        activation_duration_s=0.318,
+        acquisition=_acquisition(0.03),
+        design="within the prior; low peak",
+    ),
+    Volunteer(
+        Context("B", "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74),
+        theta=(80.0, 6.5, 30.0),
+        late_diastolic_kpa=4.8,
+        passive_exponent_b=3.4,
+        sigma_0_kpa=90.0,
+        destruction_alpha=1.6,
+        wall_stiffness=2.8,
+        distal_resistance_pa_s_m3=1.55e8,
+        systemic_capacitance_m3_pa=0.95e-8,
+        activation_onset_s=0.040,
+        activation_duration_s=0.320,
+        acquisition=_acquisition(0.02, missing=(13,)),
+        design="within the prior",
+    ),
+    Volunteer(
+        Context("C", "M", 21.0, 1.94, 69.0, 112.0, 42.0, 0.90),
+        theta=(79.0, 7.0, 33.0),
+        late_diastolic_kpa=4.3,
+        passive_exponent_b=2.5,
+        sigma_0_kpa=86.0,
+        destruction_alpha=1.3,
+        wall_stiffness=3.2,
+        distal_resistance_pa_s_m3=1.45e8,
+        systemic_capacitance_m3_pa=1.10e-8,
+        activation_onset_s=0.037,
+        activation_duration_s=0.315,
+        acquisition=_acquisition(0.03, ectopic=(_PREMATURE,)),
+        design="within the prior",
+    ),
+    Volunteer(
+        Context("D", "F", 19.0, 1.62, 78.0, 78.0, 28.0, 0.70),
+        theta=(86.0, 5.5, 25.0),
+        late_diastolic_kpa=4.1,
+        passive_exponent_b=2.2,
+        sigma_0_kpa=95.0,
+        destruction_alpha=1.8,
+        wall_stiffness=2.6,
+        distal_resistance_pa_s_m3=1.60e8,
+        systemic_capacitance_m3_pa=0.90e-8,
+        activation_onset_s=0.045,
+        activation_duration_s=0.330,
+        acquisition=_acquisition(0.04),
+        design="within the prior; late, long activation and slow relaxation",
+    ),
+    Volunteer(
+        Context("E", "M", 22.0, 1.80, 72.0, 99.0, 37.0, 0.78),
+        theta=(58.0, 38.0, 30.0),
+        late_diastolic_kpa=3.9,
+        passive_exponent_b=2.8,
+        sigma_0_kpa=85.0,
+        destruction_alpha=1.5,
+        wall_stiffness=3.4,
+        distal_resistance_pa_s_m3=1.45e8,
+        systemic_capacitance_m3_pa=1.00e-8,
+        activation_onset_s=0.040,
+        activation_duration_s=0.320,
+        acquisition=_acquisition(0.02, missing=(4,)),
+        design="k_ATP above the prior's bound of 30 /s",
+    ),
+    Volunteer(
+        Context("F", "F", 20.0, 1.55, 84.0, 68.0, 24.0, 0.64),
+        theta=(60.0, 80.0, 30.0),
+        late_diastolic_kpa=3.8,
+        passive_exponent_b=3.6,
+        sigma_0_kpa=85.0,
+        destruction_alpha=1.7,
+        wall_stiffness=3.5,
+        distal_resistance_pa_s_m3=1.50e8,
+        systemic_capacitance_m3_pa=0.90e-8,
+        activation_onset_s=0.042,
+        activation_duration_s=0.325,
+        acquisition=_acquisition(0.03),
+        design="k_ATP far above the prior's bound",
+    ),
+    Volunteer(
+        Context("G", "F", 25.0, 1.70, 61.0, 90.0, 34.0, 0.76),
+        theta=(68.0, 6.0, 15.0),
+        late_diastolic_kpa=4.4,
+        passive_exponent_b=2.6,
+        sigma_0_kpa=88.0,
+        destruction_alpha=1.5,
+        wall_stiffness=3.1,
+        distal_resistance_pa_s_m3=1.55e8,
+        systemic_capacitance_m3_pa=1.00e-8,
+        activation_onset_s=0.039,
+        activation_duration_s=0.316,
+        acquisition=_acquisition(0.03),
+        design="within the prior; relaxation half as fast as in A to F",
+    ),
+    Volunteer(
+        Context("H", "M", 23.0, 1.86, 66.0, 104.0, 38.0, 0.84),
+        theta=(75.0, 6.5, 48.0),
+        late_diastolic_kpa=4.2,
+        passive_exponent_b=3.2,
+        sigma_0_kpa=90.0,
+        destruction_alpha=1.6,
+        wall_stiffness=2.9,
+        distal_resistance_pa_s_m3=1.50e8,
+        systemic_capacitance_m3_pa=1.00e-8,
+        activation_onset_s=0.043,
+        activation_duration_s=0.328,
+        acquisition=_acquisition(0.02),
+        design="within the prior; relaxation one and a half times as fast as in A to F",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """All that is true of one volunteer: the beat, the passive scale, the passive and the total curve."""
+
+    volunteer: Volunteer
+    beats: Beats
+    passive_scale_kpa: float
+    passive_kpa: FloatArray
+    curve: TruthCurve
+
+    @property
+    def active_kpa(self) -> FloatArray:
+        """The active stiffness k_c of the beat; shape (M,)."""
+        return np.asarray(self.beats.active_stiffness_kpa[0])
+
+
+def simulate_truth(volunteer: Volunteer) -> Truth:
+    """Simulate a volunteer and set the passive scale so that late diastole has its designed stiffness.
+
+    Raises:
+        RuntimeError: The simulation is not periodic.
+    """
+    beats = simulate(np.array([volunteer.theta]), volunteer.context, forward_model_of(volunteer))
+    if beats.status[0] != Status.PERIODIC:
+        raise RuntimeError(f"volunteer {volunteer.context.subject}: {Status(beats.status[0]).name}")
+    active = beats.active_stiffness_kpa[0]
+    shape = passive_shape(beats.stretch[0], volunteer.passive_exponent_b)
+    scale = designed_scale(volunteer.late_diastolic_kpa, beats.cycle_phase, active, shape)
+    curve = TruthCurve(beats.cycle_phase, scale * shape + active)
+    return Truth(volunteer, beats, scale, scale * shape, curve)
+
+
+def designed_scale(
+    late_diastolic_kpa: float, cycle_phase: FloatArray, active_kpa: FloatArray, shape: FloatArray
+) -> float:
+    """Return the passive scale in kPa with which mean stiffness in late diastole is as designed.
+
+    Args:
+        late_diastolic_kpa: The designed mean.
+        cycle_phase: Phases of the cycle; shape (M,).
+        active_kpa: Active part of the measured stiffness; shape (M,).
+        shape: Passive stiffness up to the scale; shape (M,).
+    """
+    window = (cycle_phase >= LATE_DIASTOLE[0]) & (cycle_phase <= LATE_DIASTOLE[1])
+    return float((late_diastolic_kpa - active_kpa[window].mean()) / shape[window].mean())
+
+
+def true_curve(volunteer: Volunteer) -> TruthCurve:
+    """Return the noiseless total stiffness of a volunteer."""
+    return simulate_truth(volunteer).curve
+
+
+def record(truth: Truth, seed: int) -> Samples:
+    """Record a volunteer with the acquisition noise of this seed; each volunteer has a stream of its own.
+
+    The shipped recordings are those of ``ACQUISITION_SEED``.
+    """
+    volunteer = truth.volunteer
+    stream = generator(seed, "acquisition", volunteer.context.subject)
+    return acquire(truth.curve, volunteer.context, volunteer.acquisition, stream)

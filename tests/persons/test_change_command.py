@@ -1,0 +1,199 @@
+"""The command `change`: whose visits, what is refused, what is written and what is not."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+import pandas as pd
+import pytest
+from study_copy import ROOT
+
+from swesbi.__main__ import main
+from swesbi.artefacts import Provenance, save, to_groups
+from swesbi.config.pairs import pairs_of, visit_pair
+from swesbi.config.read import ConfigError, overlay, read_merged
+from swesbi.config.study import Study, load_study
+from swesbi.persons.change.one_person import OnePerson
+from swesbi.persons.change.ratios import QUANTITIES, Ratios
+from swesbi.persons.change.stored import KIND, StoredChange, change_table, read_change
+from swesbi.persons.change.words import change_lines
+from swesbi.study import change as command
+from swesbi.study.finished import finished_population
+from swesbi.study.stages.change import check_protocols
+
+if TYPE_CHECKING:
+    from swesbi.recording.observation import Observation
+
+TRIAL = ROOT / "data" / "virtual_trial"
+
+
+@pytest.fixture(scope="module")
+def trial() -> Study:
+    raw = overlay(read_merged(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(TRIAL)}})
+    return load_study(raw | {"cohort": str(ROOT / "data" / "virtual_volunteers")})
+
+
+def test_the_first_and_the_last_visit_are_compared_unless_others_are_named(trial: Study) -> None:
+    pair = visit_pair(trial, "P01")
+    assert (pair.visits, pair.subjects) == (("before", "after"), ("P01-before", "P01-after"))
+    assert visit_pair(trial, "P01", "after", "before").subjects == ("P01-after", "P01-before")
+    assert len(pairs_of(trial)) == 24
+
+
+@pytest.mark.parametrize(
+    ("chosen", "words"),
+    [
+        (("Nobody",), "person = 'Nobody': "),
+        (("P01", "never"), "visit = 'never': person 'P01' has before, after"),
+        (("P01", "after"), "visit = 'after': given as both visits of 'P01'"),
+    ],
+)
+def test_a_person_or_a_visit_that_is_not_there_is_named(
+    trial: Study, chosen: tuple[str, ...], words: str
+) -> None:
+    with pytest.raises(ConfigError, match=words):
+        visit_pair(trial, *chosen)
+
+
+def test_a_person_who_came_once_has_not_changed(trial: Study) -> None:
+    rows = dict(trial.new_visit_rows)
+    once = {name: visit for name, visit in rows.items() if name != "P02-after"}
+    contexts = {name: row for name, row in trial.new_rows.items() if name != "P02-after"}
+    alone = Study(trial.config, trial.context_rows, new_rows=contexts, new_visit_rows=once)
+    with pytest.raises(ConfigError, match="has one visit in .*, 'before', and a change needs two"):
+        visit_pair(alone, "P02")
+    assert "P02" not in {pair.person for pair in pairs_of(alone)}
+
+
+@pytest.fixture
+def typed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., str]:
+    """Run the command on the virtual trial, and return what it says as an error."""
+
+    def run(*arguments: str, cohort: Path = TRIAL) -> str:
+        results = tmp_path / "results"
+        (tmp_path / "overlay.yaml").write_text(f"results: {results}\n", encoding="utf-8")
+        monkeypatch.chdir(ROOT)
+        chosen = ("--cohort", str(cohort), "--experiment", "amortised", *arguments)
+        code = main(["change", "--overlay", str(tmp_path / "overlay.yaml"), *chosen])
+        assert code == 2
+        return capsys.readouterr().err
+
+    return run
+
+
+def test_mistakes_are_told_before_anything_runs(typed: Callable[..., str], tmp_path: Path) -> None:
+    assert "person = 'Nobody'" in typed("--person", "Nobody")
+    assert "visit = 'never'" in typed("--person", "P01", "--from", "never")
+    assert "has not been run this far" in typed("--person", "P01")
+    assert not (tmp_path / "results").exists()
+
+
+def test_what_is_wrong_with_a_person_s_visit_stops_that_person_alone(
+    typed: Callable[..., str], tmp_path: Path
+) -> None:
+    """A recording that is not there and a heart that cannot be, of two persons: a third is answered."""
+    cohort = tmp_path / "trial"
+    shutil.copytree(TRIAL, cohort)
+    (cohort / "swe" / "P01-before.csv").unlink()
+    table = pd.read_csv(cohort / "subjects.csv", dtype=str)
+    table.loc[table["subject"] == "P03-after", "ivsd_cm"] = "9.5"
+    table.to_csv(cohort / "subjects.csv", index=False)
+    assert "there is no file P01-before.csv" in typed("--person", "P01", cohort=cohort)
+    assert "column 'ivsd_cm': '9.5'" in typed("--person", "P03", cohort=cohort)
+    assert "has not been run this far" in typed("--person", "P02", cohort=cohort)
+    table.loc[table["subject"] == "P03-after", ["person", "visit", "group"]] = ""  # whose it is, nobody knows
+    table.to_csv(cohort / "subjects.csv", index=False)
+    assert "column 'ivsd_cm': '9.5'" in typed("--person", "P02", cohort=cohort)
+
+
+def test_a_refused_visit_is_named_and_nothing_is_written(
+    typed: Callable[..., str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for path in finished_population(tmp_path / "results", "amortised").files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+
+    def answer(folder: Path, _: Study, subject: str, *rest: object) -> None:
+        if subject == "P01-after":
+            raise ValueError("hr_bpm = 250 lies outside 40 to 130")
+        folder.mkdir(parents=True)
+        (folder / "posterior.h5").touch()
+
+    monkeypatch.setattr(command, "answer_into", answer)
+    made = sorted(tmp_path.rglob("*"))
+    said = typed("--person", "P01", "--out", str(tmp_path / "out"))
+    assert "visit 'after' of 'P01' (recording P01-after): hr_bpm = 250 lies outside 40 to 130" in said
+    assert set(tmp_path.rglob("*")) == {*made, tmp_path / "overlay.yaml"}
+
+
+def test_visits_of_different_protocols_are_refused() -> None:
+    """Only the numbers of phases are looked at."""
+    visits = [cast("Observation", SimpleNamespace(phase=np.arange(number))) for number in (20, 12)]
+    check_protocols(visits[:1] * 2, ("before", "after"))
+    with pytest.raises(ValueError, match="gated phases by visit: 'before' 20, 'after' 12; .* same protocol"):
+        check_protocols(visits, ("before", "after"))
+
+
+def stored(p_value: float = 0.5, changed: float = 0.99) -> StoredChange:
+    """A change of made-up numbers."""
+    rng = np.random.default_rng(1)
+    one = np.ones(4)
+    ratios = Ratios(
+        1.2 * one,
+        1.1 * one,
+        1.3 * one,
+        0.99 * one,
+        changed * one,
+        0.0 * one,
+        0.05 * one,
+        0.3 * one,
+        0.4 * one,
+    )
+    return StoredChange(
+        visit=("before", "after"), quantity=QUANTITIES, parameter=("a", "b"), share=("speed_scale",),
+        person="P", subject=np.array(["P1", "P2"]), verdict=np.array(["supported", "strained"]),
+        phi=rng.random((2, 50, 2)), quantities=1.0 + rng.random((2, 50, 4)), shares=np.array([0.8]),
+        ratios=ratios, one_person=OnePerson(2.0, 1.0, p_value, 0.05, 0.7), sampler="importance",
+        converged=True, reasons="", k_hat=0.3, k_hat_limit=0.7, efficiency=0.1, weighted_draws=1000,
+        log_evidence=50.0, log_evidence_se=0.1, interval_mass=0.9, threshold=0.1, probability=0.95,
+    )  # fmt: skip
+
+
+def test_a_change_is_read_as_it_was_written(tmp_path: Path) -> None:
+    written, path = stored(), tmp_path / "change.h5"
+    save(path, to_groups(written), Provenance(KIND, "P"))
+    read = read_change(path)
+    assert (read.visit, read.quantity, read.person, read.converged) == (
+        written.visit, written.quantity, "P", True,
+    )  # fmt: skip
+    np.testing.assert_array_equal(read.phi, written.phi)
+    np.testing.assert_array_equal(read.ratios.low, written.ratios.low)
+    assert list(read.verdict) == ["supported", "strained"]
+    assert read.one_person == written.one_person
+
+
+def test_the_table_has_a_row_a_quantity_with_what_was_decided() -> None:
+    table = change_table(stored())
+    assert list(table["quantity"]) == list(QUANTITIES)
+    assert table["changed"].all()
+    assert table["one_person"].all()
+    assert not change_table(stored(changed=0.9))["changed"].any()
+
+
+def test_the_answer_says_what_changed_and_what_it_is_conditional_on() -> None:
+    said = "\n".join(change_lines(stored()))
+    assert "after (P2): strained by itself" in said
+    assert "can be of one person" in said
+    rule = "changed by more than 10% in one direction with probability above 0.95"
+    assert f"{rule}: active stiffness scale k_0" in said
+    assert "scale of all speeds 0.8" in said
+    other = "\n".join(change_lines(stored(p_value=0.01, changed=0.2)))
+    assert "NOT of one person" in other
+    assert "nothing has changed by more than 10%" in other

@@ -1,0 +1,101 @@
+"""The stage of the change in groups, on changes of made-up ratios."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import hierarchy_case as case
+import numpy as np
+import pandas as pd
+import pytest
+import ratio_case
+from speed_case import shipped
+from test_change_command import stored
+
+from swesbi.artefacts import Provenance, save, to_groups
+from swesbi.persons.change.groups import verdict_of_pair
+from swesbi.persons.change.one_person import OnePerson
+from swesbi.persons.change.stored import KIND, StoredChange
+from swesbi.persons.change.stored_groups import read_change_groups
+from swesbi.study.stages import change_groups as stage
+from swesbi.study.stages.origin import Origin
+
+TWO_PERSONS = OnePerson(-3.0, -2.0, 0.01, 0.05, 4.0)
+
+
+def changes() -> list[StoredChange]:
+    """Changes of eight persons; the last one's recordings are of two."""
+    rng = np.random.default_rng(2)
+    found = []
+    for number in range(8):
+        effect = np.log(0.7) if number % 2 else 0.0
+        draws = 20.0 * np.exp(0.05 * rng.standard_normal((2, 600, 4)))
+        draws[1, :, 2] *= np.exp(effect)
+        one = replace(stored(), person=f"P{number}", verdict=np.array(["supported", "supported"]))
+        found.append(replace(one, phi=draws[:, :, :2], quantities=draws))
+    return [*found[:-1], replace(found[-1], one_person=TWO_PERSONS)]
+
+
+def test_a_pair_has_the_worse_verdict_of_both_visits() -> None:
+    one = stored()
+    assert verdict_of_pair(one) == "strained"
+    assert verdict_of_pair(replace(one, one_person=TWO_PERSONS)) == "unsupported"
+    assert verdict_of_pair(replace(one, converged=False)) == "unsupported"
+
+
+def test_the_stage_writes_all_of_it_and_says_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    paths = []
+    for change in changes():
+        paths.append(tmp_path / change.person / "change.h5")
+        save(paths[-1], to_groups(change), Provenance(KIND, change.person))
+    context = case.contexts(1, np.random.default_rng(1))[0]
+    monkeypatch.setattr(stage, "read_observation", lambda path: SimpleNamespace(context=context))
+    config = shipped()
+    prior = {
+        "theta": case.THETA_PRIOR.to_plain(),
+        "passive_scale_kpa": config.speed_experiments["calibrated"].passive_scale_kpa.to_plain(),
+    }
+    settings = stage.ChangeGroupsStageSettings.from_plain(
+        {
+            "prior": prior,
+            "change_groups": ratio_case.SETTINGS.model_copy(update={"draws": 600}).to_plain(),
+            "cohort_posterior": ratio_case.EFFORT.to_plain(),
+            "groups": {f"P{number}": "treated" if number % 2 else "control" for number in range(8)},
+            "left_out": ["left out with one visit, since a change needs two: P9"],
+            "cohort_title": "made-up persons",
+        }
+    )
+    files = {
+        "groups": tmp_path / "amortised" / "changes_groups.h5",
+        "table": tmp_path / "amortised" / "changes_groups.csv",
+        "persons": tmp_path / "changes_persons.csv",
+        "figure_pdf": tmp_path / "figure.pdf",
+        "figure_png": tmp_path / "figure.png",
+    }
+    with caplog.at_level(logging.INFO, logger="swesbi"):
+        stage.change_groups(
+            changes=paths, observations=paths, settings=settings, origin=Origin(1, "", ""), **files
+        )
+    assert all(path.is_file() for path in files.values())
+    found = read_change_groups(files["groups"])
+    assert found.groups == ("control", "treated")
+    factor = found.population.group_factor[0, :, 0, 2]
+    assert np.quantile(factor, 0.05) < 0.7 < np.quantile(factor, 0.95)
+    assert found.persons.outlier_prior[-1] == case.OUTLIERS.unsupported
+    said = "\n".join(caplog.messages)
+    assert "treated rose less than control, or fell more, with a probability of" in said
+    assert "Left out with one visit, since a change needs two: P9." in said
+    assert "counted as outliers, since both recordings are not of one person: P7" in said.replace("C", "c")
+    joined = tmp_path / "all.csv"
+    stage.changes_groups_table(
+        tables=[files["table"]],
+        table=joined,
+        settings=stage.ChangesGroupsTableStageSettings(),
+        origin=Origin(1, "", ""),
+    )
+    assert set(pd.read_csv(joined)["experiment"]) == {"amortised"}

@@ -1,0 +1,181 @@
+"""The walk through the virtual trial, and the commands `change` and `plan`, on a finished small study."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+from study_copy import ROOT, StudyCopy, rules_of
+
+from swesbi.__main__ import main
+from swesbi.config.read import overlay, read_yaml
+from swesbi.persons.change.ratios import QUANTITIES
+from swesbi.persons.change.stored import read_change
+from swesbi.persons.change.stored_groups import read_change_groups
+from swesbi.study.change import CHANGE_OUTPUTS
+
+PAGE = (ROOT / "docs" / "change-and-groups.md").read_text(encoding="utf-8")
+BINARIES = Path(sys.executable).parent
+TRIAL = Path("data") / "virtual_trial"
+PAIR = ("P01-before", "P01-after")
+CAME = [*(f"P01-{visit}" for visit in ("before", "between", "after")), "P06-before", "P06-after"]
+ASIDE = ["P02-before", "P02-after", "P05-before"]
+"""Of the page's 24 persons, who take an hour, two are answered, one is refused, and one came once."""
+REFUSED_CM = 2.2
+SHORT = {"mcmc": {"steps": 10, "max_steps": 10}}
+"""A sampler that is not to converge."""
+STAY = ("observation.h5", "posterior.h5", "support.json", "predictive.h5")
+"""What the answer to one visit has that no clock and no place is in."""
+
+
+def walk() -> list[str]:
+    """The commands of the page's first block."""
+    block = re.search(r"^```\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    assert block
+    return block[1].splitlines()
+
+
+def typed(command: str, study: StudyCopy) -> str:
+    """Run a command of the page in the copy, and return what it printed."""
+    done = subprocess.run(
+        ["bash", "-c", command.replace(".venv/bin", shlex.quote(str(BINARIES)))],
+        cwd=study.folder,
+        env=study.environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def shorten(study: StudyCopy, experiments: Sequence[str]) -> None:
+    """Let few experiments of the copy run, and samplers be short."""
+    small = {
+        "run": [*experiments],
+        "changes": {"exact": SHORT},
+        "experiments": {"calibrated": {"exact": SHORT}},
+    }
+    path = study.folder / study.config
+    path.write_text(yaml.safe_dump(overlay(read_yaml(path), small)), encoding="utf-8")
+
+
+def leave_few(cohort: Path) -> None:
+    """Leave few persons of the trial: the first comes three times, and no network knows another's heart."""
+    table = pd.read_csv(cohort / "subjects.csv").set_index("subject", drop=False)
+    between = table.loc[[PAIR[0]]].assign(subject=CAME[1], visit="between")
+    few = pd.concat([table, between.set_index("subject", drop=False)]).loc[CAME + ASIDE]
+    few.loc[few["person"] == "P02", "ivsd_cm"] = REFUSED_CM
+    few.to_csv(cohort / "subjects.csv", index=False)
+    shutil.copyfile(cohort / "swe" / f"{PAIR[0]}.csv", cohort / "swe" / f"{CAME[1]}.csv")
+
+
+@pytest.mark.slow(minutes=3)
+def test_the_walk_through_the_virtual_trial(own_study: StudyCopy, tmp_path: Path) -> None:
+    """The commands of the page in its order; the command and the workflow give the same answer."""
+    study = own_study
+    shorten(study, ["amortised"])
+    study.run("results-smoke/amortised/null.h5")  # chains of a null recording are shorter too
+    leave_few(study.folder / TRIAL)
+    make_overlay, validate, change, changes = walk()
+    typed(make_overlay, study)
+    assert "8 recordings can be used" in typed(validate, study)
+    # the page's network is that of the full study; this one is the small study's
+    assert typed(f"{change} --overlay {study.config}", study).startswith("P01: before to after\n")
+    made, by_hand = study.results / "amortised" / "change" / "P01", tmp_path / "by hand"
+    made.rename(by_hand)
+    assert {path.name for path in by_hand.iterdir()} == {*CHANGE_OUTPUTS.values(), *PAIR}
+    typed(changes.replace("--configfile ", f"--configfile {study.config} "), study)
+    same = [made / name for name in ("change.h5", "change.csv")]
+    assert [path.read_bytes() for path in same] == [(by_hand / path.name).read_bytes() for path in same]
+    for visit in PAIR:
+        answer = study.results / "amortised" / "new" / "virtual_trial" / visit
+        for name in STAY:
+            assert (answer / name).read_bytes() == (by_hand / visit / name).read_bytes(), (visit, name)
+    check_changes(study)
+    check_groups(study)
+
+
+def check_changes(study: StudyCopy) -> None:
+    """Each of both persons is compared from the first visit to the last."""
+    whole = pd.read_csv(study.results / "tables" / "changes.csv")
+    assert set(whole["experiment"]) == {"amortised"}
+    assert list(whole["person"].unique()) == ["P01", "P06"]
+    assert len(whole) == 2 * len(QUANTITIES)
+    found = read_change(study.results / "amortised" / "change" / "P01" / "change.h5")
+    assert found.visit == ("before", "after")
+    assert tuple(found.subject) == PAIR
+
+
+def check_groups(study: StudyCopy) -> None:
+    """Groups of one person are not compared, and who is left out is named."""
+    groups = pd.read_csv(study.results / "tables" / "changes_groups.csv")
+    assert list(groups["experiment"].unique()) == ["amortised"]
+    found = read_change_groups(study.results / "amortised" / "changes_groups.h5")
+    assert found.person == ("P01", "P06")
+    assert found.groups == ()  # one person of each group
+    assert "left out with one visit, since a change needs two: P05" in found.notes
+    assert "P02 is left out: visit 'before' (recording P02-before) is refused, ivsd_cm = 2.2" in found.notes
+    assert "has one person" in found.notes
+    assert (study.results / "figures" / "changes_groups-amortised.pdf").is_file()
+
+
+def test_every_experiment_that_can_answers_a_pair(editable: StudyCopy) -> None:
+    jobs = editable.planned("changes", "--config", f"new_subjects={{cohort: {TRIAL}}}")
+    assert rules_of(jobs) == {
+        "new_subject", "new_subject_of_population", "person_change", "person_change_of_population",
+        "changes_table", "change_groups", "changes_groups_table",
+    }  # fmt: skip
+
+
+@pytest.mark.exhaustive
+def test_the_network_of_the_cohort_compares_by_hand_as_by_the_workflow(
+    own_study: StudyCopy, tmp_path: Path
+) -> None:
+    study = own_study
+    shorten(study, ["paper", "calibrated"])
+    leave_few(study.folder / TRIAL)
+    asked = ("--cohort", str(TRIAL), "--person", "P01", "--experiment", "calibrated")
+    out = tmp_path / "out"
+    done = study.call("-m", "swesbi", "change", "--overlay", study.config, *asked, "--out", str(out))
+    assert done.returncode == 0, done.stderr
+    made = study.results / "calibrated" / "change" / "P01"
+    study.run(
+        str(made.relative_to(study.folder) / "change.h5"), "--config", f"new_subjects={{cohort: {TRIAL}}}"
+    )
+    for name in ("change.h5", "change.csv"):
+        assert (made / name).read_bytes() == (out / name).read_bytes()
+
+
+@pytest.mark.slow(minutes=2)
+def test_a_study_is_planned_and_its_persons_are_kept(
+    own_study: StudyCopy, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(own_study.folder)
+    shorten(own_study, ["amortised"])
+
+    def plan(*further: str) -> str:
+        given = ("--overlay", own_study.config, "--effect", "k_sr=-20%", "--bank", "4", *further)
+        assert main(["plan", *given]) == 0
+        return capsys.readouterr().out
+
+    said = plan("--persons", "8")
+    assert said.startswith("k_SR -20 %, paired, repeats with errors of 3.0%:")
+    assert "This assumes:" in said
+    folder = own_study.results / "amortised" / "plan"
+    table = pd.read_csv(folder / "paired-k_sr_per_s-20" / "plan.csv")
+    assert list(table["persons"]) == [4, 8, 16]
+    assert table["power_1"].between(0.0, 1.0).all()
+    (bank,) = (folder / "banks").iterdir()
+    kept, written = bank.read_bytes(), bank.stat().st_mtime_ns
+    assert plan("--persons", "8") == said
+    assert (bank.read_bytes(), bank.stat().st_mtime_ns) == (kept, written)
+    assert "persons in each of two groups" in plan("--design", "groups", "--repeats", "2,3")

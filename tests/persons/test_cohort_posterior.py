@@ -1,0 +1,179 @@
+"""The posterior of a cohort from end to end, on persons whose posteriors are known in closed form."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import arviz
+import hierarchy_case as case
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from swesbi.artefacts import Provenance, load, save
+from swesbi.parameters import THETA_NAMES
+from swesbi.persons.cohort.cohort import design_of
+from swesbi.persons.cohort.hyperprior import hyperprior_of
+from swesbi.persons.cohort.infer import Inferred, infer_cohort
+from swesbi.persons.cohort.result import (
+    KIND,
+    CohortPosterior,
+    cohort_groups,
+    read_cohort_posterior,
+)
+from swesbi.persons.cohort.stored import stored_form
+from swesbi.persons.cohort.table import (
+    COLUMNS,
+    GROUP_FACTOR,
+    GROUP_MEDIAN,
+    SUBJECT_COLUMNS,
+    hyperparameter_table,
+    subject_table,
+)
+from swesbi.prior import PriorSettings
+from swesbi.seeds import generator
+from swesbi.show.figures.cohort_posterior import MOST_DRAWN, draw_cohort_posterior, population_band
+from swesbi.show.page.page import templates
+from swesbi.show.tables.cohort_posterior import cohort_sections
+
+PERSONS = 10
+TITLE = "virtual volunteers"
+TRUTH = np.r_[
+    [40.0, 6.0, 25.0], [0.2, 0.25, 0.2], [1.0] * 3, [1.0] * 3, [1.0] * 3, [1.0, 1.0, 0.35]
+]  # medians, spreads, age, sex, heart rate, group b over a
+STATUSES = ("supported",) * 8 + ("strained", "unsupported")
+GROUPS = "aabbaabbab"  # sexes alternate
+
+
+def infer(groups: str = GROUPS, seed: int = 5) -> Inferred:
+    rng = generator(3, "cohort")
+    contexts = case.contexts(PERSONS, rng)
+    blank = [
+        case.Member(context, "supported", group.strip(), np.empty((0, 3)), np.empty(0))
+        for context, group in zip(contexts, GROUPS, strict=True)
+    ]
+    outlier = np.array([case.OUTLIERS.of(status) for status in STATUSES])
+    _, measured = case.draw_members(TRUTH, design_of(blank), outlier, rng)
+    stripped = [group.strip() for group in groups]
+    members = case.members_of(measured, contexts, STATUSES, stripped, 4000)
+
+    def redraw(subject: str, prior: PriorSettings, stream: int) -> case.FloatArray:
+        return measured.posterior(int(subject[1:]), prior, case.SETTINGS.draws, stream)
+
+    return infer_cohort(members, case.THETA_PRIOR, case.SETTINGS, redraw, seed)
+
+
+@pytest.fixture(scope="module")
+def inferred() -> Inferred:
+    return infer()
+
+
+@pytest.fixture(scope="module")
+def posterior(inferred: Inferred) -> CohortPosterior:
+    return stored_form(inferred, ("a person counts once",))
+
+
+def write(posterior: CohortPosterior, path: Path) -> Path:
+    save(path, cohort_groups(posterior), Provenance(KIND))
+    return path
+
+
+def test_the_population_is_found(inferred: Inferred) -> None:
+    assert inferred.exact.converged
+    design = design_of(inferred.members)
+    assert inferred.prior == hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
+    low, high = np.quantile(inferred.exact.phi, [0.005, 0.995], axis=0)
+    assert ((low < TRUTH) & (high > TRUTH)).all()
+    factor = inferred.exact.phi[:, -1]
+    assert (factor < 1.0).mean() > 0.97
+    assert inferred.shrunken.effective.min() > case.SETTINGS.least_effective
+
+
+def test_supported_subjects_lean_on_the_population_and_outliers_do_not(posterior: CohortPosterior) -> None:
+    subjects = posterior.subjects
+    assert subjects.outlier_prior.tolist() == [0.02] * 8 + [0.2, 0.9]
+    assert subjects.outlier_posterior[-1] > subjects.outlier_posterior[:8].max()
+    width = np.log(subjects.after[:, 2] / subjects.after[:, 0]).mean(axis=1)
+    alone = np.log(subjects.before[:, 2] / subjects.before[:, 0]).mean(axis=1)
+    assert (width / alone)[:8].mean() < 0.95
+
+
+def test_the_same_seed_gives_the_same_bytes(inferred: Inferred, tmp_path: Path) -> None:
+    first = write(stored_form(inferred), tmp_path / "first.h5")
+    second = write(stored_form(infer()), tmp_path / "second.h5")
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_the_file_reads_back_by_us_and_by_arviz(posterior: CohortPosterior, tmp_path: Path) -> None:
+    path = write(posterior, tmp_path / "cohort_posterior.h5")
+    again = read_cohort_posterior(path)
+    assert again.subject == posterior.subject
+    assert again.groups == ("a", "b")
+    assert again.notes.startswith("a person counts once")
+    assert np.array_equal(again.population.theta, posterior.population.theta)
+    opened = arviz.from_netcdf(str(path), engine="h5netcdf")
+    assert {"posterior", "sample_stats", "log_likelihood", "constant_data"} <= set(opened.groups())
+    summary = arviz.summary(opened, var_names=["median", "spread", "group_factor"], kind="stats")
+    assert len(summary) == 9
+    assert opened.posterior["theta"].sizes["subject"] == PERSONS
+    loo = arviz.loo(opened, pointwise=False)
+    assert np.isfinite(loo.elpd_loo)
+    assert load(path, KIND)[0]["hyperparameter"].size == 18
+
+
+def test_without_groups_and_covariates_the_file_has_none(tmp_path: Path) -> None:
+    context = case.contexts(1, np.random.default_rng(1))
+    measured = case.Measured(np.log([[45.0, 5.0, 30.0]]), case.ERROR_SD[None])
+    members = case.members_of(measured, context, ["supported"], [""], 4000)
+    posterior = stored_form(infer_cohort(members, case.THETA_PRIOR, case.SETTINGS, None, 1))
+    again = read_cohort_posterior(write(posterior, tmp_path / "one.h5"))
+    assert again.covariate == ()
+    assert again.groups == ()
+    assert again.population.covariate_factor.shape[2] == 0
+    assert "age does not vary over the cohort" in again.notes
+    assert isinstance(draw_cohort_posterior(again, TITLE), Figure)
+    assert len(hyperparameter_table(again)) == 6
+
+
+def test_tables_have_a_row_each(posterior: CohortPosterior) -> None:
+    table = hyperparameter_table(posterior)
+    assert tuple(table.columns) == COLUMNS
+    assert len(table) == 3 * (2 + 3 + 2 + 1)
+    row = table[(table["quantity"] == GROUP_FACTOR) & (table["parameter"] == "k_sr_per_s")].iloc[0]
+    assert row["of"] == "b over a"
+    assert row["median"] < 0.7
+    assert row["probability_above_1"] < 0.03
+    medians = table[(table["quantity"] == GROUP_MEDIAN) & (table["parameter"] == "k_sr_per_s")]["median"]
+    assert medians.iloc[1] / medians.iloc[0] == pytest.approx(row["median"], rel=0.1)
+    subjects = subject_table(posterior)
+    assert tuple(subjects.columns) == SUBJECT_COLUMNS
+    assert len(subjects) == PERSONS * len(THETA_NAMES)
+
+
+def test_the_page_says_it_in_sentences(posterior: CohortPosterior, tmp_path: Path) -> None:
+    folder = tmp_path / "calibrated"
+    folder.mkdir()
+    path = write(posterior, folder / "cohort_posterior.h5")
+    section = cohort_sections([path], TITLE)["calibrated"]
+    assert section.sentences[-1] == "A person counts once."
+    assert any(
+        sentence.startswith("k_SR, b over a: 0.") and "lower with a probability of" in sentence
+        for sentence in section.sentences
+    )
+    assert sum("of the middle one of such persons" in sentence for sentence in section.sentences) == 3
+    assert len(section.tables["subjects"].rows) == PERSONS
+    assert [row.muted for row in section.tables["subjects"].rows] == [False] * 9 + [True]
+    assert len(section.tables["population"].rows) == 24
+    shown = templates().get_template("macros.html").module.cohort(section, "")  # type: ignore[attr-defined]
+    assert "<h3>The cohort as one population</h3>" in shown
+    assert shown.count("<li>") == len(section.sentences)
+    assert "<i>k</i><sub>SR</sub>, b over a: 0." in shown
+
+
+def test_the_figure_shows_groups_and_at_most_so_many_subjects(posterior: CohortPosterior) -> None:
+    figure = draw_cohort_posterior(posterior, TITLE)
+    assert len(figure.axes) == 9
+    assert len(draw_cohort_posterior(stored_form(infer("          ")), TITLE).axes) == 3
+    assert MOST_DRAWN >= PERSONS
+    low, middle, high = population_band(posterior, 0)
+    assert low < middle < high

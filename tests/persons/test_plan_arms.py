@@ -1,0 +1,51 @@
+"""Both arms of a person of a bank: one heart, one day, one noise, and the effect between them."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from study_copy import ROOT
+
+from swesbi.config.read import read_merged
+from swesbi.config.slices import stage_settings
+from swesbi.config.study import load_study
+from swesbi.persons.planning.asked import Effect
+from swesbi.persons.planning.planned import PlannedPerson, draw_planned
+from swesbi.persons.planning.settings import GROUPS, PAIRED
+from swesbi.study.stages.plan import PlanBankStageSettings
+
+
+@cache
+def person(design: str, change: float, response_spread: float = 0.0) -> PlannedPerson:
+    """Draw the first person of a bank by the shipped configuration."""
+    study = load_study(read_merged(ROOT / "config.yaml"))
+    asked = {"design": design, "parameter": "k_sr_per_s", "change": repr(change), "repeats": "3"}
+    plain = stage_settings(study, "plan_bank", experiment="amortised", repeat_noise="0.03", **asked)
+    source = PlanBankStageSettings.from_plain(plain).source(study.config.seed)
+    return draw_planned(0, design, Effect("k_sr_per_s", change), response_spread, source)
+
+
+@pytest.mark.parametrize("design", [PAIRED, GROUPS])
+def test_without_an_effect_both_arms_are_one_recording(design: str) -> None:
+    drawn = person(design, 0.0)
+    assert (drawn.earlier is None) == (design == GROUPS)
+    assert (drawn.theta[0] == drawn.theta[1]).all()
+    without, other = drawn.arms
+    assert without.context.hr_bpm == other.context.hr_bpm
+    assert without.context.lvesv_ml == other.context.lvesv_ml
+    assert (without.speed_m_s == other.speed_m_s).all()
+
+
+def test_an_effect_is_all_that_lies_between_the_arms() -> None:
+    drawn = person(PAIRED, -0.2)
+    assert drawn.theta[1] / drawn.theta[0] == pytest.approx([1.0, 1.0, 0.8])
+    assert (drawn.theta[0] == person(PAIRED, 0.0).theta[0]).all()
+    without, other = drawn.arms
+    assert without.context.hr_bpm == other.context.hr_bpm
+    assert not np.allclose(without.speed_m_s, other.speed_m_s, rtol=0.002)
+    # what failed in one failed in the other; of outliers one or another may be told apart in one alone
+    assert np.abs(without.samples_by_repeat - other.samples_by_repeat).sum() <= 3
+    assert drawn.earlier is not None
+    assert not np.allclose(without.speed_m_s, drawn.earlier.speed_m_s, rtol=0.002)

@@ -1,0 +1,37 @@
+"""The shipped push trains are made again to the byte, and are what their README says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import speed_case
+from makers import maker, shipped_files
+from study_copy import ROOT
+
+from swesbi.recording.acquisition_settings import ACQUISITION_SEED
+from swesbi.recording.check import examine_cohort
+
+SHIPPED = ROOT / "data" / "virtual_push_trains"
+
+
+def test_the_push_trains_are_made_again(tmp_path: Path) -> None:
+    maker("virtual_push_trains").write_push_trains(tmp_path, ACQUISITION_SEED)
+    names = shipped_files("virtual_push_trains")
+    assert names == sorted(
+        path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()
+    )
+    for name in names:
+        assert (tmp_path / name).read_bytes() == (SHIPPED / name).read_bytes(), name
+
+
+def test_they_are_free_running_and_can_be_used() -> None:
+    config = speed_case.shipped()
+    report = examine_cohort(SHIPPED, config.recording, config.measurement.grid_points)
+    assert [str(problem) for problem in report.problems] == []
+    assert len(report.free) == 8
+    assert {one.observation.noise_source for one in report.free} == {"declared"}
+    trains = pd.concat([pd.read_csv(path) for path in sorted((SHIPPED / "swe").glob("*.csv"))])
+    lost = (trains["status"] == "no_wave").mean()
+    assert abs(lost - 0.46) < 3.5 * np.sqrt(0.25 / len(trains))
