@@ -13,7 +13,7 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help mutants cluster study smoke report changes full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help mutants cluster study smoke report full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: # list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -35,10 +35,6 @@ smoke: $(INSTALLED) ## a tiny study of the same shape, under results-smoke/
 
 report: study ## Snakemake's own report of the finished study, in one file
 	$(BIN)/snakemake --report results/snakemake-report.html
-
-	$(BIN)/python data/virtual_volunteers/make.py
-changes: $(INSTALLED) ## what has changed between the visits of each person of new_subjects.cohort: results/tables/changes.csv
-	$(BIN)/snakemake --cores $(CORES) changes
 
 full: study ## the checks of calibration in large sizes, with the networks of the study, into results-full/ and docs/tables/
 	$(BIN)/snakemake --cores $(CORES) --configfile config/overlays/full.yaml -- checks

@@ -29,8 +29,6 @@ include: "workflow/rules/evaluation.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
-include: "workflow/rules/new_subjects.smk"
-include: "workflow/rules/changes.smk"
 include: "workflow/rules/batches.smk"
 
 

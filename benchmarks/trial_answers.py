@@ -1,11 +1,10 @@
 """How the answers to the virtual trial lie about what truly changed, and which changes were called.
 
-    .venv/bin/snakemake --cores 2 --configfile trial.yaml -- changes
+    .venv/bin/swesbi change --cohort data/virtual_trial --all --experiment amortised
     python benchmarks/trial_answers.py --out docs/tables/trial_answers.csv
 
-``trial.yaml`` says ``new_subjects: {cohort: data/virtual_trial}`` (docs/change-and-groups.md). A row a
-quantity and group: persons, true mean ratio, intervals that hold the person's own, changes called, median
-narrowing of the interval against two posteriors apart, smallest detectable change.
+A row a quantity and group: persons, true mean ratio, intervals that hold the person's own, changes called,
+median narrowing of the interval against two posteriors apart, smallest detectable change.
 """
 
 from __future__ import annotations
@@ -64,7 +63,9 @@ def main() -> None:
     options = parser.parse_args()
     files = sorted((options.results / options.experiment / "change").glob("*/change.csv"))
     if not files:
-        parser.error(f"{options.results}: no changes of {options.experiment}; run the target `changes` first")
+        parser.error(
+            f"{options.results}: no changes of {options.experiment}; run `swesbi change --all` first"
+        )
     table = rows_of(pd.concat([pd.read_csv(file) for file in files]), true_ratios(TRIAL))
     print(table.to_string(index=False, float_format="%.3g"))
     if options.out:

@@ -50,8 +50,9 @@ TESTS: Final[Mapping[str, str]] = {
     "artefacts": "study/test_artefacts study/test_faults_artefacts",
     "persons/change": "persons/test_change persons/test_change_groups persons/test_joint_change "
     "persons/test_visits_joint",
-    "persons/cohort": "persons/test_cohort_calibration persons/test_cohort_design persons/test_cohort_posterior "
-    "persons/test_drawn_anew persons/test_population_likelihood persons/test_shrinkage",
+    "persons/cohort": "persons/test_cohort_calibration persons/test_cohort_design "
+    "persons/test_cohort_posterior persons/test_drawn_anew persons/test_population_likelihood "
+    "persons/test_shrinkage",
     "persons/planning": "persons/test_planned_power persons/test_plan_asked persons/test_plan_arms",
     "checks": "checks/test_calibration checks/test_scores checks/test_information",
     "config": "config/test_config study/test_new_cohort",
@@ -138,7 +139,8 @@ MUTANTS: Final = (
            "names[: len(THETA_NAMES)] != THETA_NAMES", "set(names[: len(THETA_NAMES)]) != set(THETA_NAMES)"),
     Mutant("change in groups divides by the prior of theta, not of the ratio", "persons/change/groups.py",
            "RatioPrior(theta))", "theta)"),
-    Mutant("falls are counted from a rise on", "persons/change/ratios.py", "(joint < -beyond)", "(joint < beyond)"),
+    Mutant("falls are counted from a rise on", "persons/change/ratios.py",
+           "(joint < -beyond)", "(joint < beyond)"),
     Mutant("pairs of one person with a large statistic count as extreme", "persons/change/one_person.py",
            "(simulated <= observed)", "(simulated >= observed)"),
     Mutant("ties count whole in the rank of the truth", "checks/calibration/ranks.py",

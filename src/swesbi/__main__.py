@@ -24,7 +24,7 @@ from swesbi.study.stages.origin import Origin
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130  # as shells have it of SIGINT
 WHICH = "which "  # before the name of a wildcard among the parsed options
-WILDCARDS = ("subject", "experiment", "person", "prior", "generator", *NUMBERED)
+WILDCARDS = ("subject", "experiment", "prior", "generator", *NUMBERED)
 COMMANDS = {
     "validate": "swesbi.study.validate",
     "template": "swesbi.recording.template",

@@ -12,7 +12,6 @@ import speed_case
 from evaluation_study import make_model
 from exact_shown import write_posterior, write_support
 
-from swesbi import simulations as simulations_dataset
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.predictive import read_predictive
@@ -25,6 +24,7 @@ from swesbi.checks.predictive_speeds import (
     prior_recordings,
     withheld,
 )
+from swesbi.heart import prior_simulations as simulations_dataset
 from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.measurement.likelihood import speed_model
 from swesbi.measurement.speeds import measured_speeds

@@ -23,9 +23,11 @@ from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.noise import relative_se
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.visits import Visit
+from swesbi.study.answering import pressures_of
 from swesbi.study.registry import STAGES
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+TRIAL = ROOT / "data" / "virtual_trial"
 COMMON = ROOT / "workflow" / "rules" / "common.smk"
 HEAVY = {
     "torch",
@@ -453,7 +455,7 @@ def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
 
 
 def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_cohort() -> None:
-    study = load_study(changed(new_subjects__cohort=SHIPPED["cohort"]))
+    study = load_study(SHIPPED, new_cohort=Path(SHIPPED["cohort"]))
     parts = settings_of(study, "new_subject")
     same = ["ingest", "passive", "cmaes", "train_flow", "exact_posterior", "verdict", "predictive_speeds"]
     for stage in same:
@@ -469,8 +471,7 @@ def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_coho
 
 
 def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share() -> None:
-    trial = "data/virtual_trial"
-    study = load_study(changed(new_subjects__cohort=trial))
+    study = load_study(SHIPPED, new_cohort=TRIAL)
     chosen = {"experiment": "amortised", "person": "P01"}
     parts = stage_settings(study, "person_change", **chosen)
     assert parts["visits"] == ["before", "after"]
@@ -478,19 +479,25 @@ def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share
         parts["model"]
         == stage_settings(study, "exact_posterior", subject="A", experiment="amortised")["model"]
     )
-    shares = changed(new_subjects__cohort=trial, changes__shares__exponent_b=0.5)
-    other = stage_settings(load_study(shares), "person_change", **chosen)
+    shares = changed(changes__shares__exponent_b=0.5)
+    other = stage_settings(load_study(shares, new_cohort=TRIAL), "person_change", **chosen)
     assert other["changes"]["shares"]["exponent_b"] == 0.5
     assert other | {"changes": 0} == parts | {"changes": 0}
     with pytest.raises(ConfigError, match="say which person: --person NAME"):
         stage_settings(study, "person_change", experiment="amortised")
-    with pytest.raises(ConfigError, match="new_subjects.cohort = null: names no folder"):
-        stage_settings(load_study(changed()), "person_change", **chosen)
+
+
+@pytest.mark.parametrize(
+    ("stage", "command"),
+    [("new_subject", "new-subject"), ("free_subject", "new-subject"), ("change_groups", "change")],
+)
+def test_stages_of_others_are_run_by_commands_that_name_their_folder(stage: str, command: str) -> None:
+    with pytest.raises(ConfigError, match=f"{stage}: no folder .* `swesbi {command} --cohort FOLDER` runs"):
+        settings_of(load_study(SHIPPED), stage)
 
 
 def test_the_change_in_groups_has_groups_hyperpriors_and_who_is_left_out() -> None:
-    trial = changed(new_subjects__cohort="data/virtual_trial")
-    study = load_study(trial)
+    study = load_study(SHIPPED, new_cohort=TRIAL)
     parts = stage_settings(study, "change_groups", experiment="amortised")
     assert set(parts["groups"].values()) == {"control", "treated"}
     assert len(parts["groups"]) == 24
@@ -499,16 +506,14 @@ def test_the_change_in_groups_has_groups_hyperpriors_and_who_is_left_out() -> No
     narrow = "population_experiments__amortised__population__declared_range__hr_bpm"
     rows = {name: row.hr_bpm for name, row in study.new_rows.items()}
     slowest = min(rows, key=lambda name: rows[name])
-    refusing = load_study(
-        changed(**{narrow: [rows[slowest] + 0.5, 130.0], "new_subjects__cohort": "data/virtual_trial"})
-    )
+    refusing = load_study(changed(**{narrow: [rows[slowest] + 0.5, 130.0]}), new_cohort=TRIAL)
     left = stage_settings(refusing, "change_groups", experiment="amortised")
     assert any(f"(recording {slowest}) is refused, hr_bpm = " in sentence for sentence in left["left_out"])
     assert slowest.split("-")[0] not in left["groups"]
 
 
 def test_those_who_came_once_are_named() -> None:
-    study = load_study(changed(new_subjects__cohort=SHIPPED["cohort"]))
+    study = load_study(SHIPPED, new_cohort=Path(SHIPPED["cohort"]))
     left = stage_settings(study, "change_groups", experiment="amortised")["left_out"]
     assert left == ["left out with one visit, since a change needs two: A, B, C, D, E, F, G, H"]
 
@@ -567,19 +572,19 @@ def test_the_stressed_volume_is_free_with_pressures_alone() -> None:
 def test_who_has_pressures_is_answered_with_them(tmp_path: Path) -> None:
     study = load_study(SHIPPED)
     assert study.with_pressures("amortised") == tuple("ABCDEFGH")
-    assert study.new_with_pressures == ()
     cohort = tmp_path / "cohort"
     shutil.copytree(SHIPPED["cohort"], cohort)
     table = pd.read_csv(cohort / "subjects.csv", dtype=str).set_index("subject")
     table.loc["B", ["sbp_mmhg", "dbp_mmhg"]] = ""
     table.to_csv(cohort / "subjects.csv")
-    fewer = load_study(changed(cohort=str(cohort), new_subjects__cohort=str(cohort)))
-    assert fewer.with_pressures("amortised") == fewer.new_with_pressures == tuple("ACDEFGH")
+    fewer = load_study(changed(cohort=str(cohort)), new_cohort=cohort)
+    assert fewer.with_pressures("amortised") == tuple("ACDEFGH")
+    assert [name for name in fewer.new_rows if pressures_of(fewer, name)] == list("ACDEFGH")
 
 
 def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"new_subjects\.cohort = .*subjects.csv"):
-        load_study(changed(new_subjects__cohort=str(tmp_path)))
+    with pytest.raises(ConfigError, match=r"--cohort = .*subjects.csv"):
+        load_study(SHIPPED, new_cohort=tmp_path)
 
 
 def test_every_stage_has_settings_and_the_table_no_other() -> None:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
 
-from swesbi import simulations as draw
 from swesbi.artefacts import ArtefactError, Provenance, load, save
 from swesbi.config.parts import shard_draws
+from swesbi.heart import prior_simulations as draw
 from swesbi.heart.periodic import Status
 from swesbi.heart.prior_simulations import (
     KIND,

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from forward_model_cases import COHORT, CONFIG
 from numpy.typing import NDArray
 
-from swesbi import simulations as simulations_dataset
 from swesbi.artefacts import save, to_dataset, to_groups, write_json
 from swesbi.checks.settings import CmaesSettings, PredictiveSettings
+from swesbi.config.read import read_merged
+from swesbi.heart import prior_simulations as simulations_dataset
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate
@@ -39,7 +39,7 @@ from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import diagnose
 
 FloatArray = NDArray[np.float64]
-PLAIN: dict[str, Any] = yaml.safe_load(CONFIG.read_text())
+PLAIN: dict[str, Any] = read_merged(CONFIG)
 PAPER = PLAIN["experiments"]["paper"]
 FORWARD_MODEL = ForwardModelSettings.from_plain(PLAIN["forward_model"])
 MEASUREMENT = MeasurementSettings.from_plain(PLAIN["measurement"])

@@ -10,7 +10,6 @@ import pandas as pd
 import speed_case
 from numpy.typing import NDArray
 
-from swesbi.__main__ import main
 from swesbi.context import Context
 from swesbi.recording.free_observation import FreeObservation, ingest_free
 from swesbi.recording.free_samples import read_free_samples
@@ -81,12 +80,3 @@ def mixed(folder: Path) -> Path:
     train(2).to_csv(cohort / "swe" / "S-3.csv", index=False)
     (cohort / "swe" / "S-3.yaml").write_text(NOISE)
     return cohort
-
-
-def answered(folder: Path, rows: dict[str, pd.DataFrame]) -> Path:
-    """Answer free-running recordings, one at least of them refused, under the settings of the small study."""
-    cohort = write_free_cohort(folder / "cohort", rows)
-    out = folder / "out"
-    overlay = ["--overlay", "tests/smoke.yaml"]
-    assert main(["new-subject", "--cohort", str(cohort), "--all", "--out", str(out), *overlay]) == 2
-    return out

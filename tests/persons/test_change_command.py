@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
@@ -16,15 +17,19 @@ from study_copy import ROOT
 from swesbi.__main__ import main
 from swesbi.artefacts import Provenance, save, to_groups
 from swesbi.config.pairs import pairs_of, visit_pair
-from swesbi.config.read import ConfigError, overlay, read_merged
+from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.persons.change.one_person import OnePerson
 from swesbi.persons.change.ratios import QUANTITIES, Ratios
 from swesbi.persons.change.stored import KIND, StoredChange, change_table, read_change
 from swesbi.persons.change.words import change_lines
+from swesbi.show.csv import write_csv
 from swesbi.study import change as command
 from swesbi.study.finished import finished_population
-from swesbi.study.stages.change import check_protocols
+from swesbi.study.stages.change import ChangeFiles, PersonChangeStageSettings, check_protocols
+from swesbi.study.stages.change_groups import ChangeGroupsStageSettings
+from swesbi.study.stages.origin import Origin
+from swesbi.study.stages.other_network import OtherNetworkError
 
 if TYPE_CHECKING:
     from swesbi.recording.observation import Observation
@@ -34,8 +39,8 @@ TRIAL = ROOT / "data" / "virtual_trial"
 
 @pytest.fixture(scope="module")
 def trial() -> Study:
-    raw = overlay(read_merged(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(TRIAL)}})
-    return load_study(raw | {"cohort": str(ROOT / "data" / "virtual_volunteers")})
+    raw = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+    return load_study(raw, new_cohort=TRIAL)
 
 
 def test_the_first_and_the_last_visit_are_compared_unless_others_are_named(trial: Study) -> None:
@@ -74,7 +79,7 @@ def test_a_person_who_came_once_has_not_changed(trial: Study) -> None:
 def typed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., str]:
-    """Run the command on the virtual trial, and return what it says as an error."""
+    """Run the command on the virtual trial, refused in part at least, and return what it says."""
 
     def run(*arguments: str, cohort: Path = TRIAL) -> str:
         results = tmp_path / "results"
@@ -83,7 +88,7 @@ def typed(
         chosen = ("--cohort", str(cohort), "--experiment", "amortised", *arguments)
         code = main(["change", "--overlay", str(tmp_path / "overlay.yaml"), *chosen])
         assert code == 2
-        return capsys.readouterr().err
+        return "".join(capsys.readouterr())
 
     return run
 
@@ -131,6 +136,130 @@ def test_a_refused_visit_is_named_and_nothing_is_written(
     said = typed("--person", "P01", "--out", str(tmp_path / "out"))
     assert "visit 'after' of 'P01' (recording P01-after): hr_bpm = 250 lies outside 40 to 130" in said
     assert set(tmp_path.rglob("*")) == {*made, tmp_path / "overlay.yaml"}
+
+
+class Instead:
+    """In place of answers and stages: files of made-up numbers, and what the stage of groups was given."""
+
+    def __init__(self) -> None:
+        self.raised: dict[str, BaseException] = {}
+        self.changes: list[Path] = []
+        self.observations: list[Path] = []
+        self.left_out: list[str] = []
+
+    def answer(self, folder: Path, _: Study, subject: str, *rest: object) -> None:
+        if subject in self.raised:
+            raise self.raised[subject]
+        folder.mkdir(parents=True)
+        (folder / "observation.h5").touch()
+
+    def stage(self, name: str) -> Callable[..., None]:
+        return {"person_change": self.person_change, "change_groups": self.change_groups}[name]
+
+    def person_change(
+        self, *, files: ChangeFiles, settings: PersonChangeStageSettings, origin: Origin
+    ) -> None:
+        change = replace(stored(), person=settings.person)
+        save(files.joint, to_groups(change), Provenance(KIND, origin.subject))
+        write_csv(files.table, change_table(change))
+
+    def change_groups(
+        self,
+        *,
+        changes: Sequence[Path],
+        observations: Sequence[Path],
+        settings: ChangeGroupsStageSettings,
+        origin: Origin,
+        **outputs: Path,
+    ) -> None:
+        self.changes, self.observations = [*changes], [*observations]
+        self.left_out = [*settings.left_out]
+        for path in outputs.values():
+            path.write_text(origin.subject)
+
+
+@pytest.fixture
+def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
+    for path in finished_population(tmp_path / "results", "amortised").files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    made = Instead()
+    monkeypatch.setattr(command, "answer_into", made.answer)
+    monkeypatch.setattr(command, "stage_function", made.stage)
+    return made
+
+
+def test_all_who_came_twice_are_compared_and_the_others_named(
+    typed: Callable[..., str], instead: Instead, tmp_path: Path
+) -> None:
+    cohort, out = tmp_path / "trial", tmp_path / "out"
+    shutil.copytree(TRIAL, cohort)
+    table = pd.read_csv(cohort / "subjects.csv", dtype=str)
+    table.loc[table["person"] == "P02", "ivsd_cm"] = "2.2"  # a heart that the network does not know
+    table[table["subject"] != "P05-after"].to_csv(cohort / "subjects.csv", index=False)
+    (cohort / "swe" / "P03-before.csv").unlink()
+    instead.raised = {"P04-after": ValueError("its recording\nis too short")}
+    shown = typed("--all", "--out", str(out), cohort=cohort)
+    assert "20 compared, 3 refused" in shown
+    assert "refused: P02: visit 'before' (recording P02-before) is refused, ivsd_cm = 2.2" in shown
+    persons = [f"P{number:02d}" for number in (1, *range(6, 25))]
+    files = {command.ALL_CHANGES, *command.GROUP_OUTPUTS.values()}
+    assert {path.name for path in out.iterdir()} == {*persons, *files}
+    changes = pd.read_csv(out / command.ALL_CHANGES)
+    assert list(changes) == ["experiment", *change_table(stored())]
+    assert set(changes["experiment"]) == {"amortised"}
+    assert list(changes["person"].unique()) == persons
+    assert instead.changes == [out / person / "change.h5" for person in persons]
+    first = [out / person / f"{person}-before" / "observation.h5" for person in persons]
+    assert instead.observations == first
+    said = "\n".join(instead.left_out)
+    assert "left out with one visit, since a change needs two: P03, P05" in said
+    assert said.count("P02 is left out: visit 'before' (recording P02-before) is refused, ivsd_cm = 2.2") == 1
+    assert "P03 is left out: " in said and "there is no file P03-before.csv" in said
+    assert "P04 is left out: visit 'after' of 'P04' (recording P04-after): its recording is too short" in said
+
+
+def test_what_is_wrong_with_the_network_or_nobody_compared_writes_no_table(
+    typed: Callable[..., str], instead: Instead, trial: Study, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    instead.raised = {"P02-before": OtherNetworkError("was trained with another prior")}
+    shown = typed("--all", "--out", str(out))
+    assert "swesbi: was trained with another prior" in shown
+    assert {path.name for path in out.iterdir()} == {"P01"}  # who was compared before stays
+    shutil.rmtree(out)
+    instead.raised = {pair.subjects[0]: ValueError("is too short") for pair in pairs_of(trial)}
+    shown = typed("--all", "--out", str(out))
+    assert "no person can be compared\nrefused: P01: visit 'before' of 'P01'" in shown
+    assert not out.exists()
+
+
+def test_stopped_among_all_it_leaves_those_who_were_compared(
+    instead: Instead, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    (tmp_path / "overlay.yaml").write_text(f"results: {tmp_path / 'results'}\n", encoding="utf-8")
+    instead.raised = {"P03-after": KeyboardInterrupt()}
+    given = ("--cohort", str(TRIAL), "--experiment", "amortised", "--out", str(tmp_path / "out"))
+    assert main(["change", "--overlay", str(tmp_path / "overlay.yaml"), *given, "--all"]) == 130
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"P01", "P02"}
+    assert {path.name for path in tmp_path.iterdir()} == {"overlay.yaml", "out", "results"}
+
+
+def test_a_folder_that_cannot_be_asked_as_a_whole_is_told_so(
+    typed: Callable[..., str], tmp_path: Path
+) -> None:
+    assert "name visits of one person; leave them out" in typed("--all", "--from", "before")
+    assert "has not been run this far" in typed("--all")
+    volunteers = ROOT / "data" / "virtual_volunteers"
+    assert "no person has two visits; its subjects.csv needs" in typed("--all", cohort=volunteers)
+    cohort = tmp_path / "trial"
+    shutil.copytree(TRIAL, cohort)
+    table = pd.read_csv(cohort / "subjects.csv", dtype=str)
+    of_nobody = table["subject"] == "P03-after"
+    table.loc[of_nobody, ["ivsd_cm", "person", "visit", "group"]] = ["9.5", "", "", ""]
+    table.to_csv(cohort / "subjects.csv", index=False)
+    assert "column 'ivsd_cm': '9.5'" in typed("--all", cohort=cohort)
 
 
 def test_visits_of_different_protocols_are_refused() -> None:

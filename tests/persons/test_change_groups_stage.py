@@ -9,7 +9,6 @@ from types import SimpleNamespace
 
 import hierarchy_case as case
 import numpy as np
-import pandas as pd
 import pytest
 import ratio_case
 from speed_case import shipped
@@ -91,11 +90,3 @@ def test_the_stage_writes_all_of_it_and_says_it(
     assert "treated rose less than control, or fell more, with a probability of" in said
     assert "Left out with one visit, since a change needs two: P9." in said
     assert "counted as outliers, since both recordings are not of one person: P7" in said.replace("C", "c")
-    joined = tmp_path / "all.csv"
-    stage.changes_groups_table(
-        tables=[files["table"]],
-        table=joined,
-        settings=stage.ChangesGroupsTableStageSettings(),
-        origin=Origin(1, "", ""),
-    )
-    assert set(pd.read_csv(joined)["experiment"]) == {"amortised"}

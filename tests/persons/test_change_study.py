@@ -13,14 +13,14 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
-from study_copy import ROOT, StudyCopy, rules_of
+from study_copy import ROOT, StudyCopy
 
 from swesbi.__main__ import main
 from swesbi.config.read import overlay, read_yaml
 from swesbi.persons.change.ratios import QUANTITIES
 from swesbi.persons.change.stored import read_change
 from swesbi.persons.change.stored_groups import read_change_groups
-from swesbi.study.change import CHANGE_OUTPUTS
+from swesbi.study.change import ALL_CHANGES, CHANGE_OUTPUTS, GROUP_OUTPUTS
 
 PAGE = (ROOT / "docs" / "change-and-groups.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -43,8 +43,8 @@ def walk() -> list[str]:
     return block[1].splitlines()
 
 
-def typed(command: str, study: StudyCopy) -> str:
-    """Run a command of the page in the copy, and return what it printed."""
+def typed(command: str, study: StudyCopy, code: int = 0) -> str:
+    """Run a command of the page in the copy, see that it ends with this code, and return what it printed."""
     done = subprocess.run(
         ["bash", "-c", command.replace(".venv/bin", shlex.quote(str(BINARIES)))],
         cwd=study.folder,
@@ -53,7 +53,7 @@ def typed(command: str, study: StudyCopy) -> str:
         text=True,
         check=False,
     )
-    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    assert done.returncode == code, f"{command}\n{done.stdout}{done.stderr}"
     return done.stdout
 
 
@@ -80,79 +80,67 @@ def leave_few(cohort: Path) -> None:
 
 @pytest.mark.slow(minutes=3)
 def test_the_walk_through_the_virtual_trial(own_study: StudyCopy, tmp_path: Path) -> None:
-    """The commands of the page in its order; the command and the workflow give the same answer."""
+    """The commands of the page in its order; a person has the same answer alone and among all."""
     study = own_study
     shorten(study, ["amortised"])
     study.run("results-smoke/amortised/null.h5")  # chains of a null recording are shorter too
     leave_few(study.folder / TRIAL)
-    make_overlay, validate, change, changes = walk()
-    typed(make_overlay, study)
+    validate, change, everyone = walk()
     assert "8 recordings can be used" in typed(validate, study)
     # the page's network is that of the full study; this one is the small study's
     assert typed(f"{change} --overlay {study.config}", study).startswith("P01: before to after\n")
-    made, by_hand = study.results / "amortised" / "change" / "P01", tmp_path / "by hand"
-    made.rename(by_hand)
-    assert {path.name for path in by_hand.iterdir()} == {*CHANGE_OUTPUTS.values(), *PAIR}
-    typed(changes.replace("--configfile ", f"--configfile {study.config} "), study)
-    same = [made / name for name in ("change.h5", "change.csv")]
-    assert [path.read_bytes() for path in same] == [(by_hand / path.name).read_bytes() for path in same]
-    for visit in PAIR:
-        answer = study.results / "amortised" / "new" / "virtual_trial" / visit
-        for name in STAY:
-            assert (answer / name).read_bytes() == (by_hand / visit / name).read_bytes(), (visit, name)
-    check_changes(study)
-    check_groups(study)
+    made, alone = study.results / "amortised" / "change" / "P01", tmp_path / "alone"
+    made.rename(alone)
+    assert {path.name for path in alone.iterdir()} == {*CHANGE_OUTPUTS.values(), *PAIR}
+    said = typed(f"{everyone} --overlay {study.config}", study, code=2)
+    assert "2 compared, 1 refused" in said
+    assert_same(made, alone)
+    check_changes(made.parent)
+    check_groups(made.parent)
 
 
-def check_changes(study: StudyCopy) -> None:
+def assert_same(made: Path, alone: Path) -> None:
+    """What no clock is in is the same in both folders of P01."""
+    for name in ("change.h5", "change.csv", *(f"{visit}/{file}" for visit in PAIR for file in STAY)):
+        assert (made / name).read_bytes() == (alone / name).read_bytes(), name
+
+
+def check_changes(folder: Path) -> None:
     """Each of both persons is compared from the first visit to the last."""
-    whole = pd.read_csv(study.results / "tables" / "changes.csv")
+    whole = pd.read_csv(folder / ALL_CHANGES)
     assert set(whole["experiment"]) == {"amortised"}
     assert list(whole["person"].unique()) == ["P01", "P06"]
     assert len(whole) == 2 * len(QUANTITIES)
-    found = read_change(study.results / "amortised" / "change" / "P01" / "change.h5")
+    found = read_change(folder / "P01" / "change.h5")
     assert found.visit == ("before", "after")
     assert tuple(found.subject) == PAIR
 
 
-def check_groups(study: StudyCopy) -> None:
+def check_groups(folder: Path) -> None:
     """Groups of one person are not compared, and who is left out is named."""
-    groups = pd.read_csv(study.results / "tables" / "changes_groups.csv")
-    assert list(groups["experiment"].unique()) == ["amortised"]
-    found = read_change_groups(study.results / "amortised" / "changes_groups.h5")
+    assert all((folder / name).is_file() for name in GROUP_OUTPUTS.values())
+    found = read_change_groups(folder / GROUP_OUTPUTS["groups"])
     assert found.person == ("P01", "P06")
     assert found.groups == ()  # one person of each group
     assert "left out with one visit, since a change needs two: P05" in found.notes
     assert "P02 is left out: visit 'before' (recording P02-before) is refused, ivsd_cm = 2.2" in found.notes
     assert "has one person" in found.notes
-    assert (study.results / "figures" / "changes_groups-amortised.pdf").is_file()
-
-
-def test_every_experiment_that_can_answers_a_pair(editable: StudyCopy) -> None:
-    jobs = editable.planned("changes", "--config", f"new_subjects={{cohort: {TRIAL}}}")
-    assert rules_of(jobs) == {
-        "new_subject", "new_subject_of_population", "person_change", "person_change_of_population",
-        "changes_table", "change_groups", "changes_groups_table",
-    }  # fmt: skip
 
 
 @pytest.mark.exhaustive
-def test_the_network_of_the_cohort_compares_by_hand_as_by_the_workflow(
+def test_the_network_of_the_cohort_compares_a_person_alone_as_among_all(
     own_study: StudyCopy, tmp_path: Path
 ) -> None:
     study = own_study
     shorten(study, ["paper", "calibrated"])
     leave_few(study.folder / TRIAL)
-    asked = ("--cohort", str(TRIAL), "--person", "P01", "--experiment", "calibrated")
-    out = tmp_path / "out"
-    done = study.call("-m", "swesbi", "change", "--overlay", study.config, *asked, "--out", str(out))
+    given = ("--overlay", study.config, "--cohort", str(TRIAL), "--experiment", "calibrated")
+    alone, out = tmp_path / "alone", tmp_path / "all"
+    done = study.call("-m", "swesbi", "change", *given, "--person", "P01", "--out", str(alone))
     assert done.returncode == 0, done.stderr
-    made = study.results / "calibrated" / "change" / "P01"
-    study.run(
-        str(made.relative_to(study.folder) / "change.h5"), "--config", f"new_subjects={{cohort: {TRIAL}}}"
-    )
-    for name in ("change.h5", "change.csv"):
-        assert (made / name).read_bytes() == (out / name).read_bytes()
+    done = study.call("-m", "swesbi", "change", *given, "--all", "--out", str(out))
+    assert done.returncode == 2, done.stderr
+    assert_same(out / "P01", alone)
 
 
 @pytest.mark.slow(minutes=2)

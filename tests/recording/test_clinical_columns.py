@@ -151,7 +151,7 @@ def test_a_row_that_cannot_be_is_none(values: dict[str, float]) -> None:
 
 def cohort_of(folder: Path, changes: dict[str, object]) -> Study:
     raw = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
-    return load_study(overlay(raw, {"new_subjects": {"cohort": str(folder)}} | changes))
+    return load_study(overlay(raw, changes), new_cohort=folder)
 
 
 def test_settings_of_a_subject_hold_what_was_measured_of_it_and_of_nobody_else(tmp_path: Path) -> None:

@@ -208,7 +208,7 @@ def test_any_columns_are_read_or_refused(table: Path) -> None:
 
 def study_of(folder: Path, changes: dict[str, object]) -> Study:
     raw = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
-    return load_study(overlay(raw, {"new_subjects": {"cohort": str(folder)}} | changes))
+    return load_study(overlay(raw, changes), new_cohort=folder)
 
 
 @pytest.fixture

@@ -15,9 +15,9 @@ from study_copy import ROOT
 
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.free_predictive import draw_pushes
-from swesbi.config.new_recordings import free_running, noise_declared
+from swesbi.config.new_recordings import is_free_running, noise_declared
 from swesbi.config.read import ConfigError, overlay, read_merged
-from swesbi.config.refusals import context_refusal, recording_refusal
+from swesbi.config.refusals import network_of_pushes, recording_refusal
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
@@ -103,7 +103,12 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     """The study asked of a cohort of a gated recording of 20 phases, one of 24 and a free-running one."""
     monkeypatch.chdir(ROOT)
     cohort = free_case.mixed(tmp_path / "mixed")
-    return load_study(overlay(read_merged(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(cohort)}}))
+    return load_study(read_merged(ROOT / "config.yaml"), new_cohort=cohort)
+
+
+def read_again(asked: Study) -> Study:
+    """The same study, its other cohort read anew."""
+    return load_study(asked.config.to_plain(), new_cohort=asked.new_cohort)
 
 
 def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: Study) -> None:
@@ -117,22 +122,18 @@ def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: St
     assert free["noise"] == {"fit_points": None, "cv_fraction": 0.1, "cv_log_sd": 0.3}
 
 
-def test_the_workflow_asks_a_free_running_recording_once(asked: Study) -> None:
-    """By the network of a population, or by the first prior where that does not know such a heart."""
+def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(asked: Study) -> None:
+    """Where it does not, nobody's: the answer begins with the prior."""
     population = next(iter(asked.config.population_experiments))
-    rows = stage_settings(asked, "new_answers")["asked"]
-    assert [row["experiment"] for row in rows if row["subject"] == "S-3"] == [population]
+    experiments = asked.answering_experiments
+    assert len(experiments) > 1
+    assert [is_free_running(asked, name) for name in ("S-1", "s_2x", "S-3")] == [False, False, True]
+    assert network_of_pushes(asked, "S-3", experiments) == (population, "")
     table = asked.new_cohort / "subjects.csv"
     table.write_text(table.read_text().replace("S-3,F,25,1.7,60,90,34,0.8", "S-3,F,25,1.7,60,90,34,2.2"))
-    again = load_study(asked.config.to_plain())
-    assert free_running(again) == ("S-3",)
-    assert context_refusal(again, population, "S-3")
-    rows = stage_settings(again, "new_answers")["asked"]
-    first = again.answering_experiments[0]
-    assert [row for row in rows if row["subject"] == "S-3"] == [
-        {"subject": "S-3", "experiment": first, "refused": ""}
-    ]
-    assert len([row for row in rows if row["subject"] == "S-1"]) == len(again.answering_experiments) > 1
+    network, why = network_of_pushes(read_again(asked), "S-3", experiments)
+    assert network == ""
+    assert f"{population} does not know such a heart (ivsd_cm = 2.2" in why
 
 
 def test_recordings_of_natural_waves_are_refused(asked: Study) -> None:
@@ -143,16 +144,14 @@ def test_recordings_of_natural_waves_are_refused(asked: Study) -> None:
     assert "column 'event': says what set off each wave" in recording_refusal(asked, "S-3")
 
 
-def test_pushes_that_cannot_be_used_are_a_row_of_the_workflow_and_no_job(asked: Study) -> None:
+def test_pushes_that_cannot_be_used_are_refused(asked: Study) -> None:
     free_case.train(2, lost=1.0).to_csv(asked.new_cohort / "swe" / "S-3.csv", index=False)
-    rows = stage_settings(asked, "new_answers")["asked"]
-    assert [row["refused"] for row in rows if row["subject"] == "S-3"] == [recording_refusal(asked, "S-3")]
     assert "0 pushes are acceptable" in recording_refusal(asked, "S-3")
 
 
 def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> None:
     (asked.new_cohort / "swe" / "s_2x.yaml").write_text("protocol: { phases: 3 }\n")
-    again = load_study(asked.config.to_plain())
+    again = read_again(asked)
     assert tuple(again.new_rows) == ("S-1", "S-3")
     assert "protocol.phases" in again.new_refused["s_2x"]
 
@@ -160,7 +159,7 @@ def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> N
 def test_a_study_on_a_cohort_with_a_protocol_of_one_recording_is_refused(asked: Study) -> None:
     plain = overlay(asked.config.to_plain(), {"cohort": str(asked.new_cohort), "subjects": "all"})
     with pytest.raises(ConfigError, match=r"s_2x.yaml: says how one recording was made.*leave the subject"):
-        load_study(overlay(plain, {"new_subjects": {"cohort": None}}))
+        load_study(plain)
 
 
 def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: Path) -> None:

@@ -13,15 +13,16 @@ import pytest
 from openpyxl import load_workbook
 
 from swesbi.__main__ import main
-from swesbi.config.read import ConfigError, add_options, overlay, parsed, read_merged
-from swesbi.config.refusals import context_refusal, recording_refusal, refusals
-from swesbi.config.slices import stage_settings
+from swesbi.config.read import ConfigError, add_options, parsed, read_merged
+from swesbi.config.refusals import context_refusal, recording_refusal
 from swesbi.config.study import Study, load_study
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
 from swesbi.recording.reader import read_samples
+from swesbi.show import answers_table as table_module
 from swesbi.show.answers_table import Asked, answers_table, explanations, read_answers, write_answers
+from swesbi.study import new_subject as command
 from swesbi.study.answering import OtherAnswerError, check_untouched, choose_experiment, experiments_to_ask
 from swesbi.study.new_subject import check_table
 from swesbi.verdict.answers import Answer
@@ -53,7 +54,7 @@ def cohort(tmp_path: Path) -> Path:
 @pytest.fixture
 def study(cohort: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     monkeypatch.chdir(ROOT)
-    return load_study(overlay(read_merged(ROOT / "config.yaml"), {"new_subjects": {"cohort": str(cohort)}}))
+    return load_study(read_merged(ROOT / "config.yaml"), new_cohort=cohort)
 
 
 def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) -> None:
@@ -64,15 +65,32 @@ def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) 
     assert "swe/P03-before.csv" in recording_refusal(study, SHORT)
 
 
-def test_the_workflow_asks_those_who_can_be_answered_and_lists_the_others(study: Study) -> None:
-    asked = stage_settings(study, "new_answers")["asked"]
-    outcome = {(row["subject"], row["experiment"]): row["refused"] for row in asked}
-    assert len(asked) == 5 * len(study.answering_experiments)
-    assert outcome[GOOD, "calibrated"] == outcome[GOOD, "amortised"] == outcome[THICK, "amortised"] == ""
-    assert "ivsd_cm = 1.05 lies outside" in outcome[THICK, "calibrated"]
-    for name in (SHORT, WRONG, ABSENT):
-        assert outcome[name, "calibrated"] and outcome[name, "amortised"]
-    assert set(refusals(study, ["amortised"])) == {("amortised", name) for name in (SHORT, WRONG, ABSENT)}
+def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
+    cohort: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of the folder, by any network that runs and by one; nothing is inferred here."""
+    answer = rows()[0].answer
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(command, "check_finished", lambda *_: None)
+    monkeypatch.setattr(command, "answer_into", lambda *_: None)
+    monkeypatch.setattr(command, "_text", lambda *_: "")
+    monkeypatch.setattr(table_module, "answered", lambda name, by, *_: Asked(name, by, answer, 0.9))
+
+    def asked(*further: str) -> pd.DataFrame:
+        out = tmp_path / "-".join(["out", *further])
+        assert main(["new-subject", "--cohort", str(cohort), "--all", "--out", str(out), *further]) == 2
+        return read_answers(out / "answers.csv").set_index("subject")
+
+    table = asked()
+    assert list(table.index) == [THICK, GOOD, SHORT, WRONG, ABSENT]
+    assert table.loc[[THICK, GOOD], "experiment"].tolist() == ["amortised", "calibrated"]
+    assert table["status"].tolist() == ["supported", "supported", "refused", "refused", "refused"]
+    assert "swe/P03-before.csv" in str(table.loc[SHORT, "reason"])
+    assert "column 'ivsd_cm': '9.5'" in str(table.loc[WRONG, "reason"])
+    assert "there is no file GONE.csv" in str(table.loc[ABSENT, "reason"])
+    by_cohort = asked("--experiment", "calibrated")
+    assert by_cohort["status"].tolist() == ["refused", "supported", "refused", "refused", "refused"]
+    assert "ivsd_cm = 1.05 lies outside" in str(by_cohort.loc[THICK, "reason"])
 
 
 def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s(
@@ -156,7 +174,7 @@ def test_paths_count_from_the_file_that_names_them(tmp_path: Path, monkeypatch: 
         folder.mkdir()
     (home / "config.yaml").write_text("cohort: data/own\nresults: results\n")
     (home / "beside.yaml").write_text("results: results-beside\n")
-    (elsewhere / "mine.yaml").write_text("cohort: clinic\nnew_subjects: {cohort: next, phases: 12}\n")
+    (elsewhere / "mine.yaml").write_text("cohort: clinic\nnetworks: next\nnew_subjects: {phases: 12}\n")
     monkeypatch.chdir(elsewhere)
     parser = argparse.ArgumentParser()
     parser.add_argument("--cohort", type=Path)
@@ -167,7 +185,8 @@ def test_paths_count_from_the_file_that_names_them(tmp_path: Path, monkeypatch: 
     assert options.cohort == elsewhere / "typed"
     merged = read_merged(options.config, options.overlay)
     assert merged["cohort"] == str(elsewhere / "clinic")
-    assert merged["new_subjects"] == {"cohort": str(elsewhere / "next"), "phases": 12}
+    assert merged["networks"] == str(elsewhere / "next")
+    assert merged["new_subjects"] == {"phases": 12}
     assert merged["results"] == "results"
     assert read_merged(options.config, home / "beside.yaml")["results"] == "results-beside"
 

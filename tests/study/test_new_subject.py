@@ -1,4 +1,4 @@
-"""Subjects outside the pool: who is answered, who is refused, and that both ways give the same answer."""
+"""Subjects outside the pool: who is answered, who is refused, and that others change no answer."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cohorts import snapshot
 from misspecification_case import Bank, settings, subject_checks
 from numpy.typing import NDArray
 from recordings import RECORDING, make_samples
-from study_copy import StudyCopy, rules_of
+from study_copy import StudyCopy
 
 from swesbi.__main__ import main
 from swesbi.artefacts import Provenance
@@ -287,41 +287,26 @@ SAME = ("observation.h5", "posterior.h5", "support.json", "predictive.h5")
 
 
 @pytest.mark.slow(minutes=2)
-def test_strangers_are_answered_by_the_command_as_by_the_workflow(
+def test_strangers_are_answered_alone_as_among_others(
     typed: Typed, own_study: StudyCopy, tmp_path: Path
 ) -> None:
-    """A gated subject, two free-running ones, two who are refused; nothing reruns."""
+    """A gated subject, two free-running ones, two who are refused; of the study nothing reruns."""
     study, out = own_study, tmp_path / "all"
-    cohort = strangers(study.folder / "data" / "strangers", study.folder / "data" / "virtual_volunteers")
-    study.edit("smoke.yaml", "\ncmaes:\n", "\nnew_subjects:\n  cohort: data/strangers\ncmaes:\n")
-    assert rules_of(study.planned("new_subjects")) == {
-        "new_subject_with_pressures", "new_subject_of_population_with_pressures",
-        "new_free_subject", "new_free_subject_of_population", "new_answers",
-    }  # fmt: skip
-    study.run("new_subjects")
-    assert study.planned("all", "new_subjects") == set()
+    cohort = strangers(tmp_path / "strangers", study.folder / "data" / "virtual_volunteers")
     given = ("--cohort", str(cohort))
     assert typed(study, *given, "--all", "--out", str(out)).returncode == 2
     assert {path.name for path in out.iterdir()} == {"C", "T1", "T3", "answers.csv", "answers.xlsx"}
-    by_command = read_answers(out / "answers.csv").set_index("subject")
-    table = read_answers(study.results / "new" / "strangers" / "answers.csv")
-    assert table.loc[table["subject"] == "C", "experiment"].tolist() == ["calibrated", "amortised"]
-    for answers in (by_command, table.drop_duplicates("subject").set_index("subject")):
-        check_table(answers)
-    apart = tmp_path / "C"
-    alone = typed(study, *given, "--subject", "C", "--experiment", "amortised", "--out", str(apart))
-    assert alone.returncode == 0, alone.stderr
-    check_gated(apart, alone.stdout)
+    check_table(read_answers(out / "answers.csv").set_index("subject"))
     check_free(out / "T1")
-    for folder, experiment, further in (
-        (out / "C", "calibrated", WITH_PRESSURES),
-        (apart, "amortised", WITH_PRESSURES),
-        (out / "T1", "amortised", "sheet.pdf"),
-        (out / "T3", "calibrated", "sheet.pdf"),
-    ):
-        made = study.results / experiment / "new" / "strangers" / folder.name
-        for name in (*SAME, further):
-            assert (made / name).read_bytes() == (folder / name).read_bytes(), (experiment, folder, name)
+    for name, further in {"C": WITH_PRESSURES, "T1": "sheet.pdf", "T3": "sheet.pdf"}.items():
+        alone = answered_alone(study, cohort, name, tmp_path / "alone" / name)
+        for file in (*SAME, further):
+            assert (alone / file).read_bytes() == (out / name / file).read_bytes(), (name, file)
+    apart = tmp_path / "C"
+    asked = ("--subject", "C", "--experiment", "amortised", "--out", str(apart))
+    by_population = typed(study, *given, *asked)
+    assert by_population.returncode == 0, by_population.stderr
+    check_gated(apart, by_population.stdout)
     # whatever network an answer begins with, the prior's band is the prior's
     prior = tmp_path / "prior"
     asked = ("--subject", "T1", "--experiment", "calibrated", "--out", str(prior))
@@ -329,11 +314,15 @@ def test_strangers_are_answered_by_the_command_as_by_the_workflow(
     by_network, from_prior = (read_free_predictive(each / "predictive.h5") for each in (out / "T1", prior))
     np.testing.assert_array_equal(by_network.prior.high, from_prior.prior.high)
     assert not np.array_equal(by_network.posterior.high, from_prior.posterior.high)
-    # of one more who has no answer the table alone is made anew
-    for kind in ("csv", "yaml"):
-        (cohort / "swe" / f"T5.{kind}").write_bytes((cohort / "swe" / f"T4.{kind}").read_bytes())
-    study.edit("data/strangers/subjects.csv", "T4,", "T5,F,25,1.7,60,90,34,0.8,,,\nT4,")
-    assert rules_of(study.planned("new_subjects")) == {"new_answers"}
+    assert study.planned("all") == set()
+
+
+def answered_alone(study: StudyCopy, cohort: Path, subject: str, out: Path) -> Path:
+    """Answer one subject by a process of its own."""
+    asked = ("--cohort", str(cohort), "--subject", subject, "--out", str(out))
+    done = study.call("-m", "swesbi", "new-subject", "--overlay", study.config, *asked)
+    assert done.returncode == 0, done.stderr
+    return out
 
 
 def strangers(folder: Path, shipped: Path) -> Path:

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from swesbi import progress
+from swesbi.base import progress
 
 
 def test_the_first_step_says_nothing_of_the_others(

@@ -2,15 +2,11 @@
 
 import re
 import sys
-from functools import cache
 from pathlib import Path
 
 from snakemake.io import expand as expand_names
 
-from swesbi.config.new_recordings import free_running
-from swesbi.config.pairs import answered_pairs, pairs_of
 from swesbi.config.read import DATA, ConfigError, parts_of, relocate, typed_again
-from swesbi.config.refusals import network_of_pushes
 from swesbi.config.study import LEAST_SHARED, load_study
 from swesbi.config.slices import stage_settings
 from swesbi.show.figures.registry import captions, figure_of, names_of
@@ -143,16 +139,6 @@ def stage_of_several(name, members):
 
     def params(wildcards):
         return {"name": name, "members": [stage(name)(member) for member in members]}
-
-    return params
-
-
-def stage_of_new_subject(name):
-    """Return the params function of a stage for a subject outside the study, whose wildcard has another name."""
-
-    def params(wildcards):
-        subject = wildcards.new_subject
-        return stage(name, subject=subject)(wildcards) | {"subject": subject}
 
     return params
 
@@ -558,115 +544,3 @@ def shards_of_subject(wildcards):
 def shards_of_experiment(wildcards):
     """Return the shards of every subject of the wildcard's experiment."""
     return shards_of(wildcards.experiment, STUDY.subjects_of(wildcards.experiment))
-
-
-# Answers to subjects outside the study lie under the name of their folder.
-NEW_COHORT = STUDY.new_cohort_name or "none"
-
-
-@cache
-def asked_outside():
-    """Return the rows of the table of answers; read once, since every recording is looked at."""
-    return stage_settings(STUDY, "new_answers")["asked"]
-
-
-def of_answered_outside(file):
-    """Return the function that gives a file of every subject outside the study who is not refused."""
-
-    def files(wildcards):
-        if CONFIG.new_subjects.cohort is None:
-            raise WorkflowError(
-                "new_subjects.cohort = null: name the folder of the subjects to be answered"
-            )
-        return [
-            f"{RESULTS}/{one['experiment']}/new/{NEW_COHORT}/{one['subject']}/{file}"
-            for one in asked_outside()
-            if not one["refused"]
-        ]
-
-    return files
-
-
-# Visits of one person outside the study: the first and the last are compared.
-PAIRS = {pair.person: pair for pair in pairs_of(STUDY)} if STUDY.new_rows else {}
-PERSONS = "|".join(map(re.escape, PAIRS)) or NONE
-OF_PERSON = f"{RESULTS}/{{experiment}}/change/{{person}}"
-
-
-def of_visits(file):
-    """Return the function that gives a file of the answers to both visits."""
-
-    def files(wildcards):
-        subjects = PAIRS[wildcards.person].subjects
-        return [
-            f"{RESULTS}/{wildcards.experiment}/new/{NEW_COHORT}/{subject}/{file}"
-            for subject in subjects
-        ]
-
-    return files
-
-
-def stage_of_person(wildcards):
-    """Return the params of a person's change."""
-    return stage("person_change")(wildcards) | {"subject": wildcards.person}
-
-
-def check_persons():
-    """Refuse a folder of new subjects in which nobody came twice."""
-    if not PAIRS:
-        raise ValueError(
-            f"new_subjects.cohort = {CONFIG.new_subjects.cohort}: no person has two visits; its subjects.csv "
-            "needs the columns person and visit, with a row for each visit (docs/own-data.md)"
-        )
-
-
-def tables_of_persons(wildcards):
-    """Return the tables of all persons with two answered visits, by every experiment that runs and can answer."""
-    check_persons()
-    return [
-        str(
-            Path(
-                OF_PERSON.format(experiment=experiment, person=pair.person),
-                "change.csv",
-            )
-        )
-        for experiment in (*SPEED_EXPERIMENTS, *POPULATIONS)
-        for pair in answered_pairs(STUDY, experiment)
-    ]
-
-
-def of_pairs(file):
-    """Return the function that gives a file of the change of every person with two answered visits."""
-
-    def files(wildcards):
-        return [
-            str(
-                Path(
-                    OF_PERSON.format(
-                        experiment=wildcards.experiment, person=pair.person
-                    ),
-                    file,
-                )
-            )
-            for pair in answered_pairs(STUDY, wildcards.experiment)
-        ]
-
-    return files
-
-
-def earlier_observations(wildcards):
-    """Return the observed curve of the earlier visit of each of them."""
-    return [
-        f"{RESULTS}/{wildcards.experiment}/new/{NEW_COHORT}/{pair.subjects[0]}/observation.h5"
-        for pair in answered_pairs(STUDY, wildcards.experiment)
-    ]
-
-
-def tables_of_groups(wildcards):
-    """Return the tables of what has changed in groups, of every experiment that answers a pair."""
-    check_persons()
-    return [
-        f"{RESULTS}/{experiment}/changes_groups.csv"
-        for experiment in (*SPEED_EXPERIMENTS, *POPULATIONS)
-        if answered_pairs(STUDY, experiment)
-    ]

@@ -29,7 +29,6 @@ class PlanChoiceSettings(PlanSettings):
 class NewSubjectsSettings(Settings):
     """Recordings that the trained network answers without being trained on them."""
 
-    cohort: str | None = Field(description="folder of their recordings; null: there are none")
     phases: int | None = Field(
         ge=8, le=60, description="gated phases of their recordings; null: as configured"
     )

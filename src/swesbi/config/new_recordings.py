@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from swesbi.config.study import Study
-from swesbi.recording.problems import RecordingError
 from swesbi.recording.protocol import read_noise_declaration, with_own_phases
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 
@@ -38,18 +37,3 @@ def is_free_running(study: Study, subject: str) -> bool:
     from swesbi.recording.foreign import is_free
 
     return is_free(study.new_recording(subject), study.new_layout_of(subject))
-
-
-def free_running(study: Study) -> tuple[str, ...]:
-    """Return the subjects outside the study whose recordings are free-running.
-
-    Opens every recording; those that cannot be used are not among them.
-    """
-    return tuple(subject for subject in study.new_rows if _is_free(study, subject))
-
-
-def _is_free(study: Study, subject: str) -> bool:
-    try:
-        return is_free_running(study, subject)
-    except RecordingError:
-        return False

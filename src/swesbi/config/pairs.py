@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 from swesbi.config.read import ConfigError
@@ -38,44 +37,45 @@ def pairs_of(study: Study) -> tuple[VisitPair, ...]:
 
 def answered_pairs(study: Study, experiment: str) -> tuple[VisitPair, ...]:
     """Return those pairs of which an experiment answers both visits."""
-    refused = _refused(study, experiment)
-    return tuple(pair for pair in pairs_of(study) if not any(each in refused for each in pair.subjects))
+    return tuple(pair for pair in pairs_of(study) if not refused_visits(study, experiment, pair))
 
 
 def left_out(study: Study, experiment: str) -> tuple[str, ...]:
     """Return a sentence on those who came once, and one on each visit that an experiment refuses."""
     once = [person.name for person in study.outside.persons if len(person.subjects) < LEAST_VISITS]
     sentences = [f"left out with one visit, since a change needs two: {', '.join(once)}"] if once else []
-    refused = _refused(study, experiment)
     for pair in pairs_of(study):
-        sentences += [
-            f"{pair.person} is left out: visit {visit!r} (recording {subject}) is refused, {refused[subject]}"
-            for visit, subject in zip(pair.visits, pair.subjects, strict=True)
-            if subject in refused
-        ]
+        refused = refused_visits(study, experiment, pair)
+        sentences += [f"{pair.person} is left out: {sentence}" for sentence in refused]
     return tuple(sentences)
 
 
-def _refused(study: Study, experiment: str) -> dict[str, str]:
-    """Return those outside the study whom the network of an experiment does not know, and why."""
+def refused_visits(study: Study, experiment: str, pair: VisitPair) -> tuple[str, ...]:
+    """Return a sentence on each visit of a pair whose heart the network of an experiment does not know."""
+    return tuple(
+        f"visit {visit!r} (recording {subject}) is refused, {reason}"
+        for visit, subject in zip(pair.visits, pair.subjects, strict=True)
+        if (reason := _refusal(study, experiment, subject))
+    )
+
+
+def _refusal(study: Study, experiment: str, subject: str) -> str:
+    """Return why the network of an experiment does not know a heart; empty where it does."""
     from swesbi.verdict.context import outside  # scipy.stats, which no start of Snakemake need wait for
 
-    contexts = {name: row.to_context() for name, row in study.new_rows.items()}
+    context = study.new_rows[subject].to_context()
     if experiment in study.config.population_experiments:
         population = study.config.population_experiments[experiment].population
-        problems = {name: in_declared_range(context, population) for name, context in contexts.items()}
-    else:
-        trained = [study.context_rows[name].to_context() for name in study.subjects_of(experiment)]
-        margin = study.config.new_subjects.margin_fraction
-        problems = {name: tuple(outside(context, trained, margin)) for name, context in contexts.items()}
-    return {name: "; ".join(reasons) for name, reasons in problems.items() if reasons}
+        return "; ".join(in_declared_range(context, population))
+    trained = [study.context_rows[name].to_context() for name in study.subjects_of(experiment)]
+    return "; ".join(outside(context, trained, study.config.new_subjects.margin_fraction))
 
 
 def visit_pair(study: Study, person: str, earlier: str | None = None, later: str | None = None) -> VisitPair:
     """Return the visits of a person outside the study that are to be compared: the first and the last.
 
     Args:
-        study: With ``new_subjects.cohort``.
+        study: With the folder of the person's recordings.
         person: The person.
         earlier: Name of the visit to begin with; None: the first.
         later: Name of the visit to end with; None: the last.
@@ -83,9 +83,7 @@ def visit_pair(study: Study, person: str, earlier: str | None = None, later: str
     Raises:
         ConfigError: There is no such person or visit, or there are not two of them.
     """
-    if study.config.new_subjects.cohort is None:
-        raise ConfigError("new_subjects.cohort = null: names no folder, so there is no person to compare")
-    table = Path(study.config.new_subjects.cohort) / SUBJECTS
+    table = study.new_cohort / SUBJECTS
     persons = {each.name: each for each in study.outside.persons}
     if person not in persons:
         raise ConfigError(f"person = {person!r}: {table} has {', '.join(persons)}")

@@ -22,9 +22,9 @@ FOLDER: Final = "config"
 """Beside the configuration: what a study sets more seldom, a file a concern."""
 # as safe, and eight times faster where PyYAML has libyaml
 LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-DATA: Final = (("cohort",), ("new_subjects", "cohort"))
+DATA: Final = ("cohort",)
 """The keys of the configuration that name folders of recordings."""
-FOLDERS: Final = (*DATA, ("results",), ("networks",))
+FOLDERS: Final = (*DATA, "results", "networks")
 """The keys of the configuration that name folders."""
 
 
@@ -231,9 +231,7 @@ def read_overlay(path: Path, home: Path) -> dict[str, Any]:
     return raw
 
 
-def relocate(
-    merged: dict[str, Any], path: Path, home: Path, folders: Sequence[Sequence[str]] = FOLDERS
-) -> None:
+def relocate(merged: dict[str, Any], path: Path, home: Path, folders: Sequence[str] = FOLDERS) -> None:
     """Have the folders that a file names count from its own, if it lies outside ``home``, in place.
 
     Those of a file within count from ``home``, as in the workflow.
@@ -247,11 +245,10 @@ def relocate(
     if path.resolve().is_relative_to(home.resolve()):
         return
     own = read_yaml(path)
-    for sections in folders:
-        here, there = _section(merged, sections[:-1]), _section(own, sections[:-1])
-        said, key = there.get(sections[-1]), sections[-1]
-        if isinstance(said, str) and here.get(key) == said:
-            here[key] = str(path.resolve().parent / said)
+    for key in folders:
+        said = own.get(key)
+        if isinstance(said, str) and merged.get(key) == said:
+            merged[key] = str(path.resolve().parent / said)
 
 
 def typed_again(merged: dict[str, Any], said: Sequence[str]) -> dict[str, Any]:
@@ -276,13 +273,6 @@ def typed_again(merged: dict[str, Any], said: Sequence[str]) -> dict[str, Any]:
                 f"--config {key}={value}: cannot be read as YAML; close its brackets"
             ) from error
     return merged
-
-
-def _section(raw: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
-    for key in keys:
-        below = raw.get(key)
-        raw = below if isinstance(below, dict) else {}
-    return raw
 
 
 def merged_files(config: Path, changes: Path | None) -> list[Path]:

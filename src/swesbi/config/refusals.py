@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from swesbi.config.new_recordings import (
-    free_running,
-    is_free_running,
-    noise_declared,
-    quality_of,
-)
+from swesbi.config.new_recordings import is_free_running, noise_declared, quality_of
 from swesbi.config.study import Study
 from swesbi.recording.problems import RecordingError
 
@@ -99,23 +94,3 @@ def _read_pushes(study: Study, subject: str) -> None:
     settings, layout = quality_of(study, subject), study.new_layout_of(subject)
     samples = read_free_samples(study.new_recording(subject), settings.density_kg_m3, layout, subject)
     ingest_free(samples, study.new_rows[subject].to_context(), settings, noise_declared(study, subject))
-
-
-def refusals(study: Study, experiments: Sequence[str]) -> dict[tuple[str, str], str]:
-    """Return why subjects outside the study are not answered, by experiment and subject, those alone.
-
-    Reads every recording outside the study. A free-running one needs no network, and so none that knows its
-    heart.
-    """
-    free = free_running(study)
-    of_recordings = {subject: recording_refusal(study, subject) for subject in study.new_rows}
-    reasons: dict[tuple[str, str], str] = {}
-    for experiment in experiments:
-        for subject in study.new_rows:
-            reason = of_recordings[subject] or trained_on(study, experiment, subject)
-            if not reason and subject not in free:
-                reason = context_refusal(study, experiment, subject)
-            reasons[experiment, subject] = reason
-        for subject, reason in study.new_refused.items():
-            reasons[experiment, subject] = reason
-    return {key: reason for key, reason in reasons.items() if reason}

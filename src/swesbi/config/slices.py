@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any, Final
 
 from swesbi.config.parts import Wildcards, named, value_of
+from swesbi.config.read import ConfigError
 from swesbi.config.slices_outside import OUTSIDE
 from swesbi.config.study import Study
 
@@ -81,8 +82,6 @@ SOURCES: Final[Mapping[str, str]] = {
     "strata_figure": "experiment=name_of_population experiment.exact.interval",
     "tables": "cohort_title",
     "truth": "",
-    "changes_table": "",
-    "changes_groups_table": "",
 }
 """Fields of each stage's settings: ``field=source``, or the source alone where it ends on the field's name.
 
@@ -95,6 +94,8 @@ OF_NEW_SUBJECTS: Final = (
     "free_subject_of_population",
 )
 """Stages whose subject is outside the study."""
+OF_PERSONS: Final = ("person_change", "change_groups")
+"""Stages of persons outside the study."""
 FIGURE: Final = "_figure"
 SHARED_BY_FIGURES: Final = "cohort_title"
 """Sources of a stage whose name ends on `FIGURE` and that has none of its own."""
@@ -170,6 +171,12 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 def _outside(name: str, study: Study, wildcards: Wildcards) -> dict[str, Any]:
+    if name in (*OF_NEW_SUBJECTS, *OF_PERSONS) and not (study.new_rows or study.new_refused):
+        command = "change" if name in OF_PERSONS else "new-subject"
+        raise ConfigError(
+            f"{name}: no folder of recordings outside the study is named; `swesbi {command} --cohort FOLDER` "
+            "runs this stage"
+        )
     return OUTSIDE[name](study, wildcards, fields_of)
 
 

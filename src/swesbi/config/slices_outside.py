@@ -1,15 +1,14 @@
-"""What commands and targets beside the study depend on: subjects outside it, changes, plans."""
+"""What commands beside the study depend on: subjects outside it, changes, plans."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from swesbi.config.new_recordings import free_running, noise_declared, quality_of
+from swesbi.config.new_recordings import noise_declared, quality_of
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
 from swesbi.config.read import ConfigError
-from swesbi.config.refusals import network_of_pushes, refusals
 from swesbi.config.study import Study
 
 Fields = Callable[[Study, Wildcards, str], dict[str, Any]]
@@ -80,30 +79,6 @@ def _free_subject_of_population(study: Study, wildcards: Wildcards, fields: Fiel
     return _free_subject(study, wildcards, fields) | own
 
 
-def _new_answers(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return who outside the study is asked by every experiment that runs, and who is refused.
-
-    A free-running recording is asked once: by the first network that takes it, or else under the prior of the
-    first experiment.
-    """
-    experiments = study.answering_experiments
-    refused = refusals(study, experiments)
-    once = {
-        subject: network_of_pushes(study, subject, experiments)[0] or experiments[0]
-        for subject in free_running(study)
-    }
-    rows = [
-        {
-            "subject": subject,
-            "experiment": name,
-            "refused": refused.get((name, subject), ""),
-        }
-        for subject in (*study.new_rows, *study.new_refused)
-        for name in ([once[subject]] if subject in once else experiments)
-    ]
-    return {"asked": rows}
-
-
 def _person_change(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
     """Return what a person's change depends on: the model, what visits share, whose visits they are."""
     pair = visit_pair(
@@ -162,7 +137,6 @@ def _plan_bank(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, 
 
 
 OUTSIDE: Final[Mapping[str, Callable[[Study, Wildcards, Fields], dict[str, Any]]]] = {
-    "new_answers": _new_answers,
     "person_change": _person_change,
     "change_groups": _change_groups,
     "plan_bank": _plan_bank,

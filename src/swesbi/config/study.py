@@ -30,6 +30,8 @@ from swesbi.recording.visits import Person, Visit, persons_of
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
 FOLDER_NAME: Final = re.compile(r"[\w. -]+")
+COHORT_OPTION: Final = "--cohort"
+"""The option of commands that names the folder of recordings outside the cohort."""
 LEAST_SHARED: Final = 4
 """Subjects of a job that serves several: starting up costs as much as two or three of them."""
 
@@ -49,6 +51,7 @@ class Study:
         layout: How the cohort's tables differ from this project's form.
         new_layout: The same of those outside.
         new_refused: Those outside whose row or recording cannot be used, and why; they have no row here.
+        new_cohort: The folder of the recordings of those outside.
     """
 
     config: Config
@@ -61,6 +64,7 @@ class Study:
     layout: TableLayout = field(default_factory=TableLayout)
     new_layout: TableLayout = field(default_factory=TableLayout)
     new_refused: Mapping[str, str] = field(default_factory=dict)
+    new_cohort: Path = Path()
 
     @property
     def subjects(self) -> tuple[str, ...]:
@@ -92,12 +96,6 @@ class Study:
             visit_rows=self.new_visit_rows,
             layout=self.new_layout,
         )
-
-    @property
-    def new_with_pressures(self) -> tuple[str, ...]:
-        """The subjects outside the cohort of whom the pressures of a cuff were taken."""
-        measured = {name: self.outside.clinical_of(name).to_measures() for name in self.new_rows}
-        return tuple(name for name, clinical in measured.items() if clinical.has_pressures)
 
     def subjects_of(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects that an experiment lists and the study runs on, in the study's order."""
@@ -152,14 +150,9 @@ class Study:
         return read_layout(self.new_protocol, subject)
 
     @property
-    def new_cohort(self) -> Path:
-        """The folder of the recordings outside the cohort."""
-        return Path(self.config.new_subjects.cohort or "")
-
-    @property
     def new_cohort_name(self) -> str:
-        """The name of that folder, under which the answers lie."""
-        return self.new_cohort.resolve().name if self.config.new_subjects.cohort else ""
+        """The name of the folder of the recordings outside the cohort, under which the answers lie."""
+        return self.new_cohort.resolve().name
 
     @property
     def answering_experiments(self) -> tuple[str, ...]:
@@ -213,7 +206,7 @@ ONE_PROTOCOL: Final = "leave the subject out of `subjects` and ask `swesbi new-s
 def load_study(
     raw: Mapping[str, Any],
     source: str = "config.yaml",
-    new_cohort: str = "",
+    new_cohort: Path | None = None,
     files: Sequence[Path] = (),
 ) -> Study:
     """Validate a raw configuration and the cohort it names, before anything runs.
@@ -223,7 +216,7 @@ def load_study(
     Args:
         raw: The configuration.
         source: Where it stands, for messages.
-        new_cohort: Where ``new_subjects.cohort`` was said, if not there ("--cohort").
+        new_cohort: Folder of recordings outside the cohort, as ``--cohort`` of a command names it.
         files: Those that were merged, for messages.
 
     Raises:
@@ -236,21 +229,18 @@ def load_study(
     study = Study(config, rows, clinical_rows=table.clinical, visit_rows=table.visits, layout=layout)
     _check_lists(study, table.rows, source)
     _check_files(study, f"{source}: cohort")
-    if config.new_subjects.cohort is None:
-        return study
-    return _with_new_subjects(study, new_cohort or f"{source}: new_subjects.cohort")
+    return study if new_cohort is None else _with_new_subjects(study, new_cohort)
 
 
-def _with_new_subjects(study: Study, key: str) -> Study:
-    """Return the study with the subjects of ``new_subjects.cohort``, those that cannot be used apart."""
-    cohort = study.new_cohort
-    if not FOLDER_NAME.fullmatch(study.new_cohort_name):
+def _with_new_subjects(study: Study, cohort: Path) -> Study:
+    """Return the study with the subjects of another folder, those that cannot be used apart."""
+    if not FOLDER_NAME.fullmatch(cohort.resolve().name):
         raise ConfigError(
-            f"{key} = {str(cohort)!r}: answers lie in a folder of its name, which may have letters, "
-            "digits, spaces and . _ - alone; rename it"
+            f"{COHORT_OPTION} = {str(cohort)!r}: answers lie in a folder of its name, which may have "
+            "letters, digits, spaces and . _ - alone; rename it"
         )
-    new = _read_table(str(cohort), key, examine_subjects)
-    layout = _check_protocol(cohort, key)
+    new = _read_table(str(cohort), COHORT_OPTION, examine_subjects)
+    layout = _check_protocol(cohort, COHORT_OPTION)
     refused = dict(new.refused)
     for subject in new.rows:
         try:
@@ -268,6 +258,7 @@ def _with_new_subjects(study: Study, key: str) -> Study:
         new_visit_rows=new.visits,
         new_layout=layout,
         new_refused=refused,
+        new_cohort=cohort,
     )
 
 

@@ -10,11 +10,12 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.artefacts import atomic_path
+from swesbi.artefacts import atomic_path, load
 from swesbi.parameters import PHI
+from swesbi.posterior.truncated import POSTERIOR
 from swesbi.show.csv import EIGHT_DIGITS
 from swesbi.show.workbook import Sheet, write_workbook
-from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
+from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns, read_answer
 
 COMMENT: Final = "# "
 SAID: Final = {"median": "posterior median", "low": "lower end", "high": "upper end"}
@@ -50,6 +51,16 @@ class Asked:
     answer: Answer | None
     interval_mass: float
     refused: str = ""
+
+
+def answered(subject: str, experiment: str, posterior: Path, support: Path) -> Asked:
+    """Return the row of one answer, read from its files.
+
+    Raises:
+        ArtefactError: A file is not what its name says.
+    """
+    mass = float(load(posterior, POSTERIOR)[0]["interval_mass"])
+    return Asked(subject, experiment, read_answer(posterior, support), mass)
 
 
 def explanations() -> dict[str, str]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, get_type_hints
 
-from swesbi.artefacts import folder_made_whole
+from swesbi.artefacts import ArtefactError, folder_made_whole
 from swesbi.config.new_recordings import is_free_running, noise_declared, quality_of
 from swesbi.config.parts import named
 from swesbi.config.read import ConfigError, add_options, in_words, merged_files, overlay, read_merged
@@ -35,6 +35,8 @@ REFERENCE: Final = {"passive_baseline": "passive.h5", "reference_fit": "cmaes.h5
 """Further outputs, where the reference fit is asked for."""
 FREE_STAGES: Final = {True: "free_subject_of_population", False: "free_subject"}
 """Of a free-running recording: with the network of a population, and without."""
+EXIT_REFUSED: Final = 2
+"""Of a command that goes on where a subject, or a person, of a folder is refused."""
 WITH_PRESSURES: Final = "with_pressures.h5"
 """A further output, of a subject of whom the pressures of a cuff were taken."""
 
@@ -70,12 +72,12 @@ def study_with(options: argparse.Namespace, **new_subjects: object) -> Study:
         ConfigError: The configuration, or the cohort, cannot be used.
     """
     raw = read_merged(options.config, options.overlay)
-    chosen: dict[str, object] = {"cohort": str(options.cohort), **new_subjects}
+    chosen = dict(new_subjects)
     if options.phases is not None:
         chosen["phases"] = options.phases
     merged = overlay(raw, {"new_subjects": chosen})
     files = merged_files(options.config, options.overlay)
-    return load_study(merged, in_words(options.config, options.overlay), "--cohort", files)
+    return load_study(merged, in_words(options.config, options.overlay), options.cohort, files)
 
 
 def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
@@ -102,6 +104,13 @@ def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
 
 def _names(study: Study) -> Sequence[str]:
     return (*study.config.experiments, *study.config.population_experiments)
+
+
+def is_everyones(error: Exception) -> bool:
+    """Tell whether an error is of the study, its network or the disk, and so of every subject of a folder."""
+    from swesbi.study.stages.other_network import OtherNetworkError
+
+    return isinstance(error, ArtefactError | OSError | OtherNetworkError)
 
 
 def check_new_subject(study: Study, experiment: str, subject: str) -> None:

@@ -1,25 +1,28 @@
-"""Answer two visits of one person outside the study, and say what has changed between them."""
+"""Answer two visits of one person, or of all persons of a folder, and say what has changed between them."""
 
 from __future__ import annotations
 
 import argparse
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, get_type_hints
 
 from swesbi.artefacts import folder_made_whole
-from swesbi.config.pairs import VisitPair, visit_pair
+from swesbi.config.pairs import VisitPair, answered_pairs, pairs_of, refused_visits, visit_pair
 from swesbi.config.read import ConfigError, parsed, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
 from swesbi.recording.visits import Visit
 from swesbi.study.answering import (
+    EXIT_REFUSED,
     OUTPUTS,
     add_answering,
     answer_into,
     check_new_subject,
     experiments_to_ask,
+    is_everyones,
     study_with,
 )
 from swesbi.study.finished import (
@@ -32,7 +35,9 @@ from swesbi.study.finished import (
 from swesbi.study.registry import file_arguments, stage_code, stage_function
 from swesbi.study.stages.origin import Origin
 
+LOGGER: Final = logging.getLogger("swesbi")
 STAGE: Final = "person_change"
+STAGE_OF_GROUPS: Final = "change_groups"
 CHANGE_OUTPUTS: Final = {
     "joint": "change.h5",
     "table": "change.csv",
@@ -40,6 +45,16 @@ CHANGE_OUTPUTS: Final = {
     "figure_png": "change.png",
     "sheet": "sheet.pdf",
 }
+ALL_CHANGES: Final = "changes.csv"
+"""The tables of all persons of a folder, one below the other."""
+GROUP_OUTPUTS: Final = {
+    "groups": "changes_groups.h5",
+    "table": "changes_groups.csv",
+    "persons": "changes_persons.csv",
+    "figure_pdf": "changes_groups.pdf",
+    "figure_png": "changes_groups.png",
+}
+"""Of the groups of these persons."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +68,7 @@ class Asked:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run `change`; return 0 after printing the ratios.
+    """Run `change`; return 0 after printing the ratios, or 2 if one of all persons is refused.
 
     Raises:
         ConfigError: The configuration or the cohort is wrong, or has no such person or visit, or but one.
@@ -62,17 +77,15 @@ def main(arguments: Sequence[str]) -> int:
     """
     options = parsed(_parser(), arguments)
     study = study_with(options)
+    if options.all:
+        return _answer_all(study, options)
     _check_visits(study, options.person)
     experiment = experiments_to_ask(study, options.experiment)[0]
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
-    for subject in pair.subjects:
-        check_new_subject(study, experiment, subject)
-    visits = {"from_visit": pair.visits[0], "to_visit": pair.visits[1]}
-    plain = stage_settings(study, STAGE, experiment=experiment, person=pair.person, **visits)
-    finished = finished_experiment(study, experiment)
-    check_finished(finished, snakemake_options(options.config, options.overlay))
-    folder = options.out or Path(study.config.results) / experiment / "change" / pair.person
-    _answer(folder, Asked(study, experiment, pair, finished), plain)
+    _check_subjects(study, experiment, pair)
+    asked = Asked(study, experiment, pair, _finished(study, experiment, options))
+    folder = options.out or _folder_of(study, experiment) / pair.person
+    _answer(folder, asked)
     print(_text(folder))
     return 0
 
@@ -85,18 +98,135 @@ def _check_visits(study: Study, person: str) -> None:
     Raises:
         ConfigError: Lists what is wrong with it.
     """
-    whose = {subject: study.new_visit_rows.get(subject, Visit()).person for subject in study.new_refused}
-    lost = [study.new_refused[subject] for subject, name in whose.items() if name in ("", person)]
-    if lost:
-        raise ConfigError("\n".join(lost))
+    lost = _lost_visits(study)
+    if reasons := [*lost.get("", []), *lost.get(person, [])]:
+        raise ConfigError("\n".join(reasons))
 
 
-def _answer(folder: Path, asked: Asked, plain: Mapping[str, Any]) -> None:
+def _lost_visits(study: Study) -> dict[str, list[str]]:
+    """Return what is wrong with rows that cannot be used, by person; of those that name none under ''."""
+    lost: dict[str, list[str]] = {}
+    for subject, reason in study.new_refused.items():
+        lost.setdefault(study.new_visit_rows.get(subject, Visit()).person, []).append(reason)
+    return lost
+
+
+def _check_subjects(study: Study, experiment: str, pair: VisitPair) -> None:
+    for subject in pair.subjects:
+        check_new_subject(study, experiment, subject)
+
+
+def _finished(
+    study: Study, experiment: str, options: argparse.Namespace
+) -> FinishedStudy | FinishedPopulation:
+    """Return what the experiment has left, or refuse one that has not been run."""
+    finished = finished_experiment(study, experiment)
+    check_finished(finished, snakemake_options(options.config, options.overlay))
+    return finished
+
+
+def _folder_of(study: Study, experiment: str) -> Path:
+    """Return where the changes of persons lie, a folder a person."""
+    return Path(study.config.results) / experiment / "change"
+
+
+def _answer_all(study: Study, options: argparse.Namespace) -> int:
+    """Compare every person who came twice, then groups of them; no refusal of one stops the others.
+
+    Raises:
+        ConfigError: Nobody came twice, or a row that cannot be used may be a visit of anyone.
+        ValueError: Nobody can be compared.
+    """
+    if options.from_visit is not None or options.to_visit is not None:
+        raise ConfigError("--from and --to: name visits of one person; leave them out, or say --person")
+    lost = _lost_visits(study)
+    if unnamed := lost.pop("", []):
+        raise ConfigError("\n".join(unnamed))
+    refused = {person: "; ".join(reasons) for person, reasons in lost.items()}
+    if not (pairs_of(study) or refused):
+        raise ConfigError(
+            f"--cohort = {str(study.new_cohort)!r}: no person has two visits; its subjects.csv needs the "
+            "columns person and visit, with a row for each visit (docs/own-data.md)"
+        )
+    experiment = experiments_to_ask(study, options.experiment)[0]
+    finished = _finished(study, experiment, options)
+    folder = options.out or _folder_of(study, experiment)
+    compared: list[Asked] = []
+    for pair in answered_pairs(study, experiment):
+        if pair.person in refused:
+            continue
+        asked = Asked(study, experiment, pair, finished)
+        try:
+            _check_subjects(study, experiment, pair)
+            _answer(folder / pair.person, asked)
+        except (ValueError, ArithmeticError, RuntimeError) as error:
+            if is_everyones(error):
+                raise
+            refused[pair.person] = str(error)
+            LOGGER.warning("person %s is refused", pair.person)
+        else:
+            compared.append(asked)
+            print(_text(folder / pair.person))
+    if compared:
+        _write_groups(folder, compared, refused)
+    refused |= _unknown_hearts(study, experiment)
+    reasons = "".join(f"\nrefused: {person}: {reason}" for person, reason in refused.items())
+    if not compared:
+        raise ValueError(f"{study.new_cohort}: no person can be compared{reasons}")
+    written = f"written to {folder}: {', '.join((ALL_CHANGES, *GROUP_OUTPUTS.values()))}, a folder a person"
+    print(f"\n{len(compared)} compared, {len(refused)} refused; {written}{reasons}")
+    return EXIT_REFUSED if refused else 0
+
+
+def _unknown_hearts(study: Study, experiment: str) -> dict[str, str]:
+    """Return the persons with a visit that the network does not know, and why."""
+    sentences = {pair.person: refused_visits(study, experiment, pair) for pair in pairs_of(study)}
+    return {person: "; ".join(why) for person, why in sentences.items() if why}
+
+
+def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str, str]) -> None:
+    """Write the table of all persons who are compared, and what has changed in groups of them.
+
+    Args:
+        folder: Where their own folders lie, and the output.
+        compared: Who they are.
+        refused: Who else was to be compared, and why they are not.
+    """
+    import pandas as pd
+
+    from swesbi.show.csv import write_csv
+
+    study, experiment = compared[0].study, compared[0].experiment
+    plain = stage_settings(study, STAGE_OF_GROUPS, experiment=experiment)
+    plain["left_out"] += [
+        f"{person} is left out: {' '.join(reason.split())}" for person, reason in refused.items()
+    ]
+    made_of = {folder / asked.pair.person: asked.pair.subjects[0] for asked in compared}
+    table = pd.concat(
+        [pd.read_csv(person / CHANGE_OUTPUTS["table"]) for person in made_of], ignore_index=True
+    )
+    table.insert(0, "experiment", experiment)
+    run = stage_function(STAGE_OF_GROUPS)
+    with folder_made_whole(folder) as made:
+        write_csv(made / ALL_CHANGES, table)
+        run(
+            changes=[person / CHANGE_OUTPUTS["joint"] for person in made_of],
+            observations=[person / first / OUTPUTS["observation"] for person, first in made_of.items()],
+            **{name: made / file for name, file in GROUP_OUTPUTS.items()},
+            settings=get_type_hints(run)["settings"].from_plain(plain),
+            origin=Origin(study.config.seed, "", stage_code(STAGE_OF_GROUPS)),
+        )
+
+
+def _answer(folder: Path, asked: Asked) -> None:
     """Answer both visits, then the pair, and put all of it into ``folder``, or nothing."""
+    pair = asked.pair
+    named = {"person": pair.person, "from_visit": pair.visits[0], "to_visit": pair.visits[1]}
+    plain = stage_settings(asked.study, STAGE, experiment=asked.experiment, **named)
     with folder_made_whole(folder) as made:
         visits = [
             _visit(made, asked, visit, subject)
-            for visit, subject in zip(asked.pair.visits, asked.pair.subjects, strict=True)
+            for visit, subject in zip(pair.visits, pair.subjects, strict=True)
         ]
         _compare(made, asked, visits, plain)
 
@@ -112,6 +242,8 @@ def _visit(made: Path, asked: Asked, visit: str, subject: str) -> Path:
     try:
         answer_into(folder, asked.study, subject, asked.experiment, plain, asked.finished)
     except ValueError as error:
+        if is_everyones(error):
+            raise
         raise ValueError(
             f"visit {visit!r} of {asked.pair.person!r} (recording {subject}): {error}; no change is told"
         ) from error
@@ -149,10 +281,19 @@ def _parser() -> argparse.ArgumentParser:
         description="Say what has changed between two visits of one person who is not in the study's cohort: "
         "ratios of parameters with intervals, from the exact posterior of both recordings, which share what "
         "a person keeps. Rows of subjects.csv of one `person` are the visits. Each is answered as "
-        "`new-subject` does; the configuration is that of the study.",
+        "`new-subject` does; the configuration is that of the study. With --all, of every person who came "
+        "twice, and what has changed in groups of them.",
+        epilog="Exit code: 0 answered; 2 refused, or one of --all was: the others are answered all the same.",
     )
-    parser.add_argument("--cohort", type=Path, required=True, help="folder with the person's recordings")
-    parser.add_argument("--person", required=True, help="which of its persons")
+    parser.add_argument("--cohort", type=Path, required=True, help="folder with the recordings")
+    asked = parser.add_mutually_exclusive_group(required=True)
+    asked.add_argument("--person", help="which of its persons")
+    asked.add_argument(
+        "--all",
+        action="store_true",
+        help="every person who came twice, first visit to last, and their groups: changes.csv and "
+        "changes_groups.* in <results>/<experiment>/change/ or in --out",
+    )
     parser.add_argument("--from", dest="from_visit", metavar="VISIT", help="default: the first")
     parser.add_argument("--to", dest="to_visit", metavar="VISIT", help="default: the last")
     add_answering(parser, "<results>/<experiment>/change/<person>")

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from swesbi.artefacts import ArtefactError
 from swesbi.config.new_recordings import is_free_running
 from swesbi.config.read import parsed, snakemake_options
 from swesbi.config.refusals import recording_refusal
@@ -17,6 +16,7 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
 from swesbi.study.answer_text import answer_text, free_text, pressures_text
 from swesbi.study.answering import (
+    EXIT_REFUSED,
     FREE_OUTPUTS,
     OUTPUTS,
     REFERENCE,
@@ -30,6 +30,7 @@ from swesbi.study.answering import (
     choose_experiment,
     experiments_to_ask,
     folder_of,
+    is_everyones,
     pressures_of,
     study_with,
     trained_for_pushes,
@@ -37,7 +38,6 @@ from swesbi.study.answering import (
 from swesbi.study.finished import answering_stage, check_finished, finished_experiment
 
 LOGGER: Final = logging.getLogger("swesbi")
-EXIT_REFUSED: Final = 2
 FROM_PRIOR: Final = (
     "{subject} is free-running and {why}: answered from the prior of {experiment} by adaptive importance "
     "sampling"
@@ -141,10 +141,8 @@ def _answer_all(request: Request) -> int:
     for subject in study.new_rows:
         try:
             given[subject] = _answer(request, subject, request.out / subject if request.out else None)
-        except (ArtefactError, OSError):
-            raise  # of the study or the disk, and so of every subject
         except (ValueError, ArithmeticError, RuntimeError) as error:
-            if _is_everyones(error):
+            if is_everyones(error):
                 raise
             refused[subject] = str(error)
             LOGGER.warning("subject %s is refused", subject)
@@ -179,19 +177,11 @@ def _tables(request: Request) -> dict[str, Path]:
     return {name: folder / file for name, file in TABLE.items()}
 
 
-def _is_everyones(error: Exception) -> bool:
-    """Tell whether an error is of the network, and not of the subject."""
-    from swesbi.study.stages.other_network import OtherNetworkError
-
-    return isinstance(error, OtherNetworkError)
-
-
 def _write_table(
     request: Request, given: Mapping[str, Given], refused: Mapping[str, str]
 ) -> Mapping[str, Path]:
     """Write ``answers.csv`` and ``answers.xlsx``, the subjects in the order of the cohort."""
-    from swesbi.show.answers_table import Asked, answers_table, write_answers
-    from swesbi.study.stages.new_answers import answered
+    from swesbi.show.answers_table import Asked, answered, answers_table, write_answers
 
     study = request.study
     paths = _tables(request)

@@ -75,7 +75,6 @@ class Landing:
         cards: One for each subject.
         paper: The paper's experiment in a line.
         explorer: The explorer, relative to the page; empty where there is none.
-        new: Answers to subjects outside the study; None where there are none.
     """
 
     experiment: str
@@ -86,12 +85,9 @@ class Landing:
     cards: tuple[Card, ...]
     paper: str
     explorer: str
-    new: Table | None
 
 
-def make_landing(
-    results: Results, exact: Sequence[Exact], title: str, links: Sequence[str], new: Table | None
-) -> Landing:
+def make_landing(results: Results, exact: Sequence[Exact], title: str, links: Sequence[str]) -> Landing:
     """Put the landing page together: of the first experiment on speeds, or else of the main experiment.
 
     Args:
@@ -99,7 +95,6 @@ def make_landing(
         exact: Its experiments on speeds.
         title: What the subjects are.
         links: Every file behind the page, relative to it.
-        new: Answers to subjects outside the study.
     """
     speeds = next(iter(exact), None)
     experiment = speeds.experiment if speeds else results.main
@@ -120,7 +115,6 @@ def make_landing(
         ),
         paper=paper_in_a_line(results.main),
         explorer=next((link for link in links if link == "explorer.html"), ""),
-        new=new,
     )
 
 

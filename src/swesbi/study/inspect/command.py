@@ -25,7 +25,7 @@ ARTEFACTS: Final = (".h5", ".pt", ".json")
 OF_RESULTS: Final = ("logs", "cohort")
 """Folders beside each other in the results of every study."""
 ANSWERS: Final = ("new", "change")
-"""Folders of what commands answer, for which Snakemake may have no rule."""
+"""Folders of what commands answer, for which Snakemake has no rule."""
 EXIT_EQUAL: Final = 0
 EXIT_DIFFERENT: Final = 1
 EXIT_ERROR: Final = 2

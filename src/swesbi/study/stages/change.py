@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-import pandas as pd
 
 from swesbi.artefacts import save, to_groups
 from swesbi.base.arrays import FloatArray
@@ -198,16 +197,3 @@ def _report(stored: StoredChange, efficiency: Sequence[float]) -> None:
     )  # fmt: skip
     if stored.reasons:
         LOGGER.log(logging.INFO if stored.converged else logging.WARNING, "  %s", stored.reasons)
-
-
-class ChangesTableStageSettings(Settings):
-    """The table depends on its rows alone."""
-
-
-def changes_table(
-    *, tables: Sequence[Path], table: Path, settings: ChangesTableStageSettings, origin: Origin
-) -> None:
-    """Join the tables of all persons' changes; the experiment is told by where each lies."""
-    parts = [pd.read_csv(path).assign(experiment=path.parents[2].name) for path in tables]
-    whole = pd.concat(parts, ignore_index=True)
-    write_csv(table, whole[["experiment", *whole.columns.drop("experiment")]])

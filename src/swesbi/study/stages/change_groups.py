@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import pandas as pd
-
 from swesbi.artefacts import save
 from swesbi.base.settings import Settings
 from swesbi.persons.change.group_words import group_lines
@@ -93,16 +91,3 @@ def change_groups(
     save_figure(draw_change_groups(stored, settings.cohort_title), figure_pdf, figure_png)
     for line in group_lines(stored):
         LOGGER.info("%s", line)
-
-
-class ChangesGroupsTableStageSettings(Settings):
-    """The table depends on its rows alone."""
-
-
-def changes_groups_table(
-    *, tables: Sequence[Path], table: Path, settings: ChangesGroupsTableStageSettings, origin: Origin
-) -> None:
-    """Join the tables of what has changed in groups; the experiment is told by where each lies."""
-    parts = [pd.read_csv(path).assign(experiment=path.parent.name) for path in tables]
-    whole = pd.concat(parts, ignore_index=True)
-    write_csv(table, whole[["experiment", *whole.columns.drop("experiment")]])

@@ -14,7 +14,6 @@ from swesbi.base.settings import Settings
 from swesbi.show.page.figures import PagePart
 from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.show.page.landing import make_landing
-from swesbi.show.page.new import new_subjects
 from swesbi.show.page.page import PageProvenance, as_yaml, make_page, render, study_figures
 from swesbi.show.page.sections import (
     PopulationSection,
@@ -134,7 +133,7 @@ def report(*, files: ReportFiles, settings: ReportSettings, origin: Origin) -> N
     origins = _provenance(settings, origin, files.artefacts, relative(files.configuration, report))
     validation = next(map(stored_validation, files.validations), None)
     links = [relative(path, report) for path in files.artefacts]
-    landing = make_landing(results, exact, title, links, new_subjects(report))
+    landing = make_landing(results, exact, title, links)
     cohort, shown = read_cohort_words(files.recording, title), file_groups(files.artefacts, report)
     page = make_page(results, landing, cohort, figures, sections, populations, validation, shown, origins)
     texts = {report: render(page), **{path: render(page, path.stem) for path in files.pages}}
