@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -51,7 +51,7 @@ class Compared:
     with_them: ExactResult
 
 
-def pressures_table_of(compared: Sequence[Compared]) -> pd.DataFrame:
+def pressures_table_of(compared: Iterable[Compared]) -> pd.DataFrame:
     """Return one row a subject and quantity, with the columns ``COLUMNS``.
 
     Medians and equal-tailed intervals, without pressures and with them; width_ratio, log high / low with over

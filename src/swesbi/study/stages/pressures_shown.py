@@ -46,10 +46,10 @@ def pressures_table(
         ArtefactError: A file is missing, or no such artefact.
     """
     without, recordings = by_key(posteriors), _by_subject(observations)
-    compared = [
+    compared = (  # one after the other, since posteriors of many subjects fill the memory
         _compared(key, recordings, pick(without, key, "posterior on speeds"), path)
         for key, path in by_key(with_pressures).items()
-    ]
+    )
     write_csv(table, pressures_table_of(compared))
 
 
