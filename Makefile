@@ -39,7 +39,7 @@ report: study ## Snakemake's own report of the finished study, in one file
 full: study ## the checks of calibration in large sizes, with the networks of the study, into results-full/ and docs/tables/
 	$(BIN)/snakemake --cores $(CORES) --configfile config/overlays/full.yaml -- checks
 	$(BIN)/python -m swesbi.study.model_version results-full/*/*.csv
-	$(BIN)/python -m swesbi.show.docs --stored
+	$(BIN)/python -m swesbi.report.docs --stored
 
 verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code
 	$(BIN)/python -m swesbi verify --out results/tables/claims.csv
@@ -48,7 +48,7 @@ container: # an image of the project, where podman or docker can build one
 	$$(command -v podman || command -v docker || { echo "neither podman nor docker is here: install one of them" >&2; echo false; }) build --file Containerfile --tag swesbi .
 
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
-	$(BIN)/python -m swesbi.show.docs
+	$(BIN)/python -m swesbi.report.docs
 
 test: $(INSTALLED) ## the fast tests
 	$(PYTEST) -m "$(TESTS)" $(OF)
@@ -80,7 +80,7 @@ house: $(INSTALLED) # what the layout of the code costs: its size, what an edit 
 
 reference: smoke # renew the stored tables: of the small study, and of the full one where it has finished
 	$(BIN)/python tests/helpers/reference_tables.py results-smoke tests/reference/small_study
-	if [ -e results/report.html ]; then \
+	if [ -e results/index.html ]; then \
 		cp results/tables/ppc.csv tests/reference/study/ppc.csv; \
 		for path in results/*/recovery.csv; do \
 			cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done; fi

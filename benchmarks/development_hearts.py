@@ -35,8 +35,8 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.parameters import OPERATOR
 from swesbi.prior import ParameterPrior
 from swesbi.recording.speed import NoiseComponents
+from swesbi.report.csv import write_csv
 from swesbi.seeds import generator as stream_of
-from swesbi.show.csv import write_csv
 from swesbi.virtual.generated import GeneratedSubject
 from swesbi.virtual.hearts.generators import all_generators, generator_of
 from swesbi.virtual.hearts.heart import Generator

@@ -25,8 +25,8 @@ from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.measurement.likelihood import SpeedModel, read_speed_model
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import weight_failures
 from swesbi.posterior.importance import k_hat_limit
@@ -65,7 +65,7 @@ def timed(work: Callable[[], Result]) -> tuple[Result, float]:
     return result, time.process_time() - begin
 
 
-def compare(model: SpeedModel, flow: TrainedSpline, settings: ExactSettings) -> Row:
+def compare(model: SpeedModel, flow: TrainedFlow, settings: ExactSettings) -> Row:
     """Sample one posterior both ways."""
     proposal = flow_proposal(flow, model.recording)
     adapted(model, asking(settings, 20), SEED, proposal)  # compiles and warms up
@@ -137,7 +137,7 @@ def main() -> None:
     study = load_study(read_merged(arguments.config), str(arguments.config))
     plain = stage_settings(study, "exact_posterior", experiment=arguments.experiment)
     settings = ExactPosteriorStageSettings.from_plain(plain)
-    flow, _ = load_spline(arguments.results / arguments.experiment / "flow.h5")
+    flow, _ = load_flow(arguments.results / arguments.experiment / "flow.h5")
     noise = arguments.results / "cohort" / "noise.h5"
     rows = []
     for subject in study.subjects_of(arguments.experiment):

@@ -22,7 +22,7 @@ def main(results: Path) -> None:
     Raises:
         SystemExit: There is no browser, or no page.
     """
-    program, page = shutil.which("chromium"), results / "report.html"
+    program, page = shutil.which("chromium"), results / "index.html"
     if program is None:
         raise SystemExit("no browser found (chromium); on Debian: apt-get install chromium")
     if not page.is_file():

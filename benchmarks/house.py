@@ -4,7 +4,7 @@
     python benchmarks/house.py --part reruns --part size
     python benchmarks/house.py --configfile tests/smoke.yaml --csv house.csv
 
-Lines of ``src`` belong to one of three concerns. Presentation is the package ``show``. Plumbing is what the
+Lines of ``src`` belong to one of three concerns. Presentation is the package ``report``. Plumbing is what the
 study is run with: ``artefacts``, ``config``, ``study``, ``code_hash``, ``definitions``, ``base``, ``seeds``,
 ``progress``, and ``__init__`` and ``__main__`` of the package itself. All else is science.
 

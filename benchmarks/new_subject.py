@@ -38,8 +38,8 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, read_speed_model, speed_model
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import read_exact_posterior
@@ -162,7 +162,7 @@ def other_contexts(models: list[SpeedModel]) -> Iterator[Case]:
 
 
 def network_alone(
-    models: list[SpeedModel], flow: TrainedSpline, settings: ExactSettings, count: int
+    models: list[SpeedModel], flow: TrainedFlow, settings: ExactSettings, count: int
 ) -> pd.DataFrame:
     """Return the network's efficiency at other contexts: median, smallest and largest over recordings."""
     trained = [model.recording.context for model in models]
@@ -198,7 +198,7 @@ def network(study: Study, results: Path, experiment: str, count: int) -> None:
     plain = stage_settings(study, "calibration_local", experiment=experiment, subject=first)
     settings = CalibrationLocalStageSettings.from_plain(plain).model
     models = [read_speed_model(path, files.noise, settings) for path in files.pooled_observations]
-    flow, _ = load_spline(files.estimator)
+    flow, _ = load_flow(files.estimator)
     table = network_alone(models, flow, study.config.speed_experiments[experiment].exact, count)
     print(f"efficiency of the network's draws, {count} recordings a line")
     print(table.round({"median": 4, "smallest": 4, "largest": 4}).to_string(index=False))

@@ -42,10 +42,10 @@ from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.prior import NuisanceSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.style import TEXT_WIDTH_IN, new_figure, plain_decades, save_figure, style
+from swesbi.report.numbers import as_percent
 from swesbi.seeds import generator
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.style import TEXT_WIDTH_IN, new_figure, plain_decades, save_figure, style
-from swesbi.show.numbers import as_percent
 from swesbi.virtual.generated import GeneratedSubject, generate_cohort
 
 Name = Literal["reference", "own", "free"]

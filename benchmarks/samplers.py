@@ -28,11 +28,11 @@ from swesbi.checks.calibration.ranks import quantity_names
 from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import flow_proposal
 from swesbi.population.recordings import OWN, fresh_subject, record_fresh, recorded
 from swesbi.prior import JointPriorSettings
-from swesbi.show.csv import write_csv
+from swesbi.report.csv import write_csv
 from swesbi.study.stages.population import PopulationCalibrationStageSettings
 
 try:  # the sampler of before, which threw the draws of earlier attempts away
@@ -53,7 +53,7 @@ def settings() -> PopulationCalibrationStageSettings:
 
 def infer(network: Path, out: Path, recordings: int) -> None:
     """Infer the recordings, and write levels, truths and draws."""
-    given, flow = settings(), load_spline(network)[0]
+    given, flow = settings(), load_flow(network)[0]
     fresh = infer_fresh(range(recordings), OWN, flow, given.fresh, given.sizes, given.exact, SEED)
     draws, effective = [], []
     progress = Progress("posteriors", COMPARED, unit="recording")

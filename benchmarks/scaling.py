@@ -31,7 +31,7 @@ from generated import generate, write
 from study import read_jobs
 
 from swesbi.config.read import parse_config, read_merged
-from swesbi.show.figures.style import new_figure, save_figure, style
+from swesbi.report.figures.style import new_figure, save_figure, style
 
 ROOT: Final = Path(__file__).parents[1]
 FIRST: Final = 50  # number of the first generated subject that nothing was fitted to

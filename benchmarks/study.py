@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import pandas as pd
 import yaml
 
-from swesbi.show.figures.style import new_figure, save_figure, style
+from swesbi.report.figures.style import new_figure, save_figure, style
 from swesbi.study.forecast import BENCHMARK, benchmark_s
 from swesbi.study.job import MEMORY, PROCESSOR_TIME, SERVED, START_UP, WALL_TIME
 

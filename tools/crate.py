@@ -91,7 +91,7 @@ def files_of(results: Path) -> Packed:
         ArtefactError: The study is not finished.
         ConfigError: Its configuration cannot be read.
     """
-    page, merged = results / "report.html", results / MERGED
+    page, merged = results / "index.html", results / MERGED
     if not page.is_file():
         raise ArtefactError(f"{page} does not exist: finish the study first (make study)")
     cohort = Path(read_yaml(merged)["cohort"])

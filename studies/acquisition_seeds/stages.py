@@ -10,7 +10,7 @@ from studies.acquisition_seeds.table import medians_table
 from swesbi.measurement.likelihood import read_measured_subjects
 from swesbi.networks.paper.estimator import load_estimator
 from swesbi.networks.paper.pool import read_pool
-from swesbi.show.csv import write_csv
+from swesbi.report.csv import write_csv
 from swesbi.study.stages.inference import check_components
 from swesbi.study.stages.origin import Origin
 

@@ -15,9 +15,9 @@ from matplotlib.ticker import ScalarFormatter
 from scipy.stats import binom
 
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.show.figures.style import PRIOR, TEXT_WIDTH_IN, in_percent, new_figure, style
-from swesbi.show.figures.subject_points import MARKERS
-from swesbi.show.numbers import as_percent
+from swesbi.report.figures.style import PRIOR, TEXT_WIDTH_IN, in_percent, new_figure, style
+from swesbi.report.figures.subject_points import MARKERS
+from swesbi.report.numbers import as_percent
 
 HEIGHT_IN: Final = 4.2
 CHANCE: Final = 0.9  # mass of the band in which coverage lies by chance

@@ -16,9 +16,9 @@ from swesbi.measurement import likelihood
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.style import save_figure
 from swesbi.seeds import generator
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual.generated import generate_cohort
 

@@ -16,7 +16,7 @@ from studies.ladder.quantities import ATTAINED, CHANGE_OF, SHOWN
 from studies.ladder.table import ABOUT_PEOPLE, AVERAGE
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.show.figures.style import (
+from swesbi.report.figures.style import (
     EXCLUDED_BACKGROUND,
     PRIOR,
     TEXT_WIDTH_IN,
@@ -24,7 +24,7 @@ from swesbi.show.figures.style import (
     new_figure,
     style,
 )
-from swesbi.show.figures.subject_points import subject_points
+from swesbi.report.figures.subject_points import subject_points
 
 WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
 ROW_HEIGHT_IN: Final = 0.2

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from swesbi.base.arrays import FloatArray
-from swesbi.networks.spline.flow import FlowProposal
+from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
 

@@ -20,12 +20,12 @@ from swesbi.artefacts import save
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import flow_proposal
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.style import save_figure
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
@@ -58,7 +58,7 @@ def ladder_run(
         ValueError: The network infers other parameters, or a person cannot be changed as configured.
         NoLikelihoodError: Every simulation of a recording fails.
     """
-    flow, _ = load_spline(estimator)
+    flow, _ = load_flow(estimator)
 
     def first(recording: SpeedRecording) -> PlacedProposal:
         return first_proposal(flow_proposal(flow, recording), settings.model.prior)

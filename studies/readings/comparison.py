@@ -17,7 +17,7 @@ from studies.readings.chain import CORRELATION, RECOVERY, RMSE, SUPPORTED
 from studies.readings.settings import CASES, ComparisonSettings, Reading, Treatment
 from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES
-from swesbi.show.paper.values import PaperNumber
+from swesbi.report.paper.values import PaperNumber
 
 PAPER: Final = "paper"
 """Name of the paper's row."""

@@ -13,7 +13,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from studies.readings.comparison import INTERVALS, PAPER, deviations, printed_numbers
 from studies.readings.settings import ComparisonSettings
-from swesbi.show.figures.style import (
+from swesbi.report.figures.style import (
     CMAES,
     EXCLUDED_BACKGROUND,
     POSTERIOR,
@@ -22,8 +22,8 @@ from swesbi.show.figures.style import (
     new_figure,
     style,
 )
-from swesbi.show.paper.values import PaperNumber
-from swesbi.show.results import records
+from swesbi.report.paper.values import PaperNumber
+from swesbi.report.results import records
 
 WIDTH_IN: Final = 1.9 * TEXT_WIDTH_IN
 ROW_HEIGHT_IN: Final = 0.17

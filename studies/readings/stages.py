@@ -34,9 +34,9 @@ from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subject
 from swesbi.networks.paper.estimator import Checkpoint, load_checkpoints
 from swesbi.networks.paper.pool import Pool, read_pool
 from swesbi.prior import PriorSettings
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.style import save_figure
-from swesbi.show.paper.values import read_paper
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.style import save_figure
+from swesbi.report.paper.values import read_paper
 from swesbi.study.stages.inference import check_components
 from swesbi.study.stages.origin import Origin
 

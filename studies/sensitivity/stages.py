@@ -22,16 +22,16 @@ from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement import likelihood
 from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import read_passive
-from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
-from swesbi.networks.spline.pool import SubjectSimulations, at_phases
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.networks.flow.pool import SubjectSimulations, at_phases
 from swesbi.parameters import REPORTED, SCALE
 from swesbi.posterior import exact as posteriors
 from swesbi.posterior.mcmc import sample_mcmc
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import ParameterPrior, quantile
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.style import save_figure
 from swesbi.seeds import generator, integer_seed
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.flow_training import TrainFlowStageSettings
 from swesbi.study.stages.origin import Origin
 
@@ -64,13 +64,17 @@ def sensitivity_run(
     Raises:
         ArtefactError: An input cannot be read.
     """
-    from swesbi.networks.spline.training import train_spline  # torch, of which the other stages need nothing
+    from swesbi.networks.flow.training import (
+        train_over_subjects,  # torch, of which the other stages need nothing
+    )
 
     models = likelihood.read_speed_models(observations, noise, settings.train.model)
     simulated = [_simulations(model, settings) for model in models]
     seed = integer_seed(settings.seed, "flow training")
     label = f"variant {posteriors.stem}"
-    flow = train_spline(simulated, settings.train.conditioning, settings.train.estimator, seed, label).spline
+    flow = train_over_subjects(
+        simulated, settings.train.conditioning, settings.train.estimator, seed, label
+    ).flow
     scales = {load(path, PASSIVE)[1].subject: read_passive(path).scale_kpa for path in passives}
     inferred = [_infer(model, flow, scales, settings) for model in models]
     save(posteriors, to_dataset(inferred), origin.provenance(KIND, settings))
@@ -89,7 +93,7 @@ def _simulations(model: likelihood.SpeedModel, settings: SensitivityRunStageSett
 
 def _infer(
     model: likelihood.SpeedModel,
-    flow: TrainedSpline,
+    flow: TrainedFlow,
     scales: dict[str, float],
     settings: SensitivityRunStageSettings,
 ) -> VariantPosterior:
@@ -104,7 +108,7 @@ def _infer(
 
 
 def _with_fixed_scale(
-    model: likelihood.SpeedModel, flow: TrainedSpline, scale_kpa: float, settings: SensitivityRunStageSettings
+    model: likelihood.SpeedModel, flow: TrainedFlow, scale_kpa: float, settings: SensitivityRunStageSettings
 ) -> VariantPosterior:
     """Sample the posterior with the passive scale held, by MCMC: the flow has no such proposal."""
     low, high = (scale_kpa * factor for factor in FIXED_BOUNDS)

@@ -14,8 +14,8 @@ from studies.validation.settings import answers_settings, configured
 from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import flow_proposal
 from swesbi.population.settings import PopulationSettings, in_declared_range
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import ExactResult, read_exact_result
@@ -156,7 +156,7 @@ def knowledge_of(estimator: Path, null: Path) -> Knowledge:
     Raises:
         ArtefactError: A file is no such artefact.
     """
-    flow, population = load_spline(estimator)[0], read_null(null)
+    flow, population = load_flow(estimator)[0], read_null(null)
     return Knowledge(partial(flow_proposal, flow), population.contexts, lambda: population.pooled)
 
 

@@ -61,7 +61,7 @@ from swesbi.base.progress import Progress
 from swesbi.config.read import add_options, in_words, parsed, read_merged, snakemake_options
 from swesbi.config.study import Study, load_study
 from swesbi.persons.change.settings import DISCREPANCY, ChangeSettings
-from swesbi.show.csv import write_csv
+from swesbi.report.csv import write_csv
 from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.registry import stage_code
 from swesbi.study.stages.new_subject import one_thread

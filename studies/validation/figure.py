@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.show.figures.style import (
+from swesbi.report.figures.style import (
     EXCLUDED_BACKGROUND,
     EXCLUDED_POSTERIOR,
     POSTERIOR,
@@ -21,8 +21,8 @@ from swesbi.show.figures.style import (
     shared_legend,
     style,
 )
-from swesbi.show.numbers import as_percent
-from swesbi.show.tables.validation_outcomes import ASKED, ATTAINED, NOT_TESTED, QUANTITIES
+from swesbi.report.numbers import as_percent
+from swesbi.report.tables.validation_outcomes import ASKED, ATTAINED, NOT_TESTED, QUANTITIES
 
 WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
 ROW_HEIGHT_IN: Final = 0.34

@@ -38,8 +38,8 @@ from swesbi.context import Context
 from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import TrainedSpline, flow_proposal, free_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal, free_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.settings import asking
@@ -48,8 +48,8 @@ from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.noise import read_noise
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.recording.speed import NoiseComponents
+from swesbi.report.csv import write_csv
 from swesbi.seeds import integer_seed
-from swesbi.show.csv import write_csv
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.other_network import check_network
 from swesbi.virtual.hearts.recorded import RecordedHeart
@@ -91,7 +91,7 @@ class BothDoors:
         seed: The study's seed.
     """
 
-    flow: TrainedSpline
+    flow: TrainedFlow
     noise: NoiseComponents
     settings: HeartAnswersSettings
     draws: int
@@ -180,7 +180,7 @@ def both_doors(study: Study, options: argparse.Namespace) -> BothDoors:
     base = study.config.base_of(experiment)
     draws = study.config.speed_experiments[base].calibration.local.two_sample_draws
     noise = read_noise(finished.noise).components.of_separate_repeats
-    return BothDoors(load_spline(finished.estimator)[0], noise, settings, draws, study.config.seed)
+    return BothDoors(load_flow(finished.estimator)[0], noise, settings, draws, study.config.seed)
 
 
 def main() -> None:

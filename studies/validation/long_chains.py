@@ -37,16 +37,16 @@ from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.likelihood import SpeedModel, speed_model
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
+from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
-from swesbi.show.csv import write_csv
 from swesbi.study.finished import FinishedPopulation, check_finished, finished_population
 from swesbi.study.stages.new_subject import STREAM as ANSWER_STREAM
 from swesbi.study.stages.other_network import check_network
@@ -95,7 +95,7 @@ class Answerer:
         seed: The study's seed.
     """
 
-    flow: TrainedSpline
+    flow: TrainedFlow
     noise: NoiseComponents
     settings: HeartAnswersSettings
     local: LocalSettings
@@ -166,7 +166,7 @@ def answerer(study: Study, finished: FinishedPopulation, options: argparse.Names
     check_network(finished.estimator, settings.train_population)
     base = study.config.base_of(configured().experiment)
     local = study.config.speed_experiments[base].calibration.local
-    flow, noise = load_spline(finished.estimator)[0], read_noise(finished.noise).components
+    flow, noise = load_flow(finished.estimator)[0], read_noise(finished.noise).components
     return Answerer(flow, noise, settings, local, study.config.seed)
 
 

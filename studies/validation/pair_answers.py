@@ -25,8 +25,8 @@ from studies.validation.pairs import (
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import flow_proposal
 from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
 from swesbi.persons.change.one_person import OnePerson, judge_one_person, shared_distance
 from swesbi.persons.change.proposal import NormalVisit, normal_visit
@@ -300,7 +300,7 @@ class Clock:
 @lru_cache(maxsize=1)
 def knowledge_of(finished: FinishedPopulation) -> Knowledge:
     """Read what answers all hearts, once a process; null recordings where a verdict is asked for."""
-    proposal = partial(flow_proposal, load_spline(finished.estimator)[0])
+    proposal = partial(flow_proposal, load_flow(finished.estimator)[0])
     if not finished.null.is_file():  # nothing is judged then
         return Knowledge(proposal, (), lambda: read_null(finished.null).pooled)
     population = read_null(finished.null)

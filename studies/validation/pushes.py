@@ -33,17 +33,17 @@ from studies.validation.settings import configured
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import TrainedSpline, free_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import TrainedFlow, free_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.recording.columns import SPEED
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import NoiseDeclaration
+from swesbi.report.csv import write_csv
+from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator
-from swesbi.show.csv import write_csv
-from swesbi.show.tables.validation_outcomes import QUANTITIES
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.other_network import check_network
 from swesbi.virtual.hearts.recorded import RecordedHeart
@@ -69,7 +69,7 @@ class Answered:
         return np.where(np.isfinite(self.truth), held, np.nan)
 
 
-def answers(flow: TrainedSpline, settings: HeartAnswersSettings, seed: int) -> Iterator[Answered]:
+def answers(flow: TrainedFlow, settings: HeartAnswersSettings, seed: int) -> Iterator[Answered]:
     """Yield the answer to each heart; print why there is none to another."""
     for number in range(settings.hearts):
         made = settings.recorded(number, seed)
@@ -86,7 +86,7 @@ def answers(flow: TrainedSpline, settings: HeartAnswersSettings, seed: int) -> I
         yield answered
 
 
-def answer(flow: TrainedSpline, made: RecordedHeart, settings: HeartAnswersSettings, seed: int) -> Answered:
+def answer(flow: TrainedFlow, made: RecordedHeart, settings: HeartAnswersSettings, seed: int) -> Answered:
     """Record a heart by a push train and infer it.
 
     Raises:
@@ -145,7 +145,7 @@ def main() -> None:
     options = parser.parse_args()
     study = load_study(read_merged(options.config), str(options.config))
     finished = finished_population(options.results, configured().experiment)
-    flow, tables = load_spline(finished.estimator)[0], []
+    flow, tables = load_flow(finished.estimator)[0], []
     for letter in options.generators:
         settings = asked_of(study, letter, options.number, STREAM)
         check_network(finished.estimator, settings.train_population)

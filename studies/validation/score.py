@@ -15,7 +15,7 @@ from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, median_and_interval
 from swesbi.parameters import K_0, K_ATP, THETA_NAMES
-from swesbi.show.tables.validation_outcomes import QUANTITIES, SCORED
+from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.answers import REFUSED, SUPPORTED
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 

@@ -15,8 +15,8 @@ from studies.validation.table import samplers_table, validation_table
 from swesbi.artefacts import load, save
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.style import save_figure
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.other_network import check_network
 

@@ -11,7 +11,7 @@ import pandas as pd
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import ScoreSettings
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.show.tables.validation_outcomes import NOT_TESTED, QUANTITIES, TESTED
+from swesbi.report.tables.validation_outcomes import NOT_TESTED, QUANTITIES, TESTED
 from swesbi.verdict.answers import OUTCOMES, REFUSED
 
 NO_NUMBER: Final = (np.nan, np.nan, np.nan)

@@ -29,10 +29,10 @@ from swesbi.checks.calibration.table import CONTRACTION, COVERAGE, SBC, TARP, Ch
 from swesbi.draws import equal_weights
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.networks.spline.conditioning import ConditioningSettings
-from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
-from swesbi.networks.spline.pool import at_phases
-from swesbi.networks.spline.training import train_spline
+from swesbi.networks.flow.conditioning import ConditioningSettings
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.networks.flow.pool import at_phases
+from swesbi.networks.flow.training import train_over_subjects
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
@@ -52,7 +52,7 @@ RIGHT, NOISE_TOO_SMALL, PRIOR_RETURNED, DATA_TWICE = "right", "noise too small",
 
 
 @cache
-def flow() -> TrainedSpline:
+def flow() -> TrainedFlow:
     experiment, model = speed_case.shipped().speed_experiments["calibrated"], speed_case.model()
     changes = {"transforms": 3, "hidden_features": 48, "epochs": 25, "batch_size": 256}
     conditioning = ConditioningSettings(summary=experiment.summary, grid_points=100, density_kg_m3=1000.0)
@@ -61,7 +61,7 @@ def flow() -> TrainedSpline:
         range(5000), model.recording.context, settings.prior.theta, settings.forward_model, 1
     )
     estimator = experiment.estimator.model_copy(update=changes)
-    return train_spline([at_phases(drawn, model)], conditioning, estimator, 2).spline
+    return train_over_subjects([at_phases(drawn, model)], conditioning, estimator, 2).flow
 
 
 def quieter(model: SpeedModel, factor: float) -> SpeedModel:

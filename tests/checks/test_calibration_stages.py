@@ -28,7 +28,7 @@ from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferre
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import COLUMNS, POOLED
 from swesbi.config.read import ConfigError, parse_config, read_merged
-from swesbi.show.figures.calibration import CalibrationCase, draw_calibration
+from swesbi.report.figures.calibration import CalibrationCase, draw_calibration
 from swesbi.study.stages import calibration, check_figures
 from swesbi.study.stages.calibration import CalibrationStageSettings
 from swesbi.study.stages.check_figures import CalibrationFigureSettings

@@ -30,7 +30,7 @@ from swesbi.checks.identifiability.tables import (
     summary_table,
     to_groups,
 )
-from swesbi.show.figures.identifiability import draw_design, draw_identifiability
+from swesbi.report.figures.identifiability import draw_design, draw_identifiability
 from swesbi.study.stages.origin import Origin
 
 MISSING = 7

@@ -36,7 +36,7 @@ def study(pushes: tuple[int, ...] = (3, 20)) -> PushesStudy:
 
 @pytest.fixture(scope="module")
 def inferred() -> InferredPushes:
-    return study().infer(range(2), trained().spline)
+    return study().infer(range(2), trained().flow)
 
 
 def test_recordings_have_the_errors_that_their_model_says() -> None:

@@ -20,8 +20,8 @@ from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.recording.observation import Observation
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.show.paper.measured import PoolSize, StudyResults
-from swesbi.show.study_tables import Case, features_table, posterior_table, ppc_table
+from swesbi.report.paper.measured import PoolSize, StudyResults
+from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
 
 CONFIG = read_merged(ROOT / "config.yaml")
 SUBJECTS = "ABCDEF"

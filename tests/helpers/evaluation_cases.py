@@ -14,7 +14,7 @@ from swesbi.checks.predictive import Draws, ObservedDraws, PredictiveCheck, Targ
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, bounds, quantile
-from swesbi.show.figures.predictive import PosteriorPanel, PredictivePanel
+from swesbi.report.figures.predictive import PosteriorPanel, PredictivePanel
 from swesbi.verdict.support import Support
 
 FloatArray = NDArray[np.float64]

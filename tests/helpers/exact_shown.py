@@ -17,7 +17,7 @@ from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.result import ExactResult
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
-from swesbi.show.figures.predictive import ExactPanel, PredictivePanel
+from swesbi.report.figures.predictive import ExactPanel, PredictivePanel
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.support import Support, SupportTest
 

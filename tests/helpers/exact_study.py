@@ -10,7 +10,7 @@ from exact_case import SETTINGS
 from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import Provenance, save, to_groups
-from swesbi.networks.spline.files import KIND, save_spline
+from swesbi.networks.flow.files import KIND, save_flow
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.ingest import ingest
 from swesbi.recording.noise import KIND as NOISE
@@ -42,6 +42,6 @@ def write_inputs(folder: Path) -> dict[str, Path]:
     paths = {"observation": folder / "observation.h5", "noise": folder / "noise.h5"}
     save(paths["observation"], to_groups(observed), Provenance(OBSERVATION, "T", 1, {}, "c"))
     save(paths["noise"], to_dataset(noise), Provenance(NOISE, "", 1, {}, "c"))
-    flow = spline_case.trained(epochs=30).spline
-    save_spline(folder / "flow.h5", flow, Provenance(KIND, "", 1, {}, "0" * 16))
+    flow = spline_case.trained(epochs=30).flow
+    save_flow(folder / "flow.h5", flow, Provenance(KIND, "", 1, {}, "0" * 16))
     return {**paths, "estimator": folder / "flow.h5"}

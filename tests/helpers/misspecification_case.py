@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood
 from swesbi.measurement.settings import summary_names
 from swesbi.measurement.speeds import PredictedSpeeds
-from swesbi.networks.spline.conditioning import ConditioningSettings
+from swesbi.networks.flow.conditioning import ConditioningSettings
 from swesbi.prior import quantile
 from swesbi.verdict.recordings import ACQUIRED, NULL, OWN, VOLUNTEER, SubjectChecks
 from swesbi.verdict.settings import MisspecificationSettings

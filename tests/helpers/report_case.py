@@ -7,8 +7,8 @@ import math
 import pandas as pd
 
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
-from swesbi.show.results import Experiment, Recovery
-from swesbi.show.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
+from swesbi.report.results import Experiment, Recovery
+from swesbi.report.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
 from swesbi.verdict.support import Support
 
 SETTINGS = {

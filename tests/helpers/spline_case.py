@@ -1,4 +1,4 @@
-"""A spline flow trained for a moment on prior simulations of one subject, with nuisances or without."""
+"""A flow trained for a moment on prior simulations of one subject, with nuisances or without."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 import speed_case
 
 from swesbi.heart.periodic import Status
+from swesbi.networks.flow.conditioning import ConditioningSettings
+from swesbi.networks.flow.pool import SubjectSimulations
+from swesbi.networks.flow.training import FlowTraining, train_over_subjects
 from swesbi.networks.settings import EmbeddingSettings
-from swesbi.networks.spline.conditioning import ConditioningSettings
-from swesbi.networks.spline.pool import SubjectSimulations
-from swesbi.networks.spline.training import SplineTraining, train_spline
 from swesbi.parameters import OF_THETA
 from swesbi.prior import draw_prior
 
@@ -39,6 +39,6 @@ def simulations(count: int = 2000, prior: str = "paper") -> SubjectSimulations:
 
 
 @cache
-def trained(prior: str = "paper", count: int = 2000, epochs: int = TINY.epochs) -> SplineTraining:
+def trained(prior: str = "paper", count: int = 2000, epochs: int = TINY.epochs) -> FlowTraining:
     settings = TINY.model_copy(update={"epochs": epochs})
-    return train_spline([simulations(count, prior)], CONDITIONING, settings, seed=3)
+    return train_over_subjects([simulations(count, prior)], CONDITIONING, settings, seed=3)

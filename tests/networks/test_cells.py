@@ -10,7 +10,7 @@ import speed_case
 from population_case import CELLS
 
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.cells import (
+from swesbi.networks.flow.cells import (
     CellSettings,
     SeenCells,
     cell_inputs,

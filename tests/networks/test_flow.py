@@ -12,17 +12,17 @@ import torch
 from spline_case import CONDITIONING, TINY, simulations, trained
 
 from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.networks.spline.conditioning import raw_features
-from swesbi.networks.spline.files import KIND, load_spline, save_spline
-from swesbi.networks.spline.flow import FlowProposal, flow_proposal
-from swesbi.networks.spline.training import (
+from swesbi.networks.flow.conditioning import raw_features
+from swesbi.networks.flow.files import KIND, load_flow, save_flow
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.training import (
     Rows,
     TrainingDivergedError,
     _Trainer,
     fit_statistics,
     make_rows,
     split_by_theta,
-    train_spline,
+    train_over_subjects,
 )
 from swesbi.prior import bounds, in_bounds
 
@@ -59,7 +59,7 @@ def test_features_pass_the_operator_of_the_data() -> None:
 
 
 def test_training_learns_and_keeps_the_best_epoch() -> None:
-    epochs, flow = trained().epochs, trained().spline
+    epochs, flow = trained().epochs, trained().flow
     assert [epoch.number for epoch in epochs] == list(range(1, TINY.epochs + 1))
     assert min(epoch.validation_loss for epoch in epochs) == flow.best_validation_loss
     standard_normal = 2.0 * np.log(2.0 * np.pi * np.e)  # entropy of eta without any data, 4 dimensions
@@ -69,7 +69,7 @@ def test_training_learns_and_keeps_the_best_epoch() -> None:
 
 def known() -> FlowProposal:
     """Return what the trained flow makes of the recording."""
-    return flow_proposal(trained().spline, speed_case.model().recording)
+    return flow_proposal(trained().flow, speed_case.model().recording)
 
 
 def test_a_point_whose_map_overflows_goes_to_a_corner_of_the_box() -> None:
@@ -97,31 +97,31 @@ def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed() -> None:
 
 def test_the_draws_of_a_stiffer_recording_are_stiffer() -> None:
     recording = speed_case.model().recording
-    stiffer = flow_proposal(trained().spline, replace(recording, speed_m_s=recording.speed_m_s * 1.3))
+    stiffer = flow_proposal(trained().flow, replace(recording, speed_m_s=recording.speed_m_s * 1.3))
     assert np.median(stiffer.draw(500, seed=1)[:, 0]) > 1.3 * np.median(known().draw(500, seed=1)[:, 0])
 
 
 def test_files_repeat_to_the_byte_and_give_back_the_same_flow(tmp_path: Path) -> None:
-    flow = trained().spline
-    again = train_spline([simulations()], CONDITIONING, TINY, seed=3).spline
+    flow = trained().flow
+    again = train_over_subjects([simulations()], CONDITIONING, TINY, seed=3).flow
     for name, part in (("one.h5", flow), ("two.h5", again)):
-        save_spline(tmp_path / name, part, PROVENANCE)
+        save_flow(tmp_path / name, part, PROVENANCE)
     assert (tmp_path / "one.h5").read_bytes() == (tmp_path / "two.h5").read_bytes()
-    loaded, _ = load_spline(tmp_path / "one.h5")
+    loaded, _ = load_flow(tmp_path / "one.h5")
     other = replace(flow, settings=TINY.model_copy(update={"hidden_features": 25}))
-    save_spline(tmp_path / "other.h5", other, PROVENANCE)
+    save_flow(tmp_path / "other.h5", other, PROVENANCE)
     with pytest.raises(ArtefactError, match=r"other\.h5.*weights"):
-        load_spline(tmp_path / "other.h5")
+        load_flow(tmp_path / "other.h5")
     here, there = (flow_proposal(one, speed_case.model().recording) for one in (flow, loaded))
     np.testing.assert_array_equal(here.condition, there.condition)
     np.testing.assert_array_equal(here.draw(50, 1), there.draw(50, 1))
     (tmp_path / "broken.h5").write_bytes((tmp_path / "one.h5").read_bytes()[:-500])
     with pytest.raises(ArtefactError, match=r"broken\.h5"):
-        load_spline(tmp_path / "broken.h5")
+        load_flow(tmp_path / "broken.h5")
 
 
 def test_a_wrong_conditioning_vector_is_refused() -> None:
-    flow = trained().spline
+    flow = trained().flow
     with pytest.raises(ValueError, match="the flow takes 53 components"):
         FlowProposal(flow, np.zeros(5))
     with pytest.raises(ValueError, match="not finite"):

@@ -10,9 +10,9 @@ import spline_case
 import torch
 import zuko
 
+from swesbi.networks.flow.arrays import BLOCK
+from swesbi.networks.flow.net import ConditionalFlow, arrays_of, build_net
 from swesbi.networks.settings import EmbeddingSettings, SplineSettings
-from swesbi.networks.spline.arrays import BLOCK
-from swesbi.networks.spline.net import ConditionalFlow, arrays_of, build_net
 
 PARAMETERS, COMPONENTS = 15, 46
 EMBEDDING = EmbeddingSettings(hidden_features=48, hidden_layers=2, outputs=16)

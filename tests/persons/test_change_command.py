@@ -23,7 +23,7 @@ from swesbi.persons.change.one_person import OnePerson
 from swesbi.persons.change.ratios import QUANTITIES, Ratios
 from swesbi.persons.change.stored import KIND, StoredChange, change_table, read_change
 from swesbi.persons.change.words import change_lines
-from swesbi.show.csv import write_csv
+from swesbi.report.csv import write_csv
 from swesbi.study import change as command
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.change import ChangeFiles, PersonChangeStageSettings, check_protocols

@@ -38,7 +38,7 @@ from swesbi.persons.cohort.model import CohortModel
 from swesbi.persons.cohort.ratio import RatioPrior, log_density
 from swesbi.persons.cohort.refresh import shrunken_prior
 from swesbi.prior import bounds, draw_prior, sample
-from swesbi.show.figures.change_groups import draw_change_groups
+from swesbi.report.figures.change_groups import draw_change_groups
 
 PRIOR = RatioPrior(case.THETA_PRIOR)
 EFFECT = np.log([1.1, 1.0, 0.75])

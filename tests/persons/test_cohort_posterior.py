@@ -31,10 +31,10 @@ from swesbi.persons.cohort.table import (
     subject_table,
 )
 from swesbi.prior import PriorSettings
+from swesbi.report.figures.cohort_posterior import MOST_DRAWN, draw_cohort_posterior, population_band
+from swesbi.report.page.page import templates
+from swesbi.report.tables.cohort_posterior import cohort_sections
 from swesbi.seeds import generator
-from swesbi.show.figures.cohort_posterior import MOST_DRAWN, draw_cohort_posterior, population_band
-from swesbi.show.page.page import templates
-from swesbi.show.tables.cohort_posterior import cohort_sections
 
 PERSONS = 10
 TITLE = "virtual volunteers"

@@ -23,7 +23,7 @@ from swesbi.persons.planning.luck import Luck, luck_of
 from swesbi.persons.planning.power import draw_counts, judge_studies, persons_for, power_curve
 from swesbi.persons.planning.settings import GROUPS, PAIRED
 from swesbi.persons.planning.words import Planned, plan_lines, plan_table
-from swesbi.show.figures.plan import draw_plan
+from swesbi.report.figures.plan import draw_plan
 
 RULE = (0.95, 0.8)
 PERSONS = 40

@@ -19,8 +19,8 @@ from swesbi.context import Context
 from swesbi.population.contexts import DrawnContext, draw_contexts, draw_population
 from swesbi.population.settings import DECLARED_NAMES, PopulationSettings, in_declared_range
 from swesbi.recording.settings import ContextRow
-from swesbi.show.figures.population import population_figure
-from swesbi.show.figures.style import save_figure
+from swesbi.report.figures.population import population_figure
+from swesbi.report.figures.style import save_figure
 
 Plain = dict[str, Any]
 

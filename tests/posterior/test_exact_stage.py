@@ -13,8 +13,8 @@ from exact_study import EXACT, write_inputs
 
 from swesbi.artefacts import load
 from swesbi.measurement.likelihood import read_speed_model
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import in_bounds
@@ -36,7 +36,7 @@ def posterior(inputs: dict[str, Path], path: Path, seed: int = 1) -> Path:
 def test_the_networks_density_weights_as_a_known_proposal_does(inputs: dict[str, Path]) -> None:
     """A wrong density or Jacobian of the network would move the evidence."""
     model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
-    network = flow_proposal(load_spline(inputs["estimator"])[0], model.recording)
+    network = flow_proposal(load_flow(inputs["estimator"])[0], model.recording)
     found, expected = (weigh(model, proposal, 24_000, 0.1, 1) for proposal in (network, fitted(model)))
     error = 4.0 * np.hypot(found.log_evidence_se, expected.log_evidence_se)
     assert error < 1.2
@@ -54,7 +54,7 @@ def test_the_stage_writes_a_posterior_and_says_what_gave_it(
     assert exact.phi.shape == (EXACT.draws, 4)
     assert in_bounds(exact.phi, speed_case.settings().prior).all()
     common, provenance = read_posterior(path), load(path, POSTERIOR)[1]
-    flow, _ = load_spline(inputs["estimator"])
+    flow, _ = load_flow(inputs["estimator"])
     model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
     np.testing.assert_allclose(common.z_obs, flow.conditioner.condition(model.recording))
     assert common.component_names == flow.components
@@ -73,7 +73,7 @@ def test_the_stage_repeats_to_the_byte_and_depends_on_the_seed(
 
 
 def test_a_proposal_is_the_flow_at_one_conditioning_vector(inputs: dict[str, Path]) -> None:
-    flow, _ = load_spline(inputs["estimator"])
+    flow, _ = load_flow(inputs["estimator"])
     model = speed_case.model()
     proposal = flow_proposal(flow, model.recording)
     assert isinstance(proposal, FlowProposal)

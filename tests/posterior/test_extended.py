@@ -14,7 +14,7 @@ from scipy.stats import multivariate_normal, norm
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import with_stressed_volume
-from swesbi.networks.spline.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.extended import ExtendedProposal, OnePrior, extended_proposal
 from swesbi.posterior.importance import HasPrior
@@ -27,7 +27,7 @@ FACTOR = speed_case.shipped().clinical.stressed_volume_factor
 def flow() -> tuple[JointPriorSettings, FlowProposal]:
     """Return the prior with the volume's factor, and a flow of the others that trained for a moment."""
     model = speed_case.model(prior="calibrated")
-    known = flow_proposal(spline_case.trained("calibrated", 2000, 12).spline, model.recording)
+    known = flow_proposal(spline_case.trained("calibrated", 2000, 12).flow, model.recording)
     return with_stressed_volume(model.settings.prior, FACTOR), known
 
 

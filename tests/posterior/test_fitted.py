@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.networks.spline.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.fitted import FittedProposal, fit_in_nearest, placed_in
@@ -30,7 +30,7 @@ PRIORS = ["paper", "calibrated"]
 def proposal(prior: str, count: int = 2000, epochs: int = 12) -> tuple[SpeedModel, FlowProposal]:
     """Return a recording's model, and what a network that trained for a moment makes of the recording."""
     model = speed_case.model(prior=prior)
-    return model, flow_proposal(spline_case.trained(prior, count, epochs).spline, model.recording)
+    return model, flow_proposal(spline_case.trained(prior, count, epochs).flow, model.recording)
 
 
 def draws_of_prior(prior: JointPriorSettings, count: int) -> FloatArray:

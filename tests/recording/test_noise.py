@@ -27,9 +27,9 @@ from swesbi.recording.observation import read_contexts
 from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
+from swesbi.report.docs.figures import write_noise_figure
+from swesbi.report.figures.recording import draw_noise
 from swesbi.seeds import generator
-from swesbi.show.docs.figures import write_noise_figure
-from swesbi.show.figures.recording import draw_noise
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual.files import samples_table

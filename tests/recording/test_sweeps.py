@@ -48,8 +48,8 @@ from swesbi.recording.sweeps import (
     levels_by,
     log_restricted_likelihood_of_sweeps,
 )
+from swesbi.report.figures.recording import draw_noise
 from swesbi.seeds import generator
-from swesbi.show.figures.recording import draw_noise
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual.files import samples_table

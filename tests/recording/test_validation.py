@@ -16,7 +16,7 @@ from swesbi.recording.cohort import read_subjects
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import REASONS
-from swesbi.show.figures.recording import draw_recording_sheet
+from swesbi.report.figures.recording import draw_recording_sheet
 
 
 @pytest.fixture(autouse=True)

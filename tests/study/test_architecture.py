@@ -33,7 +33,7 @@ LAYERS = (
     "persons",
     "checks",
     "config",
-    "show",
+    "report",
     "study",
     "__main__",
 )

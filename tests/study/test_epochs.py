@@ -21,8 +21,8 @@ from swesbi.networks.paper.pool import read_pool
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.truncated import read_posterior
 from swesbi.prior import prior_variance
-from swesbi.show.figures.training import EPOCH_COLUMNS, draw_epochs, read_epochs, read_history
-from swesbi.show.training_tables import (
+from swesbi.report.figures.training import EPOCH_COLUMNS, draw_epochs, read_epochs, read_history
+from swesbi.report.training_tables import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
     FRESH_LOSS,

@@ -20,8 +20,8 @@ from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
 from swesbi.recording.reader import read_samples
-from swesbi.show import answers_table as table_module
-from swesbi.show.answers_table import Asked, answers_table, explanations, read_answers, write_answers
+from swesbi.report import answers_table as table_module
+from swesbi.report.answers_table import Asked, answers_table, explanations, read_answers, write_answers
 from swesbi.study import new_subject as command
 from swesbi.study.answering import OtherAnswerError, check_untouched, choose_experiment, experiments_to_ask
 from swesbi.study.new_subject import check_table

@@ -31,7 +31,7 @@ from swesbi.recording.components import repeat_levels
 from swesbi.recording.free_observation import read_free_observation
 from swesbi.recording.noise import compare_noise, mean_errors
 from swesbi.recording.speed import NoiseComponents
-from swesbi.show.answers_table import read_answers
+from swesbi.report.answers_table import read_answers
 from swesbi.study.answering import FREE_OUTPUTS, OUTPUTS, WITH_PRESSURES
 from swesbi.study.stages import other_network
 from swesbi.study.stages.new_subject import known_noise
@@ -256,7 +256,7 @@ def test_a_setting_that_is_null_is_one_that_is_not_there(
     """A network that was trained before there was a setting knows it not; its being null says the same."""
     stage = other_network
     known = {"theta": {"low": 1.0}, "scale": 2.0}
-    monkeypatch.setattr(stage, "load_spline_provenance", lambda _: Provenance("flow", settings=known))
+    monkeypatch.setattr(stage, "load_flow_provenance", lambda _: Provenance("flow", settings=known))
     stage.check_network(tmp_path, Plain(theta={"low": 1.0, "factor": None}, scale=2.0))
     with pytest.raises(stage.OtherNetworkError, match="trained with theta.factor = None, the configuration"):
         stage.check_network(tmp_path, Plain(theta={"low": 1.0, "factor": 0.5}, scale=2.0))

@@ -301,4 +301,4 @@ def test_the_study_runs_in_a_namespace_without_network(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert (study.results / "report.html").is_file()
+    assert (study.results / "index.html").is_file()

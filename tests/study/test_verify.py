@@ -12,10 +12,10 @@ from study_copy import ROOT, StudyCopy
 from swesbi.artefacts import ArtefactError
 from swesbi.config.read import read_merged, text_of
 from swesbi.config.study import load_study
-from swesbi.show.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding
-from swesbi.show.claims.parts import parts_judged
-from swesbi.show.docs.__main__ import write_docs
-from swesbi.show.docs.pages import stored_pages, study_pages, together
+from swesbi.report.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding
+from swesbi.report.claims.parts import parts_judged
+from swesbi.report.docs.__main__ import write_docs
+from swesbi.report.docs.pages import stored_pages, study_pages, together
 from swesbi.study.verify import main
 
 SMOKE = Path("smoke.yaml")

@@ -13,8 +13,8 @@ import pytest
 from study_arrays import assert_equal_results
 from study_copy import RESULTS, StudyCopy, copy_study, of_rule, rules_of
 
-from swesbi.show.figures.registry import names_of
-from swesbi.show.page import FURTHER
+from swesbi.report.figures.registry import names_of
+from swesbi.report.page import FURTHER
 
 SHOWN = {"cohort_figures", "tables", "paper_comparison", "report"}  # of every experiment
 PREDICTIVE = {"predictive", "subject_figures", "workflow_figure", "experiments_figure"} | SHOWN
@@ -178,7 +178,7 @@ def test_the_whole_study_is_planned_without_what_stands_beside_it(tmp_path: Path
     made = {job.output.removeprefix(f"{RESULTS}/") for job in without}
     figures = [*names_of("cohort"), *(f"{name}-calibrated" for name in names_of("speeds"))]
     tables = ("ppc", "features", "posterior", "paper_comparison", "truth")
-    expected = {"report.html", *(f"report/{name}.html" for name in FURTHER)}
+    expected = {"index.html", *(f"report/{name}.html" for name in FURTHER)}
     expected |= {f"figures/{name}.png" for name in figures} | {f"tables/{name}.csv" for name in tables}
     assert expected | {"calibrated/calibration.csv", "amortised/strata.csv"} <= made
     assert not [name for name in made if "explorer" in name]
@@ -199,7 +199,7 @@ def test_the_page_is_made_of_the_validation_that_is_stored(tmp_path: Path) -> No
 
 def files_of_the_page(study: StudyCopy) -> str:
     """Return every file that the page is made of, as a graph in text."""
-    done = study.snakemake("--filegraph", "results-smoke/report.html")
+    done = study.snakemake("--filegraph", "results-smoke/index.html")
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 

@@ -18,8 +18,8 @@ from swesbi.checks.calibration.dataset import join_fresh as join
 from swesbi.checks.calibration.fresh import FreshInferred, infer_fresh, strata
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.context import Context
-from swesbi.networks.spline.cells import CellConditioner
-from swesbi.networks.spline.files import KIND, load_spline, save_spline
+from swesbi.networks.flow.cells import CellConditioner
+from swesbi.networks.flow.files import KIND, load_flow, save_flow
 from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh, recorded
 from swesbi.posterior.result import read_exact_result
 from swesbi.study.stages import answers as stage
@@ -54,14 +54,14 @@ FEW = case.EXPERIMENT.nulls.model_copy(
 
 @cache
 def parts(start: int, stop: int, kind: str = OWN) -> FreshInferred:
-    flow = case.trained().spline
+    flow = case.trained().flow
     return infer_fresh(range(start, stop), kind, flow, case.FRESH, SIZES, EXACT, seed=7)
 
 
 def test_the_network_of_a_population_is_kept_with_what_it_sees(tmp_path: Path) -> None:
-    flow = case.trained().spline
-    save_spline(tmp_path / "flow.pt", flow, Provenance(KIND, "", 1, {}, "0" * 16))
-    again, _ = load_spline(tmp_path / "flow.pt")
+    flow = case.trained().flow
+    save_flow(tmp_path / "flow.pt", flow, Provenance(KIND, "", 1, {}, "0" * 16))
+    again, _ = load_flow(tmp_path / "flow.pt")
     assert isinstance(again.conditioner, CellConditioner)
     recording = fresh_subject(0, case.FRESH, 7, "a").model.recording
     assert np.array_equal(again.conditioner.condition(recording), flow.conditioner.condition(recording))
@@ -121,7 +121,7 @@ def test_hypertrophied_and_dilated_hearts_are_strata_of_their_own() -> None:
 
 
 def test_distances_of_null_recordings_have_uniform_levels(tmp_path: Path) -> None:
-    flow = case.trained().spline
+    flow = case.trained().flow
     rule = BASE.misspecification.rule
     null = draw_null(range(60), flow, case.FRESH, case.CONDITIONING, FEW, EXACT, rule, seed=7)
     save(tmp_path / "null.h5", to_dataset(null), Provenance(NULL, "", 1, {}, "0" * 16))
@@ -146,11 +146,9 @@ def test_a_heart_outside_the_declared_range_is_refused_with_the_value_and_the_li
 def study(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Network, nulls, noise and two recordings of a cohort, as files."""
     folder = tmp_path_factory.mktemp("answers")
-    save_spline(folder / "flow.pt", case.trained().spline, Provenance(KIND, "", 1, {}, "0" * 16))
+    save_flow(folder / "flow.pt", case.trained().flow, Provenance(KIND, "", 1, {}, "0" * 16))
     rule = BASE.misspecification.rule
-    null = draw_null(
-        range(50), case.trained().spline, case.FRESH, case.CONDITIONING, FEW, EXACT, rule, seed=7
-    )
+    null = draw_null(range(50), case.trained().flow, case.FRESH, case.CONDITIONING, FEW, EXACT, rule, seed=7)
     save(folder / "null.h5", to_dataset(null), Provenance(NULL, "", 1, {}, "0" * 16))
     write_observed_cohort(folder, ("S", "T"))
     return {name: folder / f"{name}.h5" for name in ("null", "noise", "S", "T")} | {

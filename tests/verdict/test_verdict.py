@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.stats import kstest
 
 from swesbi.artefacts import ArtefactError, Provenance, save, write_json
-from swesbi.networks.spline.conditioning import raw_features
+from swesbi.networks.flow.conditioning import raw_features
 from swesbi.recording.observation import contexts_dataset
 from swesbi.study.stages.verdict import _others
 from swesbi.verdict.nulls import Reference, Verdict

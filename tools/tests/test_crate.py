@@ -48,7 +48,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (package / "__pycache__").mkdir(parents=True)
     (package / "__init__.py").write_text("")
     (package / "__pycache__" / "x.pyc").write_bytes(b"1")
-    for name in ("tables/ppc.csv", "tables/ppc.tex", "figures/ppc.png", "report.html"):
+    for name in ("tables/ppc.csv", "tables/ppc.tex", "figures/ppc.png", "index.html"):
         path = tmp_path / "results" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(name, encoding="utf-8")
@@ -126,7 +126,7 @@ def test_the_workflow_made_the_results_of_the_recordings(project: Path) -> None:
         "data/virtual_volunteers/subjects.csv",
         "data/virtual_volunteers/swe/A.csv",
     } <= ids(run["object"])
-    assert {"results/report.html", "results/tables/ppc.csv", "results/figures/ppc.png"} <= ids(run["result"])
+    assert {"results/index.html", "results/tables/ppc.csv", "results/figures/ppc.png"} <= ids(run["result"])
     assert ids(root["conformsTo"]) == set(PROFILES)
 
 
@@ -151,15 +151,15 @@ def test_the_same_files_give_the_same_bytes_without_a_place_or_a_time(project: P
         "configuration.yaml",
         "crate",
         "figures",
-        "report.html",
+        "index.html",
         "tables",
     ]
 
 
 def test_an_unfinished_study_is_not_packed(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (project / "results" / "report.html").unlink()
+    (project / "results" / "index.html").unlink()
     assert main(["results"]) == 2
-    assert "results/report.html does not exist: finish the study first" in capsys.readouterr().err
+    assert "results/index.html does not exist: finish the study first" in capsys.readouterr().err
     assert not (project / "results" / "crate").exists()
 
 

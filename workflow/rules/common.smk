@@ -9,8 +9,8 @@ from snakemake.io import expand as expand_names
 from swesbi.config.read import DATA, ConfigError, parts_of, relocate, typed_again
 from swesbi.config.study import LEAST_SHARED, load_study
 from swesbi.config.slices import stage_settings
-from swesbi.show.figures.registry import captions, figure_of, names_of
-from swesbi.show.page import FURTHER
+from swesbi.report.figures.registry import captions, figure_of, names_of
+from swesbi.report.page import FURTHER
 from swesbi.population.settings import MOST_SHOWN
 from swesbi.study.forecast import Run
 from swesbi.study.running import RUN
@@ -443,7 +443,7 @@ def checks_of_calibration():
 def results_pages():
     """Return the landing page of the results, and those behind it."""
     return [
-        f"{RESULTS}/report.html",
+        f"{RESULTS}/index.html",
         *expand(f"{RESULTS}/report/{{page}}.html", page=FURTHER),
     ]
 

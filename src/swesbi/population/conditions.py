@@ -1,6 +1,6 @@
 """Under which conditions the recordings are made that a network learns from: gated, or free-running.
 
-Whatever its points, a network sees a recording in the cells of the cycle (``networks.spline.cells``), and so
+Whatever its points, a network sees a recording in the cells of the cycle (``networks.flow.cells``), and so
 it is drawn there: a gated one at the phases of its protocol, the centres of the cells; a free-running one at
 the mean instant of the pushes of each cell, with the error of their mean.
 """
@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.networks.spline.cells import pool_points
+from swesbi.networks.flow.cells import pool_points
 from swesbi.population.settings import ConditionSettings, FreeConditionSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.ingest import BEAT_VARIATION

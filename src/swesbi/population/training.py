@@ -12,8 +12,7 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModelSettings, draw_speeds
 from swesbi.measurement.speeds import WallPhases
-from swesbi.networks.settings import SplineSettings
-from swesbi.networks.spline.cells import (
+from swesbi.networks.flow.cells import (
     CellConditioner,
     CellSettings,
     SeenCells,
@@ -21,7 +20,8 @@ from swesbi.networks.spline.cells import (
     context_inputs,
     fit_cell_conditioner,
 )
-from swesbi.networks.spline.training import Rows, SplineParts, SplineTraining, fit_spline, single
+from swesbi.networks.flow.training import FlowTraining, Rows, SplineParts, fit_flow, single
+from swesbi.networks.settings import SplineSettings
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.population.conditions import draw_cells
 from swesbi.population.settings import ConditionSettings
@@ -122,7 +122,7 @@ def _each(values: FloatArray, times: int) -> FloatArray:
 
 def train_population(
     made: PopulationSimulations, maker: RowMaker, settings: SplineSettings, label: str = "training"
-) -> SplineTraining:
+) -> FlowTraining:
     """Fit q(phi | z) on simulations over a population, recordings drawn anew every epoch.
 
     Contexts are split into training and held-out ones; standardisation comes from the training ones; the
@@ -141,4 +141,4 @@ def train_population(
         return maker.rows(part, conditioner, eta, name, number)
 
     parts = SplineParts(conditioner, eta, maker.model.prior)
-    return fit_spline(training, held_out, rows_of, parts, settings, maker.seed, label)
+    return fit_flow(training, held_out, rows_of, parts, settings, maker.seed, label)

@@ -194,7 +194,7 @@ def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str,
     """
     import pandas as pd
 
-    from swesbi.show.csv import write_csv
+    from swesbi.report.csv import write_csv
 
     study, experiment = compared[0].study, compared[0].experiment
     plain = stage_settings(study, STAGE_OF_GROUPS, experiment=experiment)

@@ -30,7 +30,7 @@ from swesbi.population.recordings import (
     recorded,
 )
 from swesbi.prior import quantile
-from swesbi.show.csv import write_csv
+from swesbi.report.csv import write_csv
 
 MODEL_VERSION: Final = 2
 """Raised whenever the fingerprint moves; tables of an older version are made again."""

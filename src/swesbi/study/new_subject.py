@@ -161,7 +161,7 @@ def check_table(path: Path, subjects: Sequence[str]) -> None:
     Raises:
         OtherAnswerError: Names them.
     """
-    from swesbi.show.answers_table import read_answers
+    from swesbi.report.answers_table import read_answers
 
     answered = list(read_answers(path)["subject"]) if path.is_file() else []
     others = dict.fromkeys(name for name in answered if name not in subjects)
@@ -181,7 +181,7 @@ def _write_table(
     request: Request, given: Mapping[str, Given], refused: Mapping[str, str]
 ) -> Mapping[str, Path]:
     """Write ``answers.csv`` and ``answers.xlsx``, the subjects in the order of the cohort."""
-    from swesbi.show.answers_table import Asked, answered, answers_table, write_answers
+    from swesbi.report.answers_table import Asked, answered, answers_table, write_answers
 
     study = request.study
     paths = _tables(request)

@@ -118,9 +118,9 @@ def _free_running(report: CohortReport) -> tuple[str, ...]:
 
 def _plot(report: CohortReport, folder: Path) -> None:
     # matplotlib is slow to import, and most checks draw nothing
-    from swesbi.show.figures.free_recording import draw_free_sheet
-    from swesbi.show.figures.recording import draw_recording_sheet
-    from swesbi.show.figures.style import save_figure
+    from swesbi.report.figures.free_recording import draw_free_sheet
+    from swesbi.report.figures.recording import draw_recording_sheet
+    from swesbi.report.figures.style import save_figure
 
     for subject in report.subjects:
         path = folder / f"{subject.observation.subject}.png"

@@ -11,12 +11,12 @@ import pandas as pd
 
 from swesbi.config.read import add_options, parsed, read_merged, text_of
 from swesbi.config.study import load_study
-from swesbi.show.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
-from swesbi.show.claims.manifest import Study, read_manifest
-from swesbi.show.claims.parts import parts_judged
-from swesbi.show.claims.sources import Sources
-from swesbi.show.csv import write_csv
-from swesbi.show.docs.pages import stored_pages, study_pages, together
+from swesbi.report.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
+from swesbi.report.claims.manifest import Study, read_manifest
+from swesbi.report.claims.parts import parts_judged
+from swesbi.report.claims.sources import Sources
+from swesbi.report.csv import write_csv
+from swesbi.report.docs.pages import stored_pages, study_pages, together
 
 DOCS: Final = Path("docs")
 EXIT_FAILED: Final = 1

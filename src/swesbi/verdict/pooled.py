@@ -21,8 +21,8 @@ from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import summary_names
-from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
-from swesbi.networks.spline.flow import TrainedSpline
+from swesbi.networks.flow.conditioning import ConditioningSettings, raw_features
+from swesbi.networks.flow.flow import TrainedFlow
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.recordings import (
     OWN,
@@ -174,7 +174,7 @@ class PopulationNull:
 
 def draw_null(
     index: Sequence[int],
-    flow: TrainedSpline,
+    flow: TrainedFlow,
     fresh: FreshSettings,
     conditioning: ConditioningSettings,
     settings: NullSettings,

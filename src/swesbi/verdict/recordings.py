@@ -18,8 +18,8 @@ from swesbi.context import Context
 from swesbi.draws import resampled_rows
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
-from swesbi.networks.spline.conditioning import ConditioningSettings
-from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
+from swesbi.networks.flow.conditioning import ConditioningSettings
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.settings import ExactSettings
@@ -48,7 +48,7 @@ RECORDED: Final = SEEN.place_all(artefacts.schema_of(statistics.Checks)["/"])
 
 
 def posterior_draws(
-    model: SpeedModel, flow: TrainedSpline, effective_draws: int, exact: ExactSettings, seed: int
+    model: SpeedModel, flow: TrainedFlow, effective_draws: int, exact: ExactSettings, seed: int
 ) -> statistics.PosteriorDraws:
     """Infer the model's recording by so many effective draws, and predict from as many equal ones."""
     drawn, _ = weighted_posterior(model, flow_proposal(flow, model.recording), effective_draws, exact, seed)
@@ -61,7 +61,7 @@ def posterior_draws(
 def check_recordings(
     model: SpeedModel,
     recordings: Sequence[SpeedRecording],
-    flow: TrainedSpline,
+    flow: TrainedFlow,
     conditioning: ConditioningSettings,
     settings: SyntheticSettings,
     exact: ExactSettings,

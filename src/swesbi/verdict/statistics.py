@@ -22,7 +22,7 @@ from swesbi.artefacts import Variable
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds, residuals
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
-from swesbi.networks.spline.conditioning import ConditioningSettings, raw_features
+from swesbi.networks.flow.conditioning import ConditioningSettings, raw_features
 from swesbi.parameters import PHI, REPORTED
 from swesbi.prior import BoxPrior, ParameterPrior, bounds
 

@@ -14,9 +14,9 @@ from studies.acquisition_seeds.table import SCORES, SeedRow, medians_table, seed
 from swesbi.artefacts import ArtefactError
 from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import load_study
-from swesbi.show.claims.findings import HOLDS, judged
-from swesbi.show.claims.manifest import read_manifest
-from swesbi.show.claims.sources import Sources
+from swesbi.report.claims.findings import HOLDS, judged
+from swesbi.report.claims.manifest import read_manifest
+from swesbi.report.claims.sources import Sources
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.support import read_support
 

@@ -28,7 +28,7 @@ from swesbi.artefacts import Provenance, save
 from swesbi.config.read import ConfigError, parse_section, read_merged
 from swesbi.config.study import load_study
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
-from swesbi.networks.spline.flow import FlowProposal
+from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, ParameterPrior, in_bounds, log_centre
 from swesbi.study.stages.origin import Origin

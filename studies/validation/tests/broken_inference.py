@@ -20,8 +20,8 @@ from swesbi.draws import effective_draws, normalised, resampled_rows
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.speed import NoiseComponents
+from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.seeds import generator
-from swesbi.show.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.answers import SUPPORTED
 from swesbi.virtual.hearts.recorded import RecordedHeart
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from study_copy import ROOT
 
-from swesbi.show.claims.findings import HOLDS
+from swesbi.report.claims.findings import HOLDS
 from swesbi.study.verify import verified
 
 

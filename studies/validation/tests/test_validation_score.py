@@ -24,7 +24,7 @@ from studies.validation.score import (
 )
 from studies.validation.table import samplers_table, validation_table
 from swesbi import artefacts
-from swesbi.show.tables.validation_outcomes import NOT_TESTED, QUANTITIES, TESTED
+from swesbi.report.tables.validation_outcomes import NOT_TESTED, QUANTITIES, TESTED
 
 TITLES = {"a": "one", "e": "other"}
 SCORE = VALIDATION.score

@@ -12,11 +12,11 @@ from validation_case import VALIDATION, answer
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import CONFIGURED
 from studies.validation.table import validation_table as table_of
-from swesbi.show.csv import write_csv
-from swesbi.show.page.validation import stored_validation
-from swesbi.show.table import Strong
-from swesbi.show.tables.validation import validation_table
-from swesbi.show.tables.validation_outcomes import in_brief
+from swesbi.report.csv import write_csv
+from swesbi.report.page.validation import stored_validation
+from swesbi.report.table import Strong
+from swesbi.report.tables.validation import validation_table
+from swesbi.report.tables.validation_outcomes import in_brief
 
 TITLES: Final = {"a": "own", "b": "wide", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}
 

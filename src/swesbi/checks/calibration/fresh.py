@@ -18,7 +18,7 @@ from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSett
 from swesbi.checks.calibration.table import check_scores
 from swesbi.checks.recovery import Recovered, RecoveryRow, score_recovery
 from swesbi.context import Context
-from swesbi.networks.spline.flow import TrainedSpline
+from swesbi.networks.flow.flow import TrainedFlow
 from swesbi.parameters import THETA_NAMES
 from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
 from swesbi.population.settings import StrataSettings
@@ -54,7 +54,7 @@ class FreshInferred:
 def infer_fresh(
     index: Sequence[int],
     kind: str,
-    flow: TrainedSpline,
+    flow: TrainedFlow,
     fresh: FreshSettings,
     settings: RecordingsSettings,
     exact: ExactSettings,

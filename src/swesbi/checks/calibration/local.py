@@ -23,7 +23,7 @@ from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.posterior.exact import ExactPosterior, weighted_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
@@ -155,7 +155,7 @@ class LocalRun:
 
 def calibrate_locally(
     model: SpeedModel,
-    flow: TrainedSpline,
+    flow: TrainedFlow,
     posterior: ExactPosterior,
     sizes: LocalSettings,
     exact: ExactSettings,

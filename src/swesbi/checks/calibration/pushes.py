@@ -31,7 +31,7 @@ from swesbi.draws import equal_weights, resampled_rows
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import speed_model
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.flow import TrainedSpline, free_proposal
+from swesbi.networks.flow.flow import TrainedFlow, free_proposal
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.conditions import draw_pushes
 from swesbi.population.contexts import draw_contexts
@@ -92,7 +92,7 @@ class PushesStudy:
     rule: RuleSettings
     seed: int
 
-    def infer(self, index: Sequence[int], flow: TrainedSpline) -> InferredPushes:
+    def infer(self, index: Sequence[int], flow: TrainedFlow) -> InferredPushes:
         """Record the numbered contexts once for each number of pushes, and infer every recording.
 
         Each recording has random streams of its own, so neither the order nor other numbers matter.
@@ -105,7 +105,7 @@ class PushesStudy:
             progress.step()
         return _joined(parts)
 
-    def _infer(self, number: int, pushes: int, flow: TrainedSpline) -> InferredPushes:
+    def _infer(self, number: int, pushes: int, flow: TrainedFlow) -> InferredPushes:
         model, phi = self.recorded(number, pushes)
         seed = integer_seed(self.seed, "calibration", STREAM, pushes, number)
         network_posterior = free_proposal(flow, model)
@@ -146,7 +146,7 @@ class PushesStudy:
         return FreeModel(seen, cell, float(drawn.errors_log_sd[0])), phi[0]
 
 
-def flow_draws(flow: TrainedSpline, model: FreeModel, draws: int, seed: int) -> FloatArray:
+def flow_draws(flow: TrainedFlow, model: FreeModel, draws: int, seed: int) -> FloatArray:
     """Return the network's own draws of phi; shape (draws, d)."""
     return free_proposal(flow, model).draw(draws, integer_seed(seed, "network"))
 

@@ -26,7 +26,7 @@ from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.draws import equal_weights, resampled_rows
 from swesbi.measurement.likelihood import SpeedModel, residuals
 from swesbi.measurement.speeds import PredictedSpeeds
-from swesbi.networks.spline.flow import FlowProposal, TrainedSpline, flow_proposal
+from swesbi.networks.flow.flow import FlowProposal, TrainedFlow, flow_proposal
 from swesbi.population.synthetic import Synthetic
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.importance import WeightedDraws
@@ -55,7 +55,7 @@ def misfit(model: SpeedModel, predicted: PredictedSpeeds) -> Misfit:
 def infer_recordings(
     model: SpeedModel,
     synthetic: Synthetic,
-    flow: TrainedSpline,
+    flow: TrainedFlow,
     settings: RecordingsSettings,
     exact: ExactSettings,
     seed: int,

@@ -15,8 +15,8 @@ from swesbi.context import Context
 from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.measurement.likelihood import SpeedModel, build_speed_model
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.posterior.exact import exact_posterior
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.noise import read_noise
@@ -158,7 +158,7 @@ def population_answers(
         ArtefactError: An input is no such artefact.
         NoLikelihoodError: Every simulation fails.
     """
-    flow, population, components = load_spline(estimator)[0], read_null(null), read_noise(noise).components
+    flow, population, components = load_flow(estimator)[0], read_null(null), read_noise(noise).components
     knowledge = Knowledge(partial(flow_proposal, flow), population.contexts, lambda: population.pooled)
     speeds = build_speed_model(observation, components, settings.exact_posterior.model)
     answer = Answer(speeds, knowledge, settings, origin, STREAM, read_observation(observation).clinical)

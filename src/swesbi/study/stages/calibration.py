@@ -21,16 +21,16 @@ from swesbi.checks.calibration.settings import JudgementSettings, LocalSettings
 from swesbi.checks.calibration.table import LOCAL, POOLED, calibration_table
 from swesbi.checks.recovery import score_recovery
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import flow_proposal
 from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, PriorSettings
+from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
-from swesbi.show.csv import write_csv
 from swesbi.study.stages.origin import Origin, by_key, result_key
 
 LOGGER = logging.getLogger("swesbi")
@@ -66,7 +66,7 @@ def calibration_local(
     Raises:
         ArtefactError: An input is no such artefact, or the posterior holds too few draws.
     """
-    model, (flow, _) = read_speed_model(observation, noise, settings.model), load_spline(estimator)
+    model, (flow, _) = read_speed_model(observation, noise, settings.model), load_flow(estimator)
     exact, sizes = read_exact_posterior(posterior), settings.local
     least = max(2 * sizes.replicates, sizes.two_sample_draws)
     if min(len(exact.phi), len(exact.npe_phi)) < least:

@@ -27,9 +27,9 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.recording.protocol import read_repeats
 from swesbi.recording.speed import youngs_modulus_kpa
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.change import ShownVisit, draw_change, draw_change_sheet
-from swesbi.show.figures.style import save_figure
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
+from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.new_subject import known_noise, network_proposal
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import status

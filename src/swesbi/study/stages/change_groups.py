@@ -23,9 +23,9 @@ from swesbi.persons.change.stored_groups import (
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.observation import read_observation
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.change_groups import draw_change_groups
-from swesbi.show.figures.style import save_figure
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.change_groups import draw_change_groups
+from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")

@@ -17,13 +17,13 @@ from swesbi.checks.recovery import read_truth
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.settings import ContextRow
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.calibration import CalibrationCase, draw_calibration
-from swesbi.show.figures.cohort import Overview, draw_cohort
-from swesbi.show.figures.misspecification import draw_misspecification
-from swesbi.show.figures.population import draw_strata, read_strata
-from swesbi.show.figures.recording import draw_noise
-from swesbi.show.figures.style import save_figure
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.calibration import CalibrationCase, draw_calibration
+from swesbi.report.figures.cohort import Overview, draw_cohort
+from swesbi.report.figures.misspecification import draw_misspecification
+from swesbi.report.figures.population import draw_strata, read_strata
+from swesbi.report.figures.recording import draw_noise
+from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import Origin, by_key, pick
 from swesbi.verdict.answers import OUTCOMES, cohort_table, read_answer
 from swesbi.verdict.power import AlarmRow

@@ -25,7 +25,7 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
-from swesbi.show.csv import write_csv
+from swesbi.report.csv import write_csv
 from swesbi.study.stages.origin import Origin, by_key
 from swesbi.verdict.answers import status
 from swesbi.verdict.support import read_support

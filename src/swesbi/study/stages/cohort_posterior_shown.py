@@ -6,8 +6,8 @@ from pathlib import Path
 
 from swesbi.base.settings import Settings
 from swesbi.persons.cohort.result import read_cohort_posterior
-from swesbi.show.figures.cohort_posterior import draw_cohort_posterior
-from swesbi.show.figures.style import save_figure
+from swesbi.report.figures.cohort_posterior import draw_cohort_posterior
+from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import Origin
 
 

@@ -22,9 +22,9 @@ from swesbi.networks.paper.maf import draw_candidates, draw_until, losses
 from swesbi.networks.paper.pool import read_pool
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds, prior_variance
+from swesbi.report import training_tables
+from swesbi.report.csv import write_csv
 from swesbi.seeds import integer_seed
-from swesbi.show import training_tables
-from swesbi.show.csv import write_csv
 from swesbi.study.stages import inference
 from swesbi.study.stages.origin import Origin, by_key
 from swesbi.verdict.settings import SupportSettings

@@ -15,8 +15,8 @@ from swesbi.checks.calibration.recordings import infer_recordings
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.measurement import likelihood
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior import exact as posteriors
 from swesbi.posterior.exact import ExactPosterior, exact_to_groups
@@ -57,7 +57,7 @@ def exact_posterior(
         ArtefactError: An input is no such artefact.
         NoLikelihoodError: Every simulation fails.
     """
-    model, (flow, _) = likelihood.read_speed_model(observation, noise, settings.model), load_spline(estimator)
+    model, (flow, _) = likelihood.read_speed_model(observation, noise, settings.model), load_flow(estimator)
     proposal = flow_proposal(flow, model.recording)
     exact, efficiency = posteriors.exact_posterior(
         model, proposal, settings.exact, origin.seed, "exact", model.recording.subject
@@ -125,7 +125,7 @@ def calibration_recordings(
     """
     observed, components = read_observation(observation), read_noise(noise).components
     model = likelihood.speed_model(measured_speeds(observed, components), settings.model)
-    flow, _ = load_spline(estimator)
+    flow, _ = load_flow(estimator)
     sizes, subject = settings.recordings, observed.subject
     own = own_recordings(model, sizes.own, origin.seed, STREAM)
     acquisition = _acquisition(observed, components, settings)

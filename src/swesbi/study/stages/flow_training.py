@@ -9,17 +9,17 @@ from pathlib import Path
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.settings import SummarySettings
+from swesbi.networks.flow.cells import CellSettings
+from swesbi.networks.flow.conditioning import ConditioningSettings, conditioning_of
+from swesbi.networks.flow.files import KIND, save_flow
+from swesbi.networks.flow.pool import of_subject, read_pool
 from swesbi.networks.settings import SplineSettings
-from swesbi.networks.spline.cells import CellSettings
-from swesbi.networks.spline.conditioning import ConditioningSettings, conditioning_of
-from swesbi.networks.spline.files import KIND, save_spline
-from swesbi.networks.spline.pool import of_subject, read_pool
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import read_population
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
+from swesbi.report.training_tables import write_epochs
 from swesbi.seeds import integer_seed
-from swesbi.show.training_tables import write_epochs
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
@@ -57,14 +57,14 @@ def train_flow(
         TrainingDivergedError: The loss was not finite too often.
     """
     # torch takes two seconds to import, and most who import this module only name the settings
-    from swesbi.networks.spline.training import train_spline
+    from swesbi.networks.flow.training import train_over_subjects
 
     label, pooled = f"training {estimator.parent.name}", read_pool(pool)
     models = read_speed_models(observations, noise, settings.model)
     subjects = [of_subject(pooled, model, pool) for model in models]
     seed = integer_seed(origin.seed, "flow training")
-    result = train_spline(subjects, settings.conditioning, settings.estimator, seed, label)
-    save_spline(estimator, result.spline, origin.provenance(KIND, settings))
+    result = train_over_subjects(subjects, settings.conditioning, settings.estimator, seed, label)
+    save_flow(estimator, result.flow, origin.provenance(KIND, settings))
     write_epochs(training, result.epochs)
 
 
@@ -109,5 +109,5 @@ def train_population(
     )
     label = f"training {estimator.parent.name}"
     result = train_on_population(read_population(shards), maker, settings.estimator, label)
-    save_spline(estimator, result.spline, origin.provenance(KIND, settings))
+    save_flow(estimator, result.flow, origin.provenance(KIND, settings))
     write_epochs(training, result.epochs)

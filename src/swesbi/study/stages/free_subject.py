@@ -16,8 +16,8 @@ from swesbi.checks.free_predictive import KIND as PREDICTIVE
 from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
 from swesbi.heart.periodic import Status
 from swesbi.measurement.instants import FreeModel, free_model
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import FlowProposal, free_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import FlowProposal, free_proposal
 from swesbi.population.settings import PopulationSettings
 from swesbi.posterior.exact import ExactPosterior, exact_posterior
 from swesbi.posterior.result import ExactResult, read_exact_result
@@ -26,10 +26,10 @@ from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import KIND, FreeObservation, ingest_free
 from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.settings import NoiseDeclaration
+from swesbi.report.figures.free_predictive import draw_free_check
+from swesbi.report.figures.predictive import NETWORK_ALONE
+from swesbi.report.figures.style import save_figure
 from swesbi.seeds import generator
-from swesbi.show.figures.free_predictive import draw_free_check
-from swesbi.show.figures.predictive import NETWORK_ALONE
-from swesbi.show.figures.style import save_figure
 from swesbi.study.stages.cohort import IngestStageSettings
 from swesbi.study.stages.exact import ExactPosteriorStageSettings, write_posterior
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
@@ -135,7 +135,7 @@ def free_subject_of_population(
     """
     check_declared(settings.ingest.context.to_context(), settings.population)
     check_network(estimator, settings.train_population)
-    flow, _ = load_spline(estimator)
+    flow, _ = load_flow(estimator)
 
     def infer(model: FreeModel) -> tuple[ExactPosterior, FlowProposal]:
         exact, network = settings.exact_posterior.exact, free_proposal(flow, model)

@@ -19,9 +19,9 @@ from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_model
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.identifiability import draw_design, draw_identifiability
-from swesbi.show.figures.style import save_figure
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.identifiability import draw_design, draw_identifiability
+from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import Origin, result_key
 
 LOGGER = logging.getLogger("swesbi")

@@ -30,8 +30,8 @@ from swesbi.prior import PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
+from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
-from swesbi.show.csv import write_csv
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.support import diagnose

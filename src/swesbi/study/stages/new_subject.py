@@ -21,8 +21,8 @@ from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.likelihood import build_speed_model
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.population.settings import PopulationSettings
 from swesbi.recording.noise import compare_noise, read_noise
 from swesbi.recording.observation import read_observation
@@ -290,7 +290,7 @@ def new_subject(
 def network_proposal(estimator: Path, trained: Sequence[Context], recording: SpeedRecording) -> FlowProposal:
     """Return the network's posterior; it is shown the nearest context that it knows, if it knows but some."""
     context = nearest_known(recording.context, trained) if trained else recording.context
-    return flow_proposal(load_spline(estimator)[0], replace(recording, context=context))
+    return flow_proposal(load_flow(estimator)[0], replace(recording, context=context))
 
 
 def _null_of_cohort(misspecifications: Sequence[Path], rule: RuleSettings) -> PooledNull:

@@ -7,7 +7,7 @@ from typing import Final
 
 from swesbi.artefacts import load
 from swesbi.base.settings import Settings
-from swesbi.networks.spline.files import load_spline_provenance
+from swesbi.networks.flow.files import load_flow_provenance
 from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.settings import RecordingSettings
 from swesbi.study.inspect.read import flatten
@@ -27,7 +27,7 @@ def check_network(estimator: Path, settings: Settings) -> None:
     Raises:
         OtherNetworkError: Names the first setting that differs.
     """
-    provenance = load_spline_provenance(estimator)
+    provenance = load_flow_provenance(estimator)
     here, there = flatten(settings.to_plain()), flatten(dict(provenance.settings))
     for key in sorted(here.keys() | there.keys()):
         if here.get(key, ABSENT) != there.get(key, ABSENT):

@@ -20,8 +20,8 @@ from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import TrainedSpline, flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.parameters import OF_THETA, THETA_NAMES
 from swesbi.persons.change.joint import OwnPosterior, infer_change
 from swesbi.persons.change.settings import ChangeSettings
@@ -241,9 +241,9 @@ class Answering:
 
 
 @lru_cache(maxsize=1)
-def _flow(estimator: Path) -> TrainedSpline:
+def _flow(estimator: Path) -> TrainedFlow:
     """Read the network, once a process."""
-    return load_spline(estimator)[0]
+    return load_flow(estimator)[0]
 
 
 def _bank_person(

@@ -17,12 +17,12 @@ from swesbi.checks.calibration.dataset import fresh_dataset, fresh_of
 from swesbi.checks.calibration.dataset import join_fresh as join
 from swesbi.checks.calibration.fresh import FreshInferred, Judge, infer_fresh
 from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
-from swesbi.networks.spline.files import load_spline
+from swesbi.networks.flow.files import load_flow
 from swesbi.population.recordings import ACQUIRED, OWN, FreshSettings
 from swesbi.population.settings import StrataSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
-from swesbi.show.csv import write_csv
+from swesbi.report.csv import write_csv
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
@@ -46,7 +46,7 @@ def population_calibration(
     Raises:
         ArtefactError: The network is no such artefact.
     """
-    flow, _ = load_spline(estimator)
+    flow, _ = load_flow(estimator)
     numbers = {OWN: range(*settings.own), ACQUIRED: range(*settings.acquired)}
     groups = {
         kind: fresh_dataset(

@@ -11,8 +11,8 @@ from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.likelihood import build_speed_model
 from swesbi.measurement.settings import ClinicalSettings
-from swesbi.networks.spline.files import load_spline
-from swesbi.networks.spline.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.posterior.exact import exact_posterior, exact_to_groups
 from swesbi.posterior.extended import extended_proposal
 from swesbi.posterior.truncated import POSTERIOR
@@ -54,7 +54,7 @@ def pressures(
         NoLikelihoodError: Every simulation fails.
         ValueError: The subject has no pressures.
     """
-    flow, components = load_spline(estimator)[0], read_noise(noise).components
+    flow, components = load_flow(estimator)[0], read_noise(noise).components
     speeds = build_speed_model(observation, components, settings.exact_posterior.model)
     model = with_pressures(speeds, read_observation(observation).clinical, settings.clinical)
     network = flow_proposal(flow, speeds.recording)

@@ -14,10 +14,10 @@ from swesbi.measurement.settings import ClinicalSettings
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.observation import Observation, read_observation
-from swesbi.show.csv import checked, write_csv
-from swesbi.show.figures.pressures import draw_pressures
-from swesbi.show.figures.style import save_figure
-from swesbi.show.tables.pressures import read_pressures
+from swesbi.report.csv import checked, write_csv
+from swesbi.report.figures.pressures import draw_pressures
+from swesbi.report.figures.style import save_figure
+from swesbi.report.tables.pressures import read_pressures
 from swesbi.study.stages.origin import Origin, ResultKey, by_key, pick
 
 

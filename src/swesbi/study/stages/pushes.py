@@ -19,11 +19,11 @@ from swesbi.checks.calibration.pushes import (
     read_pushes,
 )
 from swesbi.checks.calibration.settings import JudgementSettings, PushesSettings, RecordingsSettings
-from swesbi.networks.spline.files import load_spline
+from swesbi.networks.flow.files import load_flow
 from swesbi.population.recordings import FreshSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
-from swesbi.show.csv import write_csv
+from swesbi.report.csv import write_csv
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.settings import RuleSettings
 
@@ -49,7 +49,7 @@ def pushes_calibration(
     Raises:
         ArtefactError: The network is no such artefact.
     """
-    flow, _ = load_spline(estimator)
+    flow, _ = load_flow(estimator)
     study = PushesStudy(
         settings.fresh, settings.free_running, settings.sizes, settings.exact, settings.rule, origin.seed
     )

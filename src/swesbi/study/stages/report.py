@@ -11,22 +11,22 @@ from pydantic import JsonValue
 from swesbi import __version__
 from swesbi.artefacts import atomic_path
 from swesbi.base.settings import Settings
-from swesbi.show.page.figures import PagePart
-from swesbi.show.page.files import file_groups, provenance_table, relative, software_table
-from swesbi.show.page.landing import make_landing
-from swesbi.show.page.page import PageProvenance, as_yaml, make_page, render, study_figures
-from swesbi.show.page.sections import (
+from swesbi.report.page.figures import PagePart
+from swesbi.report.page.files import file_groups, provenance_table, relative, software_table
+from swesbi.report.page.landing import make_landing
+from swesbi.report.page.page import PageProvenance, as_yaml, make_page, render, study_figures
+from swesbi.report.page.sections import (
     PopulationSection,
     Section,
     make_population_section,
     make_section,
     section_figures,
 )
-from swesbi.show.page.validation import stored_validation
-from swesbi.show.results import Results
-from swesbi.show.tables.cohort_posterior import CohortSection, cohort_sections
-from swesbi.show.tables.exact import Exact
-from swesbi.show.tables.population import OverPopulation
+from swesbi.report.page.validation import stored_validation
+from swesbi.report.results import Results
+from swesbi.report.tables.cohort_posterior import CohortSection, cohort_sections
+from swesbi.report.tables.exact import Exact
+from swesbi.report.tables.population import OverPopulation
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.report_inputs import read_cohort_words, read_exact, read_populations, read_results
 

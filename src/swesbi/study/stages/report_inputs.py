@@ -14,15 +14,15 @@ from swesbi.artefacts import ArtefactError
 from swesbi.posterior.result import read_exact_result
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
-from swesbi.show.figures.population import read_strata
-from swesbi.show.figures.training import read_history
-from swesbi.show.numbers import protocol_entry
-from swesbi.show.page.page import Cohort
-from swesbi.show.results import Experiment, Recovery, Results
-from swesbi.show.tables.exact import Exact
-from swesbi.show.tables.experiments import read_comparison
-from swesbi.show.tables.population import OverPopulation
-from swesbi.show.tables.pressures import pressures_of
+from swesbi.report.figures.population import read_strata
+from swesbi.report.figures.training import read_history
+from swesbi.report.numbers import protocol_entry
+from swesbi.report.page.page import Cohort
+from swesbi.report.results import Experiment, Recovery, Results
+from swesbi.report.tables.exact import Exact
+from swesbi.report.tables.experiments import read_comparison
+from swesbi.report.tables.population import OverPopulation
+from swesbi.report.tables.pressures import pressures_of
 from swesbi.study.stages.origin import ResultKey, by_key
 from swesbi.verdict.answers import read_cohort
 from swesbi.verdict.support import read_support

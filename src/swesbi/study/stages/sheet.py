@@ -21,9 +21,9 @@ from swesbi.posterior.result import ExactResult, read_exact_result
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.free_observation import read_free_observation
 from swesbi.recording.observation import read_observation
-from swesbi.show.figures.sheet import draw_sheet
-from swesbi.show.figures.style import save_figure
-from swesbi.show.sheet import (
+from swesbi.report.figures.sheet import draw_sheet
+from swesbi.report.figures.style import save_figure
+from swesbi.report.sheet import (
     Informed,
     Population,
     Recorded,

@@ -22,10 +22,10 @@ from swesbi.heart.prior_simulations import to_dataset as simulations_to_dataset
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, SpeedModelSettings, read_measured_subjects
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names, summary_units
+from swesbi.networks.flow.pool import KIND as SPEED_POOL
+from swesbi.networks.flow.pool import pool_dataset
 from swesbi.networks.paper.pool import POOL, SubjectFeatures, build_pool, components_of, pool_to_dataset
 from swesbi.networks.settings import ObservationModelSettings
-from swesbi.networks.spline.pool import KIND as SPEED_POOL
-from swesbi.networks.spline.pool import pool_dataset
 from swesbi.population.settings import PopulationSettings
 from swesbi.population.simulations import KIND as POPULATION
 from swesbi.population.simulations import simulate_population

@@ -14,11 +14,11 @@ from swesbi.parameters import K_ATP
 from swesbi.posterior.truncated import Posterior, read_posterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import read_observation
-from swesbi.show.figures.experiments import ExperimentScore, draw_experiments
-from swesbi.show.figures.style import save_figure
-from swesbi.show.figures.training import draw_epochs, draw_training, read_epochs, read_history
-from swesbi.show.figures.workflow import draw_workflow
-from swesbi.show.figures.workflow_panels import WorkflowPicture
+from swesbi.report.figures.experiments import ExperimentScore, draw_experiments
+from swesbi.report.figures.style import save_figure
+from swesbi.report.figures.training import draw_epochs, draw_training, read_epochs, read_history
+from swesbi.report.figures.workflow import draw_workflow
+from swesbi.report.figures.workflow_panels import WorkflowPicture
 from swesbi.study.stages.origin import Origin, ResultKey, by_key, pick
 from swesbi.verdict.support import Support, read_support
 

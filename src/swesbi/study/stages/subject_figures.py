@@ -13,9 +13,9 @@ from swesbi.checks.recovery import read_truth
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.truncated import POSTERIOR, Posterior, read_posterior
 from swesbi.prior import JointPriorSettings, PriorSettings
-from swesbi.show.figures.posterior import draw_cohort_posteriors, draw_exact_posteriors
-from swesbi.show.figures.posterior_subject import draw_exact_subject, draw_subject_posterior
-from swesbi.show.figures.predictive import (
+from swesbi.report.figures.posterior import draw_cohort_posteriors, draw_exact_posteriors
+from swesbi.report.figures.posterior_subject import draw_exact_subject, draw_subject_posterior
+from swesbi.report.figures.predictive import (
     NETWORK_ALONE,
     ExactPanel,
     PosteriorPanel,
@@ -23,7 +23,7 @@ from swesbi.show.figures.predictive import (
     draw_cohort_checks,
     draw_subject_check,
 )
-from swesbi.show.figures.style import save_figure
+from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
 from swesbi.verdict.support import Support, read_support
 

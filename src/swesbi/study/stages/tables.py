@@ -22,13 +22,13 @@ from swesbi.posterior.truncated import read_posterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import read_observation
 from swesbi.recording.settings import RecordingSettings
-from swesbi.show import study_tables
-from swesbi.show.csv import write_csv
-from swesbi.show.figures.training import read_history
-from swesbi.show.latex import comparison_latex, posterior_latex, ppc_latex
-from swesbi.show.paper.comparison import comparison_table
-from swesbi.show.paper.measured import StudyResults, pool_size
-from swesbi.show.paper.values import read_paper
+from swesbi.report import study_tables
+from swesbi.report.csv import write_csv
+from swesbi.report.figures.training import read_history
+from swesbi.report.latex import comparison_latex, posterior_latex, ppc_latex
+from swesbi.report.paper.comparison import comparison_table
+from swesbi.report.paper.measured import StudyResults, pool_size
+from swesbi.report.paper.values import read_paper
 from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
 from swesbi.verdict.answers import verdict_numbers
 from swesbi.verdict.settings import SupportSettings

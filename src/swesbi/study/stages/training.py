@@ -18,8 +18,8 @@ from swesbi.networks.paper.training import Epoch, choose_device
 from swesbi.networks.paper.training import train as train_estimator
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.prior import PriorSettings
+from swesbi.report.csv import write_csv
 from swesbi.seeds import integer_seed
-from swesbi.show.csv import write_csv
 from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")

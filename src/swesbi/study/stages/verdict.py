@@ -20,8 +20,8 @@ from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model, speed_model
 from swesbi.measurement.settings import SummarySettings, summary_names
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
-from swesbi.networks.spline.conditioning import ConditioningSettings, conditioning_of, raw_features
-from swesbi.networks.spline.files import load_spline
+from swesbi.networks.flow.conditioning import ConditioningSettings, conditioning_of, raw_features
+from swesbi.networks.flow.files import load_flow
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.settings import NullSettings
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
@@ -34,8 +34,8 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_contexts, read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
+from swesbi.report.csv import write_csv
 from swesbi.seeds import generator
-from swesbi.show.csv import write_csv
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.context import context_tests
 from swesbi.verdict.ejection import ejection_tests
@@ -110,7 +110,7 @@ def misspecification(
     """
     observed, components = read_observation(observation), read_noise(noise).components
     model = speed_model(measured_speeds(observed, components), settings.model)
-    flow, _ = load_spline(estimator)
+    flow, _ = load_flow(estimator)
     conditioning, sizes = settings.conditioning, settings.synthetic
     made = _make(model, observed, components, settings, origin.seed)
     names = summary_names(conditioning.summary)
@@ -182,7 +182,7 @@ def population_null(
         ArtefactError: The network is no such artefact.
     """
     conditioning = conditioning_of(settings.summary, settings.fresh.model)
-    flow, _ = load_spline(estimator)
+    flow, _ = load_flow(estimator)
     drawn = draw_null(
         range(settings.sizes.recordings), flow, settings.fresh, conditioning, settings.sizes, settings.exact,
         settings.rule, origin.seed,

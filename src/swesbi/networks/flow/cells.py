@@ -1,0 +1,209 @@
+"""What a network over a population sees of a recording: a set of points in the cells of the cycle.
+
+A recording is a set of points (instant s_i, log speed, standard error se_i), two or sixty, anywhere in the
+cycle, gated or not. The network takes as many numbers whatever the set: of each of P equal parts of the cycle
+the mean log speed of its points, the error of that mean, the mean instant, all weighted by se_i^-2, and
+whether there is any. These sums do not depend on the order of the points, and within a cell, where a
+curve is nearly a line and what the model misses is one, they are nearly all that the points say. A gated
+recording of P phases has one point in each, at its centre.
+
+The standard error of a gated phase is the total one. Where phases share errors the network learns from
+recordings that do, but is not told how much of a standard error is shared; the exact weights, whose
+likelihood knows, make up for it, as they do for what is lost within a cell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from pydantic import Field
+
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.settings import Settings
+from swesbi.context import CONTEXT_RANGES, Context
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.networks.flow.conditioning import LARGEST_Z
+from swesbi.networks.standardisation import Standardisation, fit_standardisation
+from swesbi.recording.phases import nominal_phases
+
+CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
+"""What the simulator takes of a context; nothing else can change a posterior."""
+IN_CELLS: Final = ("log_speed", "missing", "log_relative_se", "offset")
+FACTOR: Final = "errors_log_sd"
+
+
+class CellSettings(Settings):
+    """The cells in which the network sees a recording, and the noise that it was trained on."""
+
+    cells: int = Field(ge=6, le=400, description="equal parts of the cycle")
+    relative_se: tuple[float, float] = Field(description="standard errors of a cell's mean, over the speed")
+
+    @property
+    def centre(self) -> FloatArray:
+        """Centres of the cells, the phases of a gated recording of as many; shape (P,)."""
+        return nominal_phases(self.cells)
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the C components of z."""
+        return (
+            *(f"log_{name}" for name in CONTEXT_INPUTS),
+            *(f"{part}_cell_{index:02d}" for part in IN_CELLS for index in range(self.cells)),
+            FACTOR,
+        )
+
+
+@dataclass(frozen=True)
+class PooledPoints:
+    """Points of n recordings, gathered in the P cells of each.
+
+    Attributes:
+        measured: Which cells hold a point; shape (n, P).
+        relative_se: Standard error of the weighted mean, 1 where there is none; shape (n, P).
+        offset: Weighted mean instant less the centre of its cell, in widths of a cell; shape (n, P).
+    """
+
+    measured: BoolArray
+    relative_se: FloatArray
+    offset: FloatArray
+    _cell: IntArray
+    _weight: FloatArray
+
+    def mean(self, values: FloatArray) -> FloatArray:
+        """Return the weighted mean in each cell of values of the points, (N,); 0 where none is; (n, P)."""
+        return _mean(self._cell, self._weight, values, self.measured)
+
+
+def pool_points(
+    row: IntArray, phase: FloatArray, relative_se: FloatArray, n: int, cells: int
+) -> PooledPoints:
+    """Gather N points in the cells of their recordings.
+
+    Args:
+        row: Number of each point's recording; shape (N,).
+        phase: Instants in [0, 1); shape (N,).
+        relative_se: Standard errors of their log speeds; shape (N,).
+        n: Number of recordings.
+        cells: P.
+    """
+    within = np.minimum((phase * cells).astype(np.int64), cells - 1)
+    cell, weight = row * cells + within, relative_se**-2.0
+    total = np.bincount(cell, weight, minlength=n * cells).reshape(n, cells)
+    measured = total > 0.0
+    offset = _mean(cell, weight, phase * cells - within - 0.5, measured)
+    se = np.where(measured, total, 1.0) ** -0.5
+    return PooledPoints(measured, se, offset, cell, weight)
+
+
+def _mean(cell: IntArray, weight: FloatArray, values: FloatArray, measured: BoolArray) -> FloatArray:
+    shape = measured.shape
+    sums = [np.bincount(cell, w, minlength=measured.size).reshape(shape) for w in (weight * values, weight)]
+    return np.asarray(np.divide(sums[0], sums[1], out=np.zeros(shape), where=measured))
+
+
+@dataclass(frozen=True)
+class SeenCells:
+    """What is seen of n recordings in their cells.
+
+    Attributes:
+        log_speed: Mean log speeds, anything where not measured; shape (n, P).
+        measured: Which cells were measured, at least one a recording; shape (n, P).
+        relative_se: Standard errors, anything positive where not measured; shape (n, P).
+        offset: Mean instant less the centre, in widths of a cell; shape (n, P).
+        errors_log_sd: Prior standard deviation of the log of a factor of all errors, 0 where they are known;
+            shape (n,).
+    """
+
+    log_speed: FloatArray
+    measured: BoolArray
+    relative_se: FloatArray
+    offset: FloatArray
+    errors_log_sd: FloatArray
+
+
+def context_inputs(context: Context) -> FloatArray:
+    """Return the logarithms of heart rate, end-diastolic volume and septal thickness; shape (3,)."""
+    return np.log([getattr(context, name) for name in CONTEXT_INPUTS])
+
+
+def cell_inputs(context: FloatArray, seen: SeenCells, settings: CellSettings) -> FloatArray:
+    """Return what the network takes of n recordings, before standardisation; shape (n, C).
+
+    Args:
+        context: :func:`context_inputs` of each; shape (n, 3).
+        seen: Their cells.
+        settings: The range of standard errors, to which they are clipped.
+    """
+    low, high = settings.relative_se
+    measured = seen.measured
+    log_se = np.log(np.clip(np.where(measured, seen.relative_se, np.sqrt(low * high)), low, high))
+    offset = np.where(measured, seen.offset, 0.0)
+    filled = fill_missing(seen.log_speed, measured)
+    return np.hstack([context, filled, ~measured, log_se, offset, seen.errors_log_sd[:, None]])
+
+
+def fill_missing(values: FloatArray, measured: BoolArray) -> FloatArray:
+    """Put the line between the measured neighbours, around the cycle, where nothing was measured; (n, P)."""
+    before, after = _neighbours(measured, -1), _neighbours(measured, 1)
+    index = np.arange(values.shape[1])
+    to_before, to_after = (index - before) % values.shape[1], (after - index) % values.shape[1]
+    low, high = (np.take_along_axis(values, at, axis=1) for at in (before, after))
+    span = np.maximum(to_before + to_after, 1)
+    return np.where(measured, values, (low * to_after + high * to_before) / span)
+
+
+def _neighbours(measured: BoolArray, direction: int) -> IntArray:
+    """Return the index of the next measured cell in a direction around the cycle, its own if measured."""
+    cells = measured.shape[1]
+    turned = measured[:, ::-direction]
+    twice = np.concatenate([turned, turned], axis=1)
+    position = np.where(twice, np.arange(2 * cells), -1)
+    latest = np.maximum.accumulate(position, axis=1)[:, cells:] % cells
+    return np.asarray(latest if direction < 0 else cells - 1 - latest[:, ::-1])
+
+
+def recording_inputs(
+    recording: SpeedRecording, settings: CellSettings, errors_log_sd: float = 0.0
+) -> FloatArray:
+    """Return what the network takes of one recording, before standardisation; shape (1, C).
+
+    Args:
+        recording: Its p points, gated phases or pushes.
+        settings: The cells.
+        errors_log_sd: Prior standard deviation of the log of a factor of all its errors.
+    """
+    row = np.zeros(len(recording.phase), dtype=np.int64)
+    pooled = pool_points(row, recording.phase, recording.errors.total, 1, settings.cells)
+    speed = pooled.mean(np.log(recording.speed_m_s))
+    factor = np.array([errors_log_sd])
+    seen = SeenCells(speed, pooled.measured, pooled.relative_se, pooled.offset, factor)
+    return cell_inputs(context_inputs(recording.context)[None], seen, settings)
+
+
+@dataclass(frozen=True)
+class CellConditioner:
+    """Makes conditioning vectors of C components, with the statistics of the training rows."""
+
+    settings: CellSettings
+    inputs: Standardisation
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the C components of z."""
+        return self.settings.components
+
+    def condition(self, recording: SpeedRecording, errors_log_sd: float = 0.0) -> FloatArray:
+        """Return z of one recording, whatever its instants; arguments of ``recording_inputs``; shape (C,)."""
+        z: FloatArray = self.standardise(recording_inputs(recording, self.settings, errors_log_sd))[0]
+        return z
+
+    def standardise(self, inputs: FloatArray) -> FloatArray:
+        """Standardise inputs (n, C), within bounds."""
+        return np.clip(self.inputs.apply(inputs), -LARGEST_Z, LARGEST_Z)
+
+
+def fit_cell_conditioner(inputs: FloatArray, settings: CellSettings) -> CellConditioner:
+    """Take the statistics of training inputs (n, C)."""
+    return CellConditioner(settings, fit_standardisation(inputs))

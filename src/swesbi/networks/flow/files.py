@@ -1,0 +1,169 @@
+"""The trained flow as ``flow.h5``: its weights in one row, what standardises its numbers, its settings."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+
+from swesbi.artefacts import DamagedArtefactError, Provenance, Variable, build_dataset, load, register, save
+from swesbi.measurement.settings import summary_names
+from swesbi.networks.flow import cells, conditioning
+from swesbi.networks.flow.arrays import PARAMETERS, FlowArrays, Layer, MaskedTransform, SingleArray
+from swesbi.networks.flow.flow import TrainedFlow
+from swesbi.networks.settings import SplineSettings
+from swesbi.networks.standardisation import Standardisation
+from swesbi.prior import JointPriorSettings
+
+FEATURES: Final = "features"
+CELLS: Final = "cells"
+LABELS: Final = ("component", "joint_parameter")
+SCHEMA: Final = {
+    "weight": Variable("weight_number", "1", "embedding, then each transform: of each layer weights, biases"),
+    "input_mean": Variable("component", "1", "mean of the network's inputs over the training rows"),
+    "input_scale": Variable("component", "1", "standard deviation of the inputs over the training rows"),
+    "eta_mean": Variable("joint_parameter", "1", "mean of the logit of phi over the training rows"),
+    "eta_scale": Variable("joint_parameter", "1", "standard deviation of the logit over the training rows"),
+    "best_epoch": Variable("", "1", "epoch of the lowest validation loss, whose weights these are"),
+    "epochs_run": Variable("", "1", "epochs that were trained"),
+    "best_validation_loss": Variable("", "1", "mean of -log q over held-out rows, standardised logit"),
+    "architecture": Variable("", "1", "settings of the net and its training, as JSON", text=True),
+    "prior": Variable("", "1", "the joint prior, as JSON", text=True),
+    "conditioner": Variable("", "1", "what the network sees of a recording: features or cells", text=True),
+    "conditioning": Variable("", "1", "settings of the conditioner, as JSON", text=True),
+}
+KIND: Final = register("flow", {"/": SCHEMA}, LABELS)
+
+
+def save_flow(path: Path, flow: TrainedFlow, provenance: Provenance) -> None:
+    """Write the flow atomically; equal flows give equal bytes.
+
+    Raises:
+        TypeError: Its conditioner is of no kind that a file can hold.
+        ArtefactError: The file cannot be written.
+    """
+    kind, settings, inputs = _described(flow.conditioner)
+    values: dict[str, Any] = {
+        "weight": _in_one_row(flow.net),
+        "input_mean": inputs.mean,
+        "input_scale": inputs.scale,
+        "eta_mean": flow.eta.mean,
+        "eta_scale": flow.eta.scale,
+        "best_epoch": flow.best_epoch,
+        "epochs_run": flow.epochs_run,
+        "best_validation_loss": flow.best_validation_loss,
+        "architecture": flow.settings.model_dump_json(),
+        "prior": flow.prior.model_dump_json(),
+        "conditioner": kind,
+        "conditioning": settings,
+    }
+    labels = {"component": list(flow.components), "joint_parameter": list(flow.prior.names)}
+    save(path, build_dataset(SCHEMA, values, labels), provenance)
+
+
+def load_flow(path: Path) -> tuple[TrainedFlow, Provenance]:
+    """Rebuild a flow from its file.
+
+    Raises:
+        ArtefactError: The file is not a flow that this package can read.
+    """
+    stored, provenance = load(path, KIND)
+    settings = SplineSettings.model_validate_json(stored["architecture"].item())
+    parameters, components = stored.sizes["joint_parameter"], stored.sizes["component"]
+    try:
+        net = _from_one_row(stored["weight"].to_numpy(), settings, parameters, components)
+    except ValueError as error:
+        raise DamagedArtefactError(path, str(error)) from error
+    flow = TrainedFlow(
+        net=net,
+        settings=settings,
+        prior=JointPriorSettings.model_validate_json(stored["prior"].item()),
+        conditioner=_conditioner(stored),
+        eta=Standardisation(stored["eta_mean"].to_numpy(), stored["eta_scale"].to_numpy()),
+        best_epoch=int(stored["best_epoch"]),
+        epochs_run=int(stored["epochs_run"]),
+        best_validation_loss=float(stored["best_validation_loss"]),
+    )
+    return flow, provenance
+
+
+def load_flow_provenance(path: Path) -> Provenance:
+    """Return how a flow was made, without building it.
+
+    Raises:
+        ArtefactError: The file is not a flow that this package can read.
+    """
+    return load(path, KIND)[1]
+
+
+def _in_one_row(net: FlowArrays) -> SingleArray:
+    layers = [*net.embedding, *(layer for transform in net.transforms for layer in transform.layers)]
+    return np.concatenate([part.ravel() for layer in layers for part in (layer.weight, layer.bias)])
+
+
+def _from_one_row(
+    weight: SingleArray, settings: SplineSettings, parameters: int, components: int
+) -> FlowArrays:
+    """Return the net of these weights.
+
+    Raises:
+        ValueError: The net of these settings has another number of them.
+    """
+    embedding, context = [components], components
+    if (before := settings.embedding) is not None:
+        embedding += [before.hidden_features] * before.hidden_layers + [before.outputs]
+        context += before.outputs
+    hidden = [settings.hidden_features] * settings.hidden_layers
+    transform = [parameters + context, *hidden, PARAMETERS * parameters]
+    shapes = [*pairwise(embedding), *settings.transforms * list(pairwise(transform))]
+    counts = [(above * below, above) for below, above in shapes]
+    if len(weight) != (needed := int(np.sum(counts))):
+        raise ValueError(f"its settings describe a net of {needed} weights, it holds {len(weight)}")
+    ends = np.cumsum(np.ravel(counts))[:-1]
+    parts = np.split(weight, ends)
+    layers = [
+        Layer(parts[2 * number].reshape(above, below), parts[2 * number + 1])
+        for number, (below, above) in enumerate(shapes)
+    ]
+    of_embedding, each = len(embedding) - 1, len(transform) - 1
+    order = np.arange(parameters)
+    return FlowArrays(
+        embedding=tuple(layers[:of_embedding]),
+        transforms=tuple(
+            # zuko.flows.MAF: ascending in even transforms, descending in odd ones
+            MaskedTransform(order if number % 2 == 0 else order[::-1], tuple(layers[start : start + each]))
+            for number, start in enumerate(range(of_embedding, len(layers), each))
+        ),
+    )
+
+
+def _described(conditioner: conditioning.RecordingConditioner) -> tuple[str, str, Standardisation]:
+    """Return kind and settings of a conditioner, and the statistics of all its components.
+
+    Raises:
+        TypeError: It is of no kind that can be written.
+    """
+    if isinstance(conditioner, conditioning.Conditioner):
+        parts = conditioner.features, conditioner.context
+        both = [np.concatenate(values) for values in zip(*((p.mean, p.scale) for p in parts), strict=True)]
+        return FEATURES, conditioner.settings.model_dump_json(), Standardisation(*both)
+    if isinstance(conditioner, cells.CellConditioner):
+        return CELLS, conditioner.settings.model_dump_json(), conditioner.inputs
+    raise TypeError(f"{type(conditioner).__name__} is no conditioner that a file can hold")
+
+
+def _conditioner(stored: xr.Dataset) -> conditioning.RecordingConditioner:
+    mean, scale = stored["input_mean"].to_numpy(), stored["input_scale"].to_numpy()
+    if stored["conditioner"].item() == CELLS:
+        seen = cells.CellSettings.model_validate_json(stored["conditioning"].item())
+        return cells.CellConditioner(seen, Standardisation(mean, scale))
+    settings = conditioning.ConditioningSettings.model_validate_json(stored["conditioning"].item())
+    features = len(summary_names(settings.summary))
+    return conditioning.Conditioner(
+        settings,
+        Standardisation(mean[:features], scale[:features]),
+        Standardisation(mean[features:], scale[features:]),
+    )

@@ -1,0 +1,117 @@
+"""The trained flow q(phi | z): its density, its draws, and the base space in which it is standard normal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from swesbi.base.arrays import FloatArray
+from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.networks.flow.arrays import ConditionedFlow, FlowArrays
+from swesbi.networks.flow.cells import CellConditioner
+from swesbi.networks.flow.conditioning import RecordingConditioner
+from swesbi.networks.settings import SplineSettings
+from swesbi.networks.standardisation import Standardisation
+from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
+
+FARTHEST: Final = -30.0  # in the logit: the lower bound of every parameter
+
+
+@dataclass(frozen=True)
+class TrainedFlow:
+    """A trained flow q(phi | z) and how it was trained.
+
+    Attributes:
+        net: The flow in standardised eta, with the weights of the best epoch.
+        settings: Architecture and training.
+        prior: The joint prior whose box the logit maps.
+        conditioner: Makes z from recordings.
+        eta: Statistics of eta = logit(phi) over the training rows.
+        best_epoch: Epoch of the lowest validation loss, from 1.
+        epochs_run: Epochs that were trained.
+        best_validation_loss: Mean of -log q(eta | z) over held-out theta at the best epoch, standardised eta.
+    """
+
+    net: FlowArrays
+    settings: SplineSettings
+    prior: JointPriorSettings
+    conditioner: RecordingConditioner
+    eta: Standardisation
+    best_epoch: int
+    epochs_run: int
+    best_validation_loss: float
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the C components of z."""
+        return self.conditioner.components
+
+
+@dataclass(frozen=True)
+class FlowProposal:
+    """q(phi | z) of a trained flow for one conditioning vector z of shape (C,).
+
+    Raises:
+        ValueError: z has another number of components than the flow, or holds NaN.
+    """
+
+    flow: TrainedFlow
+    condition: FloatArray
+
+    def __post_init__(self) -> None:
+        components = len(self.flow.components)
+        if self.condition.shape != (components,):
+            raise ValueError(f"z has shape {self.condition.shape}, the flow takes {components} components")
+        if not np.isfinite(self.condition).all():
+            raise ValueError("z holds values that are not finite; check the recording that it comes from")
+
+    def draw(self, draws: int, seed: int) -> FloatArray:
+        """Draw phi ~ q, always inside the prior's box; shape (draws, d)."""
+        rng = np.random.default_rng(seed)
+        return self.at(rng.standard_normal((draws, len(self.flow.prior.parameters))))
+
+    def log_density(self, phi: FloatArray) -> FloatArray:
+        """Return log q(phi | z), per unit of phi, of phi (n, d); -inf where the map overflows; shape (n,)."""
+        u, log_slope = self.place(phi)
+        log_q = log_slope - 0.5 * (u**2 + np.log(2.0 * np.pi)).sum(axis=1)
+        return np.where(np.isfinite(log_q), log_q, -np.inf)
+
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return phi (n, d) in the flow's base space, u (n, d), with log |du / dphi| of shape (n,)."""
+        flow, eta = self.flow, to_logit(phi, self.flow.prior)
+        u, log_slope = self._net.to_base(flow.eta.apply(eta))
+        return u, log_slope - np.log(flow.eta.scale).sum() - log_jacobian(eta, flow.prior)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return the phi (n, d) of points u (n, d) of that space.
+
+        A point so far out that the flow's map overflows, as it may under a condition that is unlike all that
+        it was trained on, goes to a corner of the box, where no posterior has any mass.
+        """
+        eta = self._net.from_base(u) * self.flow.eta.scale + self.flow.eta.mean
+        eta[~np.isfinite(eta).all(axis=-1)] = FARTHEST
+        return from_logit(eta, self.flow.prior)
+
+    @cached_property
+    def _net(self) -> ConditionedFlow:
+        return self.flow.net.under(self.condition)
+
+
+def flow_proposal(flow: TrainedFlow, recording: SpeedRecording) -> FlowProposal:
+    """Return the flow's posterior of a recording as a proposal."""
+    return FlowProposal(flow, flow.conditioner.condition(recording))
+
+
+def free_proposal(flow: TrainedFlow, model: FreeModel) -> FlowProposal:
+    """Return the flow's posterior of a free-running recording as a proposal.
+
+    Raises:
+        ValueError: The flow was trained on recordings of known phases alone.
+    """
+    if not isinstance(flow.conditioner, CellConditioner):
+        raise ValueError("this network knows the phases of its own subjects alone; use one over a population")
+    return FlowProposal(flow, flow.conditioner.condition(model.model.recording, model.noise_log_sd))

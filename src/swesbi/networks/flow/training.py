@@ -1,0 +1,305 @@
+"""Training a flow by maximum likelihood (paper, Eq. 8) of rows that are made anew every epoch."""
+
+from __future__ import annotations
+
+import copy
+import logging
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, TypeVar
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
+from swesbi.networks.determinism import reproducible
+from swesbi.networks.flow.arrays import SingleArray
+from swesbi.networks.flow.conditioning import (
+    Conditioner,
+    ConditioningSettings,
+    RecordingConditioner,
+    fit_conditioner,
+    raw_features,
+)
+from swesbi.networks.flow.flow import TrainedFlow
+from swesbi.networks.flow.net import ConditionalFlow, arrays_of, build_net
+from swesbi.networks.flow.pool import SubjectSimulations, noisy_speeds
+from swesbi.networks.settings import SplineSettings
+from swesbi.networks.standardisation import Standardisation, fit_standardisation
+from swesbi.prior import JointPriorSettings, to_logit
+from swesbi.seeds import generator, integer_seed
+
+LOGGER = logging.getLogger("swesbi")
+Part = TypeVar("Part")
+"""Simulations on one side of a split."""
+VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs
+MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Training rows of all subjects: standardised eta = logit(phi) of shape (N, d), and z of shape (N, C)."""
+
+    eta: SingleArray
+    z: SingleArray
+
+
+def single(values: FloatArray) -> SingleArray:
+    """Return values in the precision that networks are trained in."""
+    return values.astype(np.float32)
+
+
+@dataclass(frozen=True)
+class _Raw:
+    eta: FloatArray
+    features: FloatArray
+
+
+def split_by_theta(
+    subjects: Sequence[SubjectSimulations], validation_fraction: float
+) -> tuple[list[SubjectSimulations], list[SubjectSimulations]]:
+    """Split each subject's simulations into training and held-out theta, the last ones held out.
+
+    Draws from the prior come in no order, so the last are as good as any; no theta is on both sides.
+
+    Raises:
+        ValueError: A side would be empty.
+    """
+    counts = [len(subject.theta) for subject in subjects]
+    edges = [n - round(validation_fraction * n) for n in counts]
+    if any(not 0 < edge < n for edge, n in zip(edges, counts, strict=True)):
+        raise ValueError(
+            f"{min(counts)} simulations cannot be split with validation_fraction = {validation_fraction}; "
+            "simulate more or change the fraction"
+        )
+    training = [subject.rows(0, edge) for subject, edge in zip(subjects, edges, strict=True)]
+    held_out = [subject.rows(edge, n) for subject, edge, n in zip(subjects, edges, counts, strict=True)]
+    return training, held_out
+
+
+def fit_statistics(
+    subjects: Sequence[SubjectSimulations], settings: ConditioningSettings, seed: int
+) -> tuple[Conditioner, Standardisation]:
+    """Take the statistics of z and eta over one epoch of training rows."""
+    raw = [_raw(subject, settings, seed, "statistics") for subject in subjects]
+    contexts = tuple(subject.model.recording.context for subject in subjects)
+    conditioner = fit_conditioner(np.concatenate([rows.features for rows in raw]), contexts, settings)
+    return conditioner, fit_standardisation(np.concatenate([rows.eta for rows in raw]))
+
+
+def make_rows(
+    subjects: Sequence[SubjectSimulations],
+    conditioner: Conditioner,
+    eta: Standardisation,
+    seed: int,
+    *name: str | int,
+) -> Rows:
+    """Make one epoch's rows; the stream of each subject depends on the seed, the name and the subject."""
+    raw = [_raw(subject, conditioner.settings, seed, *name) for subject in subjects]
+    z = [
+        conditioner.standardise(rows.features, subject.model.recording.context)
+        for rows, subject in zip(raw, subjects, strict=True)
+    ]
+    return Rows(single(eta.apply(np.concatenate([rows.eta for rows in raw]))), single(np.concatenate(z)))
+
+
+def _raw(
+    simulations: SubjectSimulations, settings: ConditioningSettings, seed: int, *name: str | int
+) -> _Raw:
+    recording = simulations.model.recording
+    rng = generator(seed, "flow", *name, recording.subject)
+    phi, speeds = noisy_speeds(simulations, rng)
+    prior = simulations.model.settings.prior
+    return _Raw(to_logit(phi, prior), raw_features(speeds, recording.phase, settings))
+
+
+class TrainingDivergedError(RuntimeError):
+    """Too many batches had no finite loss; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class SplineEpoch:
+    """One epoch: its number from 1, mean -log q over training and held-out rows, batches left out."""
+
+    number: int
+    training_loss: float
+    validation_loss: float
+    best_so_far: bool
+    skipped_batches: int
+
+
+@dataclass(frozen=True)
+class FlowTraining:
+    """The trained flow and every epoch in order."""
+
+    flow: TrainedFlow
+    epochs: tuple[SplineEpoch, ...]
+
+
+def train_over_subjects(
+    subjects: Sequence[SubjectSimulations],
+    conditioning: ConditioningSettings,
+    settings: SplineSettings,
+    seed: int,
+    label: str = "training",
+) -> FlowTraining:
+    """Fit q(phi | z) on the simulations of all subjects, noise drawn anew every epoch.
+
+    Theta are split into training and held-out ones; standardisation comes from the training ones; the
+    weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats to the bit.
+
+    Args:
+        subjects: Simulations of each subject, under one joint prior.
+        conditioning: How speeds become features.
+        settings: Architecture and schedule.
+        seed: Seed of noise, initial weights and batches.
+        label: Name in progress lines.
+
+    Raises:
+        ValueError: Too few simulations for a split.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    training, held_out = split_by_theta(subjects, settings.validation_fraction)
+    conditioner, eta = fit_statistics(training, conditioning, seed)
+
+    def rows_of(part: Sequence[SubjectSimulations], name: str, number: int) -> Rows:
+        return make_rows(part, conditioner, eta, seed, name, number)
+
+    parts = SplineParts(conditioner, eta, subjects[0].model.settings.prior)
+    return fit_flow(training, held_out, rows_of, parts, settings, seed, label)
+
+
+@dataclass(frozen=True)
+class SplineParts:
+    """What a flow has beside its net: how it sees recordings, and the parameters that it is a density of.
+
+    Attributes:
+        conditioner: Makes z from recordings.
+        eta: Statistics of eta = logit(phi) over the training rows.
+        prior: The joint prior whose box the logit maps.
+    """
+
+    conditioner: RecordingConditioner
+    eta: Standardisation
+    prior: JointPriorSettings
+
+
+def fit_flow(
+    training: Part,
+    held_out: Part,
+    rows_of: Callable[[Part, str, int], Rows],
+    parts: SplineParts,
+    settings: SplineSettings,
+    seed: int,
+    label: str,
+) -> FlowTraining:
+    """Fit a flow to fresh rows every epoch and keep the weights of the best epoch on the held-out rows.
+
+    Args:
+        training: Simulations whose rows are drawn anew every epoch.
+        held_out: Simulations whose rows are the same for every epoch.
+        rows_of: Makes rows of a part, by what they are for and a number: as many each time.
+        parts: What the trained flow has beside its net.
+        settings: Architecture and schedule.
+        seed: Seed of initial weights and batches.
+        label: Name in progress lines.
+
+    Raises:
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    validation = [rows_of(held_out, "validation", k) for k in range(VALIDATION_COPIES)]
+    with reproducible(integer_seed(seed, "flow", "torch")):
+        rows = rows_of(training, "epoch", 1)
+        trainer = _Trainer(settings, rows, label)
+        trainer.run(rows, validation)
+        for number in range(2, settings.epochs + 1):
+            del rows  # else there are two epochs' rows while the next ones are made
+            rows = rows_of(training, "epoch", number)
+            trainer.run(rows, validation)
+    best = min(trainer.epochs, key=lambda epoch: epoch.validation_loss)
+    LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, trainer.best_loss)
+    flow = TrainedFlow(
+        net=arrays_of(trainer.best_net()),
+        settings=settings,
+        prior=parts.prior,
+        conditioner=parts.conditioner,
+        eta=parts.eta,
+        best_epoch=best.number,
+        epochs_run=settings.epochs,
+        best_validation_loss=best.validation_loss,
+    )
+    return FlowTraining(flow, tuple(trainer.epochs))
+
+
+class _Trainer:
+    """Trains one network: its optimiser, its schedule, and the epochs so far."""
+
+    def __init__(self, settings: SplineSettings, rows: Rows, label: str) -> None:
+        self.epochs: list[SplineEpoch] = []
+        self.best_loss = float("inf")
+        self._settings = settings
+        self._net = build_net(settings, rows.eta.shape[1], rows.z.shape[1])
+        self._best = copy.deepcopy(self._net.state_dict())
+        self._batches = max(len(rows.eta) // settings.batch_size, 1)
+        self._optimiser = torch.optim.Adam(self._net.parameters(), lr=settings.learning_rate, fused=True)
+        # One cycle of the learning rate: up within the warm-up, then down (Smith and Topin 2019).
+        self._schedule = torch.optim.lr_scheduler.OneCycleLR(
+            self._optimiser,
+            settings.learning_rate,
+            total_steps=settings.epochs * self._batches,
+            pct_start=settings.warm_up_fraction,
+        )
+        self._progress = Progress(label, settings.epochs, unit="epoch", every_s=0.0)
+
+    def run(self, rows: Rows, validation: Sequence[Rows]) -> None:
+        """Train one epoch on these rows and judge it on the held-out ones."""
+        start = time.monotonic()
+        training_loss, skipped = self._pass(torch.from_numpy(rows.eta), torch.from_numpy(rows.z))
+        loss = float(np.mean([self._judge(rows_held_out) for rows_held_out in validation]))
+        improved = loss < self.best_loss
+        if improved:
+            self.best_loss, self._best = loss, copy.deepcopy(self._net.state_dict())
+        self.epochs.append(SplineEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
+        note = f"loss {training_loss:.4f}, validation {loss:.4f}{' (best)' if improved else ''}"
+        self._progress.step(note=f"{note}, {time.monotonic() - start:.1f} s")
+
+    def best_net(self) -> ConditionalFlow:
+        """Return the network with the weights of the best epoch."""
+        self._net.load_state_dict(self._best)
+        return self._net
+
+    def _pass(self, eta: Tensor, z: Tensor) -> tuple[float, int]:
+        self._net.train()
+        order = torch.randperm(len(eta))
+        losses: list[float] = []
+        for batch in torch.split(order, self._settings.batch_size)[: self._batches]:
+            losses.append(self._step(eta[batch], z[batch]))
+        finite = [loss for loss in losses if np.isfinite(loss)]
+        skipped = len(losses) - len(finite)
+        if skipped > MAX_BAD_FRACTION * len(losses):
+            raise TrainingDivergedError(
+                f"epoch {len(self.epochs) + 1}: {skipped} of {len(losses)} batches had no finite loss; "
+                "lower learning_rate or clip_max_norm"
+            )
+        return float(np.mean(finite)), skipped
+
+    def _step(self, eta: Tensor, z: Tensor) -> float:
+        """Take one step, unless the loss is not finite; the schedule moves on in any case."""
+        self._optimiser.zero_grad()
+        loss = -self._net(z).log_prob(eta).mean()
+        if torch.isfinite(loss):
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(self._net.parameters(), self._settings.clip_max_norm)
+            self._optimiser.step()
+        self._schedule.step()
+        return float(loss.detach())
+
+    def _judge(self, rows: Rows) -> float:
+        self._net.eval()
+        with torch.no_grad():
+            z, eta = torch.from_numpy(rows.z), torch.from_numpy(rows.eta)
+            loss: Tensor = -self._net(z).log_prob(eta).mean()
+        return float(loss)

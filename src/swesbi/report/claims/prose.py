@@ -1,0 +1,83 @@
+"""Numbers in a Markdown text: where a quotation with holes stands, and which numbers nothing accounts for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from swesbi.report.claims.manifest import HOLE
+from swesbi.report.docs.marks import PART
+
+WORDS: Final = {
+    "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10,
+    "eleven": 11, "twelve": 12, "sixteen": 16, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50,
+    "sixty": 60, "a hundred": 100,
+}  # fmt: skip
+"""Numbers in words. One is not among them: it is more often an article."""
+DIGITS: Final = r"[−-]?\d+(?:,\d{3})*(?:\.\d+)?"
+SPELT: Final = "|".join(WORDS)
+NUMBER: Final = re.compile(rf"(?<![\w.-])(?:{DIGITS}|(?:{SPELT})\b)", re.IGNORECASE)
+IN_HOLE: Final = rf"(?<![\d.])({DIGITS}|(?i:{SPELT}))(?![\d])"
+UNREAD: Final = (
+    PART,  # written by `make docs`, and compared as a whole
+    re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE),
+    re.compile(r"`[^`]*`"),
+    re.compile(r"\]\([^)]*\)"),
+)
+"""What of a Markdown text claims nothing in numbers: marked parts, code, targets of links."""
+
+
+@dataclass(frozen=True)
+class Quotation:
+    """A quotation where it stands in a text.
+
+    Attributes:
+        start: Position of its first character.
+        end: Position behind its last one.
+        numbers: What stands in its holes, as printed.
+    """
+
+    start: int
+    end: int
+    numbers: tuple[str, ...]
+
+
+def quotations(quoted: str, text: str) -> list[Quotation]:
+    """Return every place in a text where a quotation stands; any white space stands for any other."""
+    pieces = [r"\s+".join(map(re.escape, re.split(r"\s+", piece))) for piece in quoted.split(HOLE)]
+    pattern = re.compile(IN_HOLE.join(pieces))
+    return [Quotation(match.start(), match.end(), match.groups()) for match in pattern.finditer(text)]
+
+
+def value_of(printed: str) -> float:
+    """Return a printed number: "−0.84", "1,000" or "fifty"."""
+    word = WORDS.get(printed.lower())
+    return float(printed.replace(",", "").replace("−", "-")) if word is None else float(word)
+
+
+def rounding(printed: str) -> float:
+    """Return by how much the value behind a printed number may differ from it: half of its last digit."""
+    decimals = len(printed.partition(".")[2])
+    return 0.5 * 10.0**-decimals * (1.0 + 1e-9)
+
+
+def line_of(text: str, position: int) -> int:
+    """Return the number of the line in which a position of a text lies, from 1."""
+    return text.count("\n", 0, position) + 1
+
+
+def unaccounted(text: str, accounted: Sequence[Quotation]) -> Iterator[tuple[int, str]]:
+    """Yield line and surroundings of each number of a Markdown text that lies in no quotation."""
+    for match in NUMBER.finditer(_read(text, UNREAD)):
+        if not any(place.start <= match.start() < place.end for place in accounted):
+            around = text[max(match.start() - 30, 0) : match.end() + 30]
+            yield line_of(text, match.start()), " ".join(around.split())
+
+
+def _read(text: str, unread: Iterable[re.Pattern[str]]) -> str:
+    """Return a text of the same length with blanks where patterns match."""
+    for pattern in unread:
+        text = pattern.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
+    return text

@@ -1,0 +1,187 @@
+"""One page of a subject: verdict, recording and its prediction, posterior, numbers and their conditions."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from scipy.stats import gaussian_kde
+
+from swesbi.base.arrays import FloatArray
+from swesbi.report.figures.recording import MEAN
+from swesbi.report.figures.style import (
+    CMAES,
+    EXCLUDED_BACKGROUND,
+    POSTERIOR,
+    PRIOR,
+    STATUS_COLORS,
+    new_figure,
+    plain_decades,
+    style,
+)
+from swesbi.report.numbers import as_percent
+from swesbi.report.sheet import Recorded, Sheet, ShownCurve
+from swesbi.report.sheet_text import (
+    SYMBOLS,
+    UNITS,
+    header,
+    heart_line,
+    in_words,
+    notes,
+    rows,
+    said_of,
+    verdict_text,
+)
+from swesbi.verdict.answers import STATUSES, status
+
+# what is judged has the colour of the verdict; where nothing is, the word stands in grey
+BOX_COLORS: Final = {word: STATUS_COLORS[word] if word in STATUSES else PRIOR for word in STATUS_COLORS}
+PAGE_IN: Final = (8.27, 11.69)  # A4
+MARGIN_IN: Final = 0.55
+PARTS: Final = (1.45, 3.1, 1.6, 2.0, 2.45)
+LINE: Final = 140
+BULLET: Final = "–  "
+VERDICT_LINE: Final = 104
+VERDICT_LINES: Final = 5
+POINTS: Final = 200
+SHOWN: Final = (0.5, 99.5)
+HEAD_ROOM: Final = 1.1
+BAR_ROOM: Final = 1.25
+
+
+def draw_sheet(sheet: Sheet) -> Figure:
+    """Draw the page of one subject."""
+    with style():
+        figure = new_figure(*PAGE_IN)
+        parts = _parts(figure, PARTS)
+        left = _draw_head(parts[0].subplots(), sheet)
+        curves, counts = parts[1].subplots(1, 2, width_ratios=(3.0, 1.0))
+        _draw_curve(curves, sheet.curve, STATUS_COLORS[status(sheet.support)])
+        parts[1].legend(loc="outside lower center", ncols=4, columnspacing=1.2, handlelength=1.6)
+        _draw_counts(counts, sheet.recorded)
+        _draw_densities(parts[2].subplots(1, len(SYMBOLS)), sheet)
+        _draw_table(parts[3].subplots(), sheet)
+        _write(parts[4].subplots(), [*left, *notes(sheet)])
+    return figure
+
+
+def _parts(figure: Figure, heights: Sequence[float]) -> list[SubFigure]:
+    """Return parts of these heights, one below the other, within the page's margins."""
+    width, height = (np.array([MARGIN_IN, side - 2.0 * MARGIN_IN, MARGIN_IN]) for side in PAGE_IN)
+    page = figure.add_gridspec(3, 3, width_ratios=width, height_ratios=height, wspace=0.0, hspace=0.0)
+    inner = figure.add_subfigure(page[1, 1])
+    return list(np.ravel(np.asarray(inner.subfigures(len(heights), 1, height_ratios=list(heights)))))
+
+
+def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
+    """Write who it is, and the verdict in a box of its colour; return what there is no room for."""
+    axes.set_axis_off()
+    place: dict[str, Any] = {"transform": axes.transAxes, "va": "top"}
+    axes.text(0.0, 1.0, sheet.context.subject, fontsize=15.0, weight="bold", **place)
+    axes.text(1.0, 0.98, sheet.cohort_title, fontsize=8.0, color=PRIOR, ha="right", **place)
+    axes.text(0.0, 0.74, heart_line(sheet.context), fontsize=8.0, **place)
+    word, said = verdict_text(sheet.support)
+    box = {"boxstyle": "round,pad=0.45", "facecolor": BOX_COLORS[word], "edgecolor": "none"}
+    axes.text(0.008, 0.52, word.upper(), fontsize=9.0, weight="bold", color="white", bbox=box, **place)
+    broken = [textwrap.wrap(line, VERDICT_LINE) for line in said]
+    fitting = int(np.sum(np.cumsum([len(lines) for lines in broken]) <= VERDICT_LINES))
+    lines = [part for each in broken[:fitting] for part in each]
+    axes.text(0.19, 0.55, "\n".join(lines), fontsize=7.5, linespacing=1.3, **place)
+    return list(said[fitting:])
+
+
+def _draw_curve(axes: Axes, curve: ShownCurve, colour: str) -> None:
+    mass = as_percent(curve.interval)
+    what = "new recordings" if curve.noisy else "noiseless curves"
+    axes.fill_between(curve.grid, curve.prior.low, curve.prior.high, color=PRIOR, alpha=0.15, lw=0)
+    axes.plot(curve.grid, curve.prior.median, color=PRIOR, ls="--", lw=0.8, label="prior, median and band")
+    axes.fill_between(curve.grid, curve.posterior.low, curve.posterior.high, color=colour, alpha=0.25, lw=0)
+    axes.plot(
+        curve.grid, curve.posterior.median, color=colour, label=f"posterior, median and {mass} band of {what}"
+    )
+    axes.vlines(
+        curve.phase, curve.new.low, curve.new.high, color=colour, lw=2.2, alpha=0.35,
+        label=f"new measurement, {mass} interval",
+    )  # fmt: skip
+    axes.errorbar(curve.phase, curve.stiffness_kpa, curve.se_kpa, label="measured ± SE", **MEAN)
+    axes.set(xlabel="fraction of the cardiac cycle from the R peak", ylabel="$E = 3\\rho c_s^2$ (kPa)")
+    top = max((curve.stiffness_kpa + curve.se_kpa).max(), np.nanmax(curve.new.high))
+    axes.set(xlim=(0.0, 1.0), ylim=(0.0, HEAD_ROOM * top), title="The recording, and what is predicted of it")
+
+
+def _draw_counts(axes: Axes, recorded: Recorded) -> None:
+    """Draw how many were accepted, and how many rejected for which reason."""
+    rejected = {in_words(reason): n for reason, n in recorded.rejected.items()}
+    counts = {"accepted": recorded.accepted} | rejected
+    place = np.arange(len(counts))
+    colours = [POSTERIOR, *[CMAES] * len(recorded.rejected)]
+    bars = axes.barh(place, list(counts.values()), 0.6, color=colours, alpha=0.75)
+    axes.bar_label(bars, padding=2.0, fontsize=6.5)
+    axes.set_yticks(place, list(counts))
+    axes.set_ylim(max(len(counts), 4) - 0.4, -0.6)
+    axes.set_xlim(right=BAR_ROOM * max(counts.values()))
+    axes.set(title=f"Quality: {recorded.unit}", xticks=[])
+    axes.spines["bottom"].set_visible(False)
+
+
+def _draw_densities(axes: Sequence[Axes], sheet: Sheet) -> None:
+    """Draw prior and posterior of each quantity, with median and interval."""
+    low, median, high = sheet.limits
+    colour = STATUS_COLORS[status(sheet.support)]
+    for j, panel in enumerate(axes):
+        prior, draws = sheet.population.prior[:, j], sheet.values[:, j]
+        ends = np.log([np.percentile(prior, SHOWN), np.percentile(draws, SHOWN)])
+        ends = np.array([ends[:, 0].min(), ends[:, 1].max()])
+        grid = np.linspace(ends[0], ends[1], POINTS)
+        shown = np.histogram(np.log(prior), POINTS // 4, tuple(ends), density=True)
+        panel.stairs(shown[0], np.exp(shown[1]), color=PRIOR, fill=True, alpha=0.35)
+        panel.fill_between(np.exp(grid), _density(draws, grid), color=colour, alpha=0.35, lw=0)
+        panel.plot([low[j], high[j]], [0.0, 0.0], color=colour, lw=3.0, clip_on=False)
+        panel.plot([median[j]], [0.0], "o", color=colour, ms=4.5, clip_on=False)
+        panel.set_xscale("log")
+        plain_decades(panel.xaxis)
+        panel.set(title=f"{SYMBOLS[j]} ({UNITS[j]}){said_of(j)}", yticks=[])
+        panel.set_ylim(bottom=0.0)
+        panel.spines["left"].set_visible(False)
+
+
+def _density(draws: FloatArray, grid: FloatArray) -> FloatArray:
+    """Return the density of log draws at a grid of logarithms."""
+    return np.asarray(gaussian_kde(np.log(draws))(grid))
+
+
+def _draw_table(axes: Axes, sheet: Sheet) -> None:
+    axes.set_axis_off()
+    names, shown = header(sheet), rows(sheet)
+    further = len(names) - 5
+    widths = [0.33, 0.07, 0.13, 0.17, 0.13, *[0.057] * further]
+    if further:
+        axes.set_title(f"width with more {sheet.recorded.more}", loc="right", fontsize=7.0)
+    table = axes.table(
+        cellText=shown, colLabels=list(names), loc="upper center", cellLoc="center", edges="horizontal",
+        colWidths=widths,
+    )  # fmt: skip
+    table.auto_set_font_size(False)
+    table.set_fontsize(7.5)
+    table.scale(1.0, 1.5)
+    for (row, column), cell in table.get_celld().items():
+        cell.set_edgecolor(EXCLUDED_BACKGROUND)
+        if column == 0:
+            cell.PAD = 0.01
+            cell.set_text_props(ha="left")
+        if row == 0 or column == 1:
+            cell.set_text_props(weight="bold")
+
+
+def _write(axes: Axes, lines: Sequence[str]) -> None:
+    axes.set_axis_off()
+    broken = [
+        part
+        for line in lines
+        for part in textwrap.wrap(line, LINE, initial_indent=BULLET, subsequent_indent=" " * len(BULLET))
+    ]
+    axes.text(0.0, 1.0, "\n".join(broken), va="top", fontsize=7.0, linespacing=1.35, transform=axes.transAxes)

@@ -1,0 +1,128 @@
+"""The files behind the page: links, figures with their size, and what made the artefacts."""
+
+from __future__ import annotations
+
+import os
+import platform
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Final
+
+from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.files import hdf5_provenance
+from swesbi.artefacts.provenance import Provenance
+from swesbi.report.table import Link, Row, Table, body, words
+
+HERE: Final = "."
+WHOLE_COHORT: Final = "whole cohort"
+MEANING: Final = {
+    HERE: "beside this page.",
+    "tables": "every table of the study, as CSV, and table 1 as LaTeX.",
+    "figures": "figures of the cohort, as PDF and PNG.",
+    "cohort": "noise of the speeds; observed curve with errors and rejected samples; passive baseline.",
+    "cmaes": "reference fits by CMA-ES: history of every seed, best fit.",
+    "simulations": "simulations from each prior, in shards.",
+}
+EXPERIMENT_MEANING: Final = (
+    "training set, network and losses of the experiment; verdict, posterior, predictive check and figures "
+    "of each subject."
+)
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+SIZE_AT = slice(16, 24)
+SOFTWARE: Final = (
+    "numpy", "scipy", "numba", "torch", "sbi", "cma", "pandas", "h5py", "xarray", "arviz", "matplotlib",
+    "snakemake",
+)  # fmt: skip
+
+
+def relative(path: Path, page: Path) -> str:
+    """Return how the page refers to a file."""
+    return Path(os.path.relpath(path, page.parent)).as_posix()
+
+
+def file_groups(paths: Sequence[Path], page: Path) -> tuple[Table, ...]:
+    """Group the files by the folder that they lie in, in the order given; one row a subject or kind."""
+    grouped: dict[str, dict[str, list[Link]]] = {}
+    for path in dict.fromkeys(paths):
+        href = relative(path, page)
+        folder, *rest = Path(href).parts if "/" in href else (HERE, href)
+        row, text = _row_and_text(rest)
+        grouped.setdefault(folder, {}).setdefault(row, []).append(Link(text, href))
+    return tuple(_group(folder, rows) for folder, rows in grouped.items())
+
+
+def _row_and_text(parts: Sequence[str]) -> tuple[str, str]:
+    """Return the row of a file within its group, and what its link says.
+
+    Examples: ``paper/subjects/A/ppc.png`` is ppc.png of A, ``cmaes/A.h5`` is A.h5 of the cohort.
+    """
+    *folders, name = [part for part in parts if part != "subjects"]
+    return ", ".join(folders) or WHOLE_COHORT, name
+
+
+def _group(folder: str, rows: dict[str, list[Link]]) -> Table:
+    return Table(
+        f"{folder}/: {MEANING.get(folder, EXPERIMENT_MEANING)}",
+        words("Of", "Files"),
+        tuple(Row((name, tuple(links))) for name, links in rows.items()),
+    )
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure: where it lies, its size in pixels, what it says to who cannot see it, and its caption."""
+
+    source: str
+    full: str
+    width: int
+    height: int
+    description: str
+    caption: str
+
+
+def figure(png: Path, page: Path, description: str, caption: str, pdf: Path | None = None) -> Figure:
+    """Return a figure of the page; a click leads to the PDF, or to the PNG where there is none.
+
+    Raises:
+        ArtefactError: The file is no PNG.
+    """
+    width, height = _size(png)
+    return Figure(relative(png, page), relative(pdf or png, page), width, height, description, caption)
+
+
+def _size(png: Path) -> tuple[int, int]:
+    with png.open("rb") as file:
+        head = file.read(SIZE_AT.stop)
+    if not head.startswith(PNG_SIGNATURE) or len(head) < SIZE_AT.stop:
+        raise ArtefactError(f"{png}: is not a PNG image; delete it and rerun")
+    width, height = struct.unpack(">II", head[SIZE_AT])
+    return width, height
+
+
+def provenance_table(paths: Sequence[Path]) -> Table:
+    """Return seed and code of every kind of HDF5 artefact among these files."""
+    by_kind: dict[str, list[Provenance]] = {}
+    for path in (path for path in paths if path.suffix == ".h5"):
+        provenance = hdf5_provenance(path)
+        by_kind.setdefault(provenance.kind, []).append(provenance)
+    columns = words("Artefact", "Files", "Seed", "Code hash", "swesbi")
+    rows = tuple(_row(kind, each) for kind, each in sorted(by_kind.items()))
+    note = "The code hash names the code of the stage that wrote the file, docstrings and comments left out."
+    return Table("What made the artefacts.", columns, rows, note)
+
+
+def _row(kind: str, each: Sequence[Provenance]) -> Row:
+    seeds, hashes, versions = (
+        ", ".join(sorted({str(getattr(provenance, name)) for provenance in each}))
+        for name in ("seed", "code_hash", "package_version")
+    )
+    return Row((kind, str(len(each)), seeds, hashes, versions))
+
+
+def software_table() -> Table:
+    """Return the versions of what the results depend on."""
+    rows = [("Python", platform.python_version()), *((name, version(name)) for name in SOFTWARE)]
+    return Table("Versions of the packages behind this run.", words("Package", "Version"), body(rows))

@@ -1,0 +1,272 @@
+"""The landing page: what was found and whether to believe it, a table, a figure, a card for each subject."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import pandas as pd
+
+from swesbi.recording.observation import Observation
+from swesbi.report.numbers import (
+    MISSING,
+    PARAMETER_UNITS,
+    PARAMETERS,
+    estimate,
+    fixed,
+    percent,
+    quantity,
+    share,
+    significant,
+)
+from swesbi.report.page.forest import Interval, Panel, panel
+from swesbi.report.results import Experiment, Results, is_true, records
+from swesbi.report.table import Column, Row, Table, words
+from swesbi.report.tables.exact import Exact
+from swesbi.report.tables.experiments import level, nearest_level
+from swesbi.report.tables.subjects import beside_the_measured
+from swesbi.verdict.answers import STATUSES, STRAINED, SUPPORTED, label_of_test, status
+from swesbi.verdict.support import Support
+
+EJECTION: Final = "ejection_fraction"
+SHOWN_LIMITS: Final = 2
+MEANING: Final = {
+    "supported": "the model can have made this recording",
+    "strained": "read with care: some tests speak against the model",
+    "unsupported": "not to be read: the model cannot have made this recording",
+}
+
+
+@dataclass(frozen=True)
+class Card:
+    """What the page says of one subject.
+
+    Attributes:
+        subject: Its name.
+        status: Its verdict in a word.
+        recording: Who was recorded, in a line.
+        verdict: The verdict in words.
+        medians: The parameters in a line.
+        check: The predictive check in a line.
+        picture: Its figure, relative to the page; empty where there is none.
+    """
+
+    subject: str
+    status: str
+    recording: str
+    verdict: str
+    medians: str
+    check: str
+    picture: str
+
+
+@dataclass(frozen=True)
+class Landing:
+    """What only the landing page shows.
+
+    Attributes:
+        experiment: The experiment whose answers it gives.
+        found: What was found, in sentences.
+        believed: Whether to believe it, in sentences.
+        answers: A row for each subject.
+        panels: The figure, a panel for each parameter.
+        cards: One for each subject.
+        paper: The paper's experiment in a line.
+        explorer: The explorer, relative to the page; empty where there is none.
+    """
+
+    experiment: str
+    found: tuple[str, ...]
+    believed: tuple[str, ...]
+    answers: Table
+    panels: tuple[Panel, ...]
+    cards: tuple[Card, ...]
+    paper: str
+    explorer: str
+
+
+def make_landing(results: Results, exact: Sequence[Exact], title: str, links: Sequence[str]) -> Landing:
+    """Put the landing page together: of the first experiment on speeds, or else of the main experiment.
+
+    Args:
+        results: The study.
+        exact: Its experiments on speeds.
+        title: What the subjects are.
+        links: Every file behind the page, relative to it.
+    """
+    speeds = next(iter(exact), None)
+    experiment = speeds.experiment if speeds else results.main
+    pictures = {name: f"{experiment.name}/subjects/{name}/ppc.png" for name in experiment.supports}
+    observed = {each.context.subject: each for each in results.observations}
+    return Landing(
+        experiment=experiment.name,
+        found=tuple(_found(experiment, title)),
+        believed=tuple(_believed(experiment, speeds)),
+        answers=answers_table(experiment, speeds, title),
+        panels=tuple(
+            panel(symbol, PARAMETER_UNITS[name], _intervals(experiment, name))
+            for name, symbol in PARAMETERS.items()
+        ),
+        cards=tuple(
+            _card(experiment, observed[name], support, pictures[name] if pictures[name] in links else "")
+            for name, support in experiment.supports.items()
+        ),
+        paper=paper_in_a_line(results.main),
+        explorer=next((link for link in links if link == "explorer.html"), ""),
+    )
+
+
+def answer_of(experiment: Experiment, subject: str, name: str) -> tuple[float, float, float]:
+    """Return median and limits: of the exact posterior, or of ``posterior.csv``; NaN where unanswered."""
+    if said := experiment.supports[subject].answer.get(name):
+        return float(said["median"]), float(said["low"]), float(said["high"])
+    row = _rows(experiment, subject).get(name)
+    if row is None:
+        return math.nan, math.nan, math.nan
+    return float(row["median"]), float(row["ci_low"]), float(row["ci_high"])
+
+
+def answers_table(experiment: Experiment, exact: Exact | None, title: str) -> Table:
+    """Return a row for each subject: verdict, parameters with intervals, and what limits them."""
+    columns = (
+        *words("Subject", "Verdict"),
+        *(Column(symbol, PARAMETER_UNITS[name]) for name, symbol in PARAMETERS.items()),
+        *words("What limits them"),
+    )
+    rows = []
+    for subject, support in experiment.supports.items():
+        values = [_shown(*answer_of(experiment, subject, name)) for name in PARAMETERS]
+        cells = (subject, status(support), *values, "; ".join(limits(experiment, exact, subject)) or MISSING)
+        rows.append(Row(cells, muted=not support.supported, strained=status(support) == STRAINED))
+    mass = f"{experiment.credible_percent:g} %"
+    return Table(
+        f"Posterior medians and {mass} credible intervals ({title}).",
+        columns,
+        tuple(rows),
+        "Amber: read with care. Grey: not to be read as the subject's.",
+    )
+
+
+def limits(experiment: Experiment, exact: Exact | None, subject: str) -> Iterator[str]:
+    """Yield what limits a subject's answer: tests, its sampler, what it predicts, bounds of the prior."""
+    support = experiment.supports[subject]
+    if flagged := [label_of_test(test.name) for test in support.tests if test.flagged]:
+        more = f" and {len(flagged) - SHOWN_LIMITS} more" if len(flagged) > SHOWN_LIMITS else ""
+        yield f"{', '.join(flagged[:SHOWN_LIMITS])}{more}"
+    elif not support.supported:
+        yield "outside the prior"
+    if exact and not exact.results[subject].converged:
+        yield "sampler not converged"
+    predicted = _rows(experiment, subject).get(EJECTION)
+    said = beside_the_measured(predicted) if predicted is not None else ""
+    if said.startswith("predicted"):
+        yield f"{quantity(EJECTION)} {said}"
+    for name in _open(exact, subject):
+        yield f"{PARAMETERS[name]} bounded by the prior alone"
+
+
+def _open(exact: Exact | None, subject: str) -> list[str]:
+    """Return the parameters that the recording alone does not bound on both sides."""
+    if exact is None:
+        return []
+    table = exact.identifiability
+    rows = records(table[(table["subject"] == subject) & table["quantity"].isin(PARAMETERS)])
+    ends = ("likelihood_low_open", "likelihood_high_open")
+    return [str(row["quantity"]) for row in rows if any(is_true(row[end]) for end in ends)]
+
+
+def _rows(experiment: Experiment, subject: str) -> Mapping[str, Mapping[Any, Any]]:
+    table = experiment.posterior
+    return {str(row["parameter"]): row for row in records(table[table["subject"] == subject])}
+
+
+def _shown(median: float, low: float, high: float) -> str:
+    shown, interval = estimate(median, low, high)
+    return MISSING if shown == MISSING else f"{shown} ({interval})"
+
+
+def _intervals(experiment: Experiment, name: str) -> list[Interval]:
+    return [
+        Interval(subject, status(support), *answer_of(experiment, subject, name))
+        for subject, support in experiment.supports.items()
+    ]
+
+
+def _found(experiment: Experiment, title: str) -> Iterator[str]:
+    supports = experiment.supports
+    by_status = {
+        word: [name for name, support in supports.items() if status(support) == word] for word in STATUSES
+    }
+    counted = ", ".join(
+        f"{len(names)} {word} ({', '.join(names)})" for word, names in by_status.items() if names
+    )
+    yield f"Could the model have made these recordings? Of {len(supports)} {title}: {counted}."
+    names = by_status[SUPPORTED]
+    if not names:
+        yield "No answer may be read as a subject's without care."
+        return
+    ranges = []
+    for parameter, symbol in PARAMETERS.items():
+        medians = [answer_of(experiment, name, parameter)[0] for name in names]
+        span = " to ".join(dict.fromkeys(significant(value, 2) for value in (min(medians), max(medians))))
+        ranges.append(f"{symbol} {span} {PARAMETER_UNITS[parameter]}")
+    what = "medians of active stiffness, contraction and relaxation rate"
+    yield f"Among the supported, {what} are {', '.join(ranges)}."
+
+
+def _believed(experiment: Experiment, exact: Exact | None) -> Iterator[str]:
+    table = experiment.recovery.acquisition
+    nominal, covered = nearest_level(table, experiment), level(table, experiment)
+    rows = records(table[table["nominal"] == nominal])
+    short = [PARAMETERS[str(row["parameter"])] for row in rows if row["ci_high"] < nominal]
+    shares = ", ".join(f"{symbol} {share(covered[name], 0)}" for name, symbol in PARAMETERS.items())
+    judged = (
+        f"Too narrow: {', '.join(short)}." if short else "They mean what they say where the model is right."
+    )
+    intervals = f"{share(nominal, 0)} intervals"
+    yield f"On simulated recordings with known truth, {intervals} hold it in: {shares}. {judged}"
+    known = exact.truth.dropna(subset="median") if exact is not None and len(exact.truth) else pd.DataFrame()
+    if len(known):
+        inside = int(known["inside"].map(is_true).sum())
+        yield f"These recordings were generated: the truth lies in {inside} of {len(known)} intervals."
+
+
+def paper_in_a_line(main: Experiment) -> str:
+    """Return what came out of the experiment that repeats the paper."""
+    table = main.recovery.acquisition
+    nominal, covered = nearest_level(table, main), level(table, main)
+    values = [covered[name] for name in PARAMETERS]
+    span = " to ".join(dict.fromkeys((percent(min(values), 0), percent(max(values), 0))))
+    supported = sum(support.supported for support in main.supports.values())
+    return (
+        f"The experiment {main.name} repeats the published method: its prior supports {supported} of "
+        f"{len(main.supports)} subjects, and with the noise of an acquisition its "
+        f"{share(nominal, 0)} intervals hold the truth in {span} %."
+    )
+
+
+def _card(experiment: Experiment, observation: Observation, support: Support, picture: str) -> Card:
+    context, subject = observation.context, observation.context.subject
+    ejected = percent(1.0 - context.lvesv_ml / context.lvedv_ml, 0)
+    medians = "; ".join(
+        f"{symbol} {_shown(*answer_of(experiment, subject, name))} {PARAMETER_UNITS[name]}"
+        for name, symbol in PARAMETERS.items()
+    )
+    scores = experiment.scores
+    row = next(iter(records(scores[scores["subject"] == subject])), {})
+    check = "No predictive check."
+    if row and not math.isnan(row["rmse_kpa"]):
+        inside = share(row["coverage_observed_phases"], 0)
+        check = f"RMSE {fixed(row['rmse_kpa'], 1)} kPa; {inside} of the phases inside the predicted band."
+    who = f"{context.sex}, {context.age_years:g} years, {context.hr_bpm:g} /min"
+    return Card(
+        subject=subject,
+        status=status(support),
+        recording=f"{who}, ejection fraction {ejected} %",
+        verdict=MEANING[status(support)],
+        medians=medians,
+        check=check,
+        picture=picture,
+    )

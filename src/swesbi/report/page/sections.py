@@ -1,0 +1,246 @@
+"""Parts of the page made of facts: the headline, a section an experiment on speeds or over a population."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from swesbi.report.numbers import PARAMETERS, count, fixed, in_sentences, mean_sd, percent, share
+from swesbi.report.page.figures import PagePart, figures_of
+from swesbi.report.page.files import Figure, figure
+from swesbi.report.results import Experiment, is_true, records
+from swesbi.report.study_tables import CEILING
+from swesbi.report.table import Table
+from swesbi.report.tables.calibration import alarms_table, calibration_checks, calibration_summary
+from swesbi.report.tables.cohort_posterior import CohortSection
+from swesbi.report.tables.exact import (
+    Exact,
+    exact_table,
+    identifiability_table,
+    noise_table,
+    outcomes_table,
+    truth_table,
+    verdicts_table,
+)
+from swesbi.report.tables.experiments import PAIRS, correlations, level, nearest_level
+from swesbi.report.tables.population import OverPopulation, cohort_table, range_in_words, strata_table
+from swesbi.report.tables.pressures import in_words, pressures_table, subjects_table
+from swesbi.report.tables.subjects import NOISELESS, NOISY, derived_table, feature_table, score_table
+from swesbi.verdict.answers import OUTCOMES, STATUSES, status
+from swesbi.verdict.support import Support
+
+COVERAGES: Final = (*NOISELESS.columns, *NOISY.columns, *CEILING)
+
+
+@dataclass(frozen=True)
+class Fact:
+    """One line: what it is about, and what came out."""
+
+    name: str
+    value: str
+
+
+def headline(experiment: Experiment) -> tuple[Fact, ...]:
+    """Return the facts that an abstract would give."""
+    return tuple(_facts(experiment))
+
+
+def verdicts_in_words(supports: Mapping[str, Support]) -> tuple[Fact, ...]:
+    """Return the verdict of each subject as a sentence."""
+    return tuple(Fact(name, in_sentences(support.verdict)) for name, support in supports.items())
+
+
+def caution(experiment: Experiment) -> str:
+    """Return a warning where credible intervals cover less than they claim, else nothing.
+
+    Judged by recordings with acquisition noise: the whole interval on the coverage lies below nominal.
+    """
+    table = experiment.recovery.acquisition
+    nominal = nearest_level(table, experiment)
+    rows = records(table[(table["nominal"] == nominal) & (table["ci_high"] < nominal)])
+    if not rows:
+        return ""
+    covered = [f"{PARAMETERS[str(row['parameter'])]} ({share(row['coverage'])})" for row in rows]
+    return (
+        f"The {share(nominal, 0)} credible intervals of this experiment cover the truth less often than they "
+        f"claim when recordings carry the noise of an acquisition: {', '.join(covered)}. They say what the "
+        "observation model of the experiment implies, not how uncertain a measurement leaves the parameters."
+    )
+
+
+def _facts(experiment: Experiment) -> Iterator[Fact]:
+    supports, scores = experiment.supports, experiment.supported
+    yield Fact("Subjects that the prior supports", f"{len(scores)} of {len(supports)}")
+    if len(scores):
+        before, after = (mean_sd(scores[name].to_numpy(), 2) for name in ("rmse_prior_kpa", "rmse_kpa"))
+        reduction = mean_sd(scores["rmse_reduction_percent"].to_numpy(), 1)
+        yield Fact(
+            "RMSE of the predictive median, prior → posterior",
+            f"{before} → {after} kPa, reduced by {reduction} %",
+        )
+        yield from _coverage_facts(experiment)
+        pairs = [_correlation(experiment, *pair) for pair in PAIRS]
+        yield Fact("Posterior correlations", "; ".join(pairs))
+    for name, table in (("own", experiment.recovery.own), ("acquisition", experiment.recovery.acquisition)):
+        nominal = percent(nearest_level(table, experiment), 0)
+        covered = level(table, experiment)
+        values = [f"{PARAMETERS[key]} {share(value)}" for key, value in covered.items()]
+        yield Fact(f"Recovery with {name} noise: {nominal} % intervals cover the truth in", "; ".join(values))
+
+
+def _coverage_facts(experiment: Experiment) -> Iterator[Fact]:
+    """Yield both readings of the predictive interval, and the ceiling of the first."""
+    scores, mass = experiment.supported, f"{experiment.predictive_percent:g} %"
+    percents = {name: mean_sd(100.0 * scores[name].to_numpy(), 0) for name in COVERAGES}
+    for what, reading in (("band of noiseless curves", NOISELESS), ("interval of new observations", NOISY)):
+        grid, phases = (percents[name] for name in reading.columns)
+        covered = f"{grid} % of the observed curve, {phases} % of the measured phases"
+        yield Fact(f"The {mass} {what} covers", covered)
+    band, envelope = (percents[name] for name in CEILING)
+    yield Fact(
+        "Ceiling of the noiseless band",
+        f"the prior's own covers {band} % of the observed curve, the envelope of all its draws {envelope} %",
+    )
+
+
+def _correlation(experiment: Experiment, one: str, other: str) -> str:
+    value = mean_sd(correlations(experiment, one, other), 2)
+    return f"{PARAMETERS[one]}, {PARAMETERS[other]}: {value}"
+
+
+@dataclass(frozen=True)
+class Section:
+    """What the templates show of one experiment on speeds."""
+
+    name: str
+    facts: tuple[Fact, ...]
+    verdicts: tuple[Fact, ...]
+    tables: Mapping[str, Table]
+    figures: Mapping[str, Figure]
+    cohort: CohortSection | None
+
+
+def make_section(
+    exact: Exact, figures: Mapping[str, Figure], cohort_title: str, cohort: CohortSection | None = None
+) -> Section:
+    """Put the section together."""
+    experiment = exact.experiment
+    tables = {
+        "verdicts": verdicts_table(exact, cohort_title),
+        "tests": outcomes_table(exact, cohort_title),
+        "posterior": exact_table(exact, cohort_title),
+        "derived": derived_table(experiment, cohort_title),
+        "scores": score_table(experiment, cohort_title),
+        "features": feature_table(experiment, cohort_title),
+        "calibration": calibration_summary(exact),
+        "checks": calibration_checks(exact),
+        "alarms": alarms_table(exact),
+        "identifiability": identifiability_table(exact, cohort_title),
+        "noise": noise_table(exact, cohort_title),
+    }
+    if len(exact.truth):
+        tables["truth"] = truth_table(exact, cohort_title)
+    verdicts = verdicts_in_words(exact.supports)
+    return Section(experiment.name, tuple(_exact_facts(exact)), verdicts, tables, figures, cohort)
+
+
+def section_figures(
+    part: PagePart, pngs: Sequence[Path], experiment: str, page: Path, title: str
+) -> dict[str, Figure]:
+    """Return the figures of an experiment by name: ``calibration-{experiment}.png`` as "calibration"."""
+    specs = {spec.stem(experiment): spec for spec in figures_of(part).values()}
+    return {
+        specs[png.stem].name: figure(
+            png, page, *specs[png.stem].texts(title, experiment), png.with_suffix(".pdf")
+        )
+        for png in pngs
+        if png.stem in specs
+    }
+
+
+def _exact_facts(exact: Exact) -> Iterator[Fact]:
+    """Yield what an abstract would say."""
+    experiment, statuses = exact.experiment, [status(support) for support in exact.supports.values()]
+    yield Fact(
+        "Verdicts", ", ".join(f"{statuses.count(name)} {name}" for name in STATUSES if name in statuses)
+    )
+    efficiencies = [100.0 * result.efficiency for result in exact.results.values()]
+    by_mcmc = [name for name, result in exact.results.items() if result.by_mcmc]
+    efficient = f"median efficiency of the weights {fixed(float(np.median(efficiencies)), 0)} %"
+    yield Fact("Exact posteriors", f"{efficient}; by MCMC: {', '.join(by_mcmc) or 'none'}")
+    if len(experiment.supported):
+        after = mean_sd(experiment.supported["rmse_kpa"].to_numpy(), 2)
+        inside = mean_sd(100.0 * experiment.supported["coverage_observed_phases"].to_numpy(), 0)
+        yield Fact(
+            "Predictive check",
+            f"RMSE {after} kPa; {inside} % of the measured phases inside the "
+            f"{experiment.predictive_percent:g} % band of new recordings",
+        )
+    for name, table in (("own", experiment.recovery.own), ("acquisition", experiment.recovery.acquisition)):
+        nominal, covered = percent(nearest_level(table, experiment), 0), level(table, experiment)
+        values = [f"{PARAMETERS[key]} {share(covered[key])}" for key in PARAMETERS]
+        yield Fact(f"Recovery with {name} noise: {nominal} % intervals cover", "; ".join(values))
+    known = exact.truth.dropna(subset="median") if len(exact.truth) else exact.truth
+    if len(known):
+        inside_count = int(known["inside"].map(is_true).sum())
+        yield Fact("Truth of the generated recordings", f"inside {inside_count} of {len(known)} intervals")
+
+
+@dataclass(frozen=True)
+class PopulationSection:
+    """What the templates show of one experiment over a population."""
+
+    name: str
+    base: str
+    declared: str
+    facts: tuple[Fact, ...]
+    tables: Mapping[str, Table]
+    figures: Mapping[str, Figure]
+    cohort: CohortSection | None
+
+
+def make_population_section(
+    shown: OverPopulation,
+    figures: Mapping[str, Figure],
+    cohort_title: str,
+    cohort: CohortSection | None = None,
+) -> PopulationSection:
+    """Put the section together."""
+    tables = {"strata": strata_table(shown), "cohort": cohort_table(shown, cohort_title)}
+    if shown.pressures is not None:
+        tables["pressures"] = pressures_table(shown.pressures, cohort_title)
+        tables["pressures_subjects"] = subjects_table(shown.pressures, cohort_title)
+    return PopulationSection(
+        name=shown.name,
+        base=str(shown.settings["base"]),
+        declared=range_in_words(shown.settings),
+        facts=tuple(_population_facts(shown)),
+        tables=tables,
+        figures=figures,
+        cohort=cohort,
+    )
+
+
+def _population_facts(shown: OverPopulation) -> Iterator[Fact]:
+    """Yield what an abstract would say."""
+    simulations: Any = shown.settings["simulations"]
+    drawn = count(simulations["contexts"] * simulations["draws_per_context"])
+    yield Fact("Trained on", f"{count(simulations['contexts'])} contexts, {drawn} simulations")
+    verdicts = [
+        f"{number} {name}" for name in OUTCOMES if (number := int((shown.cohort["status"] == name).sum()))
+    ]
+    yield Fact("Verdicts", ", ".join(verdicts))
+    if len(shown.answered):
+        efficiency = float(shown.answered["efficiency"].astype(float).median())
+        by_mcmc = int((shown.answered["sampler"] == "mcmc").sum())
+        yield Fact("Exact posteriors", f"median efficiency {percent(efficiency, 0)} %; by MCMC: {by_mcmc}")
+    if shown.pressures is not None:
+        yield Fact("With cuff pressures", "; ".join(in_words(shown.pressures)))
+    table = shown.coverage[(shown.coverage["stratum"] == "all") & (shown.coverage["sampler"] == "weighted")]
+    rows = {str(row["parameter"]): row for row in records(table)}
+    covered = "; ".join(f"{symbol} {share(rows[name]['coverage'])}" for name, symbol in PARAMETERS.items())
+    yield Fact(f"Fresh contexts: {percent(shown.interval, 0)} % intervals cover", covered)

@@ -1,0 +1,180 @@
+"""This study's value of one of the paper's numbers: what it is made of, how it is shown and compared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from swesbi.checks.cmaes import CmaesFit
+from swesbi.networks.paper.pool import Pool
+from swesbi.recording.observation import Observation
+from swesbi.report.paper.values import Option
+from swesbi.verdict.support import Support
+
+NAN = float("nan")
+LARGE = 1e4
+"""From here on thousands are set apart by commas, as the paper does."""
+NORMAL_95: float = 1.96
+
+
+@dataclass(frozen=True)
+class PoolSize:
+    """The size of a training pool: its subjects, features, rows, and prior simulations of each subject."""
+
+    subjects: tuple[str, ...]
+    features: tuple[str, ...]
+    rows: int
+    simulations: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class StudyResults:
+    """Tables and artefacts of a study.
+
+    Attributes:
+        cohort_title: What the subjects are ("virtual volunteers").
+        main: The experiment that stands for the paper's.
+        settings: Plain settings: ``experiment`` (the main one, its prior as such), ``cmaes``, ``recording``.
+        protocol: How the cohort was recorded, as its ``recording.yaml`` says.
+        ppc: The predictive scores of every experiment and subject.
+        posterior: Medians, intervals and correlations of every experiment and subject.
+        features: The checked features of every experiment and subject.
+        supports: Verdicts of the main experiment, by subject, in the cohort's order.
+        recoveries: Recovery scores by experiment.
+        training: Losses of the main experiment, one row an epoch.
+        pool: Size of the main experiment's pool.
+        observations: The recordings.
+        fits: CMA-ES fits by subject.
+    """
+
+    cohort_title: str
+    main: str
+    settings: Mapping[str, Any]
+    protocol: Mapping[str, Any]
+    ppc: pd.DataFrame
+    posterior: pd.DataFrame
+    features: pd.DataFrame
+    supports: Mapping[str, Support]
+    recoveries: Mapping[str, pd.DataFrame]
+    training: pd.DataFrame
+    pool: PoolSize
+    observations: Sequence[Observation]
+    fits: Mapping[str, CmaesFit]
+
+    def scores(self, experiment: str = "", supported: bool = True) -> pd.DataFrame:
+        """Return the scores of one experiment (the main one), by subject; of the supported ones alone."""
+        table = self.ppc[self.ppc["experiment"] == (experiment or self.main)].set_index("subject")
+        return table[table["supported"].astype(bool)] if supported else table
+
+    def parameter(self, name: str, experiment: str = "") -> pd.DataFrame:
+        """Return the posterior of one parameter in one experiment, by supported subject."""
+        table = self.posterior
+        chosen = (table["experiment"] == (experiment or self.main)) & (table["parameter"] == name)
+        return table[chosen & table["supported"].astype(bool)].set_index("subject")
+
+
+def pool_size(pool: Pool) -> PoolSize:
+    """Count a pool."""
+    drawn = np.unique(np.stack([pool.subject_index, pool.draw_index]), axis=1)
+    counts = np.bincount(drawn[0], minlength=len(pool.subjects))
+    return PoolSize(pool.subjects, pool.components.features, len(pool.z), tuple(map(int, counts)))
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A value of this study.
+
+    Attributes:
+        text: As the table shows it.
+        value: The number; NaN where there is none.
+        sd: Standard deviation over the supported subjects; NaN where there is none.
+        n: How many things the value counts over, where the reading needs it.
+        several: Values of several subjects, where the paper has one.
+        missing: Why there is no value; empty where there is one.
+    """
+
+    text: str
+    value: float = NAN
+    sd: float = NAN
+    n: int = 0
+    several: tuple[float, ...] = ()
+    missing: str = ""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of a measure: the options of the row, its decimals, and the case, if it is of one."""
+
+    of: Mapping[str, Option]
+    digits: int
+    case: str = ""
+
+    def option(self, name: str) -> str:
+        """Return an option that is a name.
+
+        Raises:
+            KeyError: The row has no such option.
+        """
+        return str(self.of[name])
+
+
+Measure = Callable[[StudyResults, Asked], Measured]
+
+
+def number(value: float, asked: Asked, suffix: str = "") -> Measured:
+    """Return a single number, shown with the decimals asked for."""
+    return Measured(shown(value, asked.digits) + suffix, value)
+
+
+def spread(values: Sequence[float], asked: Asked) -> Measured:
+    """Return mean and standard deviation (n - 1) of one value a supported subject."""
+    if not len(values):
+        return absent("no subject is supported")
+    mean = float(np.mean(values))
+    if len(values) == 1:
+        return Measured(f"{shown(mean, asked.digits)} (one subject)", mean, n=1)
+    sd = float(np.std(values, ddof=1))
+    return Measured(f"{shown(mean, asked.digits)} ± {shown(sd, asked.digits)}", mean, sd, len(values))
+
+
+def share(count: int, total: int) -> Measured:
+    """Return "count of total"."""
+    return Measured(f"{count} of {total}", count, n=total) if total else absent("no subject is supported")
+
+
+def absent(why: str) -> Measured:
+    """Return that there is no value, and why."""
+    return Measured(f"none: {why}", missing=why)
+
+
+def shown(value: float, digits: int) -> str:
+    """Return a number with its decimals; never "-0.00"."""
+    if abs(value) >= LARGE:
+        return f"{value:,.{digits}f}"
+    text = f"{value:.{digits}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text
+
+
+def differ(one: float, trials: float, other: float, other_trials: float) -> bool:
+    """Return whether two frequencies differ by more than 1.96 standard errors of their difference.
+
+    The errors are those of the Agresti-Caffo interval (2000), which adds one success and one failure to
+    each sample, so that a frequency of 0 or 1 has an error too.
+
+    Args:
+        one: Observed frequency, from 0 to 1.
+        trials: Trials behind it.
+        other: Another frequency.
+        other_trials: Trials behind that.
+    """
+    first, second = _adjusted(one, trials), _adjusted(other, other_trials)
+    error = np.sqrt(first * (1.0 - first) / (trials + 2) + second * (1.0 - second) / (other_trials + 2))
+    return bool(abs(first - second) > NORMAL_95 * error)
+
+
+def _adjusted(frequency: float, trials: float) -> float:
+    return (frequency * trials + 1.0) / (trials + 2.0)

@@ -1,0 +1,258 @@
+"""This study's values of what the paper found and states: support, scores, posteriors, recovery."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import partial
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from swesbi.parameters import THETA_NAMES
+from swesbi.report.paper import measured
+from swesbi.verdict.support import Support, support_numbers
+
+
+def supported_count(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return how many subjects the prior supports, and their names."""
+    names = [name for name, support in study.supports.items() if support.supported]
+    return _named_share(names, len(study.supports))
+
+
+def excluded_count(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return how many subjects the prior does not support, and their names."""
+    names = list(_excluded(study))
+    return measured.Measured(f"{len(names)}{_listed(names)}", len(names), n=len(study.supports))
+
+
+def excluded(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return a diagnostic of every excluded subject: max |z|, its component, in-prior draws, or a median."""
+    what = asked.option("what")
+    cases = {name: _diagnostic(support, what) for name, support in _excluded(study).items()}
+    if not cases:
+        return measured.absent("no subject is excluded")
+    suffix = {
+        name: f" ({support.worst_component})" if what == "worst_component" else ""
+        for name, support in _excluded(study).items()
+    }
+    text = "; ".join(
+        f"{name}: {measured.shown(value, asked.digits)}{suffix[name]}" for name, value in cases.items()
+    )
+    return measured.Measured(text, several=tuple(cases.values()))
+
+
+def score_mean(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return mean and sd of a score over the supported subjects."""
+    return measured.spread(study.scores()[asked.option("column")].tolist(), asked)
+
+
+def score(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return a score of the subject that bears the name of the paper's case."""
+    table, column = study.scores(supported=False), asked.option("column")
+    if asked.case not in table.index:
+        return measured.absent(f"the cohort has no subject {asked.case}")
+    value = float(table[column].to_dict()[asked.case])
+    if math.isnan(value):
+        why = ", ".join(support_numbers(study.supports[asked.case]))
+        return measured.absent(f"{asked.case} is not supported: {why}")
+    return measured.number(value, asked)
+
+
+def extreme_case(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return the supported subject with the largest (or smallest) score, and that score."""
+    values = study.scores()[asked.option("column")]
+    if values.empty:
+        return measured.absent("no subject is supported")
+    name = str(values.idxmax() if asked.of["largest"] else values.idxmin())
+    return measured.Measured(f"{name} ({measured.shown(float(values[name]), asked.digits)})")
+
+
+def features_inside(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return in how many supported subjects every checked feature lies in its interval, and which do not."""
+    table = study.features[study.features["experiment"] == study.main]
+    table = table[table["supported"].astype(bool)]
+    inside = table["inside"].astype(bool)
+    outside = [f"{row.subject}: {row.feature}" for row in table[~inside].itertuples()]
+    complete = inside.groupby(table["subject"], sort=False).all()
+    counted = measured.share(int(complete.sum()), len(complete))
+    if counted.missing:
+        return counted
+    text = f"{int(inside.sum())} of {len(inside)}" + (f"; outside {', '.join(outside)}" if outside else "")
+    return measured.Measured(f"all in {counted.text} cases ({text})", counted.value, n=counted.n)
+
+
+def peak_underestimated(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return in how many supported subjects the prior predictive median of the maximum is too low."""
+    table = study.features[study.features["experiment"] == study.main]
+    table = table[table["supported"].astype(bool) & (table["feature"] == "maximum_kpa")]
+    return measured.share(int((table["prior_median"] < table["observed"]).sum()), len(table))
+
+
+def sbi_below_cmaes(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return in how many supported subjects the posterior predictive median has the lower RMSE."""
+    table = study.scores()
+    return measured.share(int((table["rmse_kpa"] < table["rmse_cmaes_kpa"]).sum()), len(table))
+
+
+def correlation_mean(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return mean and sd of a posterior correlation over the supported subjects."""
+    table = study.parameter(asked.option("parameter"))
+    return measured.spread(table[f"correlation_{asked.option('other')}"].tolist(), asked)
+
+
+def recovery_level(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return the nominal level of the recovery in percent."""
+    levels = study.recoveries[study.main]["nominal"]
+    if not (levels == asked.of["nominal"]).any():
+        return measured.absent(f"the recovery has no level {asked.of['nominal']:g}")
+    return measured.number(100.0 * float(asked.of["nominal"]), asked)
+
+
+def recovery(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Return the coverage of a parameter in percent, with its binomial interval."""
+    table = study.recoveries[study.main]
+    row = table[(table["parameter"] == asked.option("parameter")) & (table["nominal"] == asked.of["nominal"])]
+    if row.empty:
+        return measured.absent("the recovery does not score it")
+    low, value, high = (100.0 * float(row[name].iloc[0]) for name in ("ci_low", "coverage", "ci_high"))
+    scored = int(row["n"].iloc[0])
+    if not scored:
+        return measured.absent("no recording was scored")
+    share, *ends = (measured.shown(number, asked.digits) for number in (value, low, high))
+    return measured.Measured(f"{share} [{', '.join(ends)}], {scored} scored", value, n=scored)
+
+
+def _excluded(study: measured.StudyResults) -> dict[str, Support]:
+    return {name: support for name, support in study.supports.items() if not support.supported}
+
+
+def _diagnostic(support: Support, what: str) -> float:
+    numbers = {
+        "max_abs_z": support.max_abs_z,
+        "worst_component": support.max_abs_z,
+        "in_prior_draws": float(support.in_prior_draws),
+    }
+    return (numbers | support.unfiltered_median)[what]
+
+
+def _named_share(names: list[str], total: int) -> measured.Measured:
+    return measured.Measured(f"{len(names)} of {total}{_listed(names)}", len(names), n=total)
+
+
+def _listed(names: list[str]) -> str:
+    return f" ({', '.join(names)})" if names else ""
+
+
+RESULT_MEASURES: Final[Mapping[str, measured.Measure]] = {
+    function.__name__: function
+    for function in (
+        supported_count,
+        excluded_count,
+        excluded,
+        score_mean,
+        score,
+        extreme_case,
+        features_inside,
+        peak_underestimated,
+        sbi_below_cmaes,
+        correlation_mean,
+        recovery_level,
+        recovery,
+    )
+}
+
+
+def scalar_only_degrades(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Say whether the RMSE is higher in the other experiment, over the subjects supported in both."""
+    if missing := _not_run(study, asked):
+        return missing
+    both = _beside(study.scores(), study.scores(asked.option("experiment")))
+    if both.empty:
+        return measured.absent("no subject is supported in both experiments")
+    worse = both["rmse_kpa_other"] > both["rmse_kpa"]
+    return measured.Measured(f"{_verdict(worse)}: RMSE {_changes(both, 'rmse_kpa', asked)} kPa")
+
+
+def k_atp_shift(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Say whether the credible intervals of k_ATP are apart, over the subjects supported in both."""
+    if missing := _not_run(study, asked):
+        return missing
+    main, other = (study.parameter("k_atp_per_s", name) for name in (study.main, asked.option("experiment")))
+    both = _beside(main, other)
+    if both.empty:
+        return measured.absent("no subject is supported in both experiments")
+    apart = (both["ci_low_other"] > both["ci_high"]) | (both["ci_high_other"] < both["ci_low"])
+    return measured.Measured(f"{_verdict(apart)}: median {_changes(both, 'median', asked)} 1/s")
+
+
+def coverage_degrades(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Say whether the recovery covers less in the other experiment, beyond binomial error."""
+    if missing := _not_run(study, asked):
+        return missing
+    main, other = (
+        _coverages(study.recoveries[name], float(asked.of["nominal"]))
+        for name in (study.main, asked.option("experiment"))
+    )
+    both = _beside(main, other).dropna()
+    if both.empty:
+        return measured.absent("no recording was scored in both experiments")
+    rows = both[["coverage", "n", "coverage_other", "n_other"]].to_numpy()
+    less = any(row[2] < row[0] and measured.differ(*map(float, row)) for row in rows)
+    percent = both.assign(coverage=100 * both["coverage"], coverage_other=100 * both["coverage_other"])
+    return measured.Measured(f"{'yes' if less else 'no'}: {_changes(percent, 'coverage', asked)} %")
+
+
+def constraint_order(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+    """Say whether k_0 has a narrower credible interval, relative to its median, than k_SR."""
+    widths = []
+    for name in THETA_NAMES:
+        table = study.parameter(name)
+        widths.append(100.0 * float(((table["ci_high"] - table["ci_low"]) / table["median"]).mean()))
+    if np.isnan(widths).any():
+        return measured.absent("no subject is supported")
+    named = ", ".join(
+        f"{name} {measured.shown(width, asked.digits)}"
+        for name, width in zip(THETA_NAMES, widths, strict=True)
+    )
+    return measured.Measured(f"{'yes' if widths[0] < widths[-1] else 'no'}: {named} % of the median")
+
+
+def _not_run(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured | None:
+    experiment = asked.option("experiment")
+    if experiment == study.main or experiment not in study.recoveries:
+        return measured.absent(f"the experiment '{experiment}' was not run beside '{study.main}'")
+    return None
+
+
+def _beside(main: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
+    """Put two tables beside each other, of the rows that both have; the other's columns end in _other."""
+    return main.merge(other, left_index=True, right_index=True, suffixes=("", "_other"))
+
+
+def _verdict(holds: pd.Series) -> str:
+    """Say of how many subjects a statement holds."""
+    if holds.all():
+        return "yes"
+    return f"in {int(holds.sum())} of {len(holds)}" if holds.any() else "no"
+
+
+def _changes(both: pd.DataFrame, column: str, asked: measured.Asked) -> str:
+    """Name each row with its value in the main and in the other experiment."""
+    values = zip(both.index, both[column].to_numpy(), both[f"{column}_other"].to_numpy(), strict=True)
+    shown = partial(measured.shown, digits=asked.digits)
+    return ", ".join(
+        f"{name} {shown(float(in_main))} → {shown(float(in_other))}" for name, in_main, in_other in values
+    )
+
+
+def _coverages(recovery: pd.DataFrame, nominal: float) -> pd.DataFrame:
+    table: pd.DataFrame = recovery[recovery["nominal"] == nominal].set_index("parameter")[["coverage", "n"]]
+    return table
+
+
+STATEMENT_MEASURES: Final[Mapping[str, measured.Measure]] = {
+    function.__name__: function
+    for function in (scalar_only_degrades, k_atp_shift, coverage_degrades, constraint_order)
+}

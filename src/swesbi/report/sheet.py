@@ -1,0 +1,195 @@
+"""What the page of an answered subject shows: recording, prediction, posterior, with whom it is compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from swesbi.base.arrays import FloatArray
+from swesbi.checks.free_predictive import FreePredictiveCheck
+from swesbi.checks.identifiability.more_repeats import MoreRepeats
+from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.scores import Band, coverage
+from swesbi.context import Context
+from swesbi.draws import median_and_interval
+from swesbi.posterior.result import ExactResult
+from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.free_noise import SOURCES
+from swesbi.recording.free_observation import FreeObservation
+from swesbi.recording.observation import Observation
+from swesbi.recording.samples import REASONS
+from swesbi.report.numbers import as_percent
+from swesbi.verdict.support import Support
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What was recorded, and what quality control made of it.
+
+    Attributes:
+        summary: What there is, in words.
+        unit: What is counted ("samples", "pushes").
+        more: Of what one could record more ("repeats", "pushes").
+        accepted: How many were accepted.
+        rejected: How many were not, by reason.
+    """
+
+    summary: str
+    unit: str
+    more: str
+    accepted: int
+    rejected: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class ShownCurve:
+    """The recording beside what prior and posterior predict of it; p measured points, G of the grid.
+
+    Attributes:
+        grid: Phases of the bands; (G,).
+        prior: Band of the prior.
+        posterior: Band of the posterior.
+        phase: Measured instants; (p,).
+        stiffness_kpa: What was measured; (p,).
+        se_kpa: Its standard errors; (p,).
+        new: Interval of a new measurement at each; (p,).
+        interval: Mass of bands and intervals.
+        noisy: Whether the bands are those of new measurements, and not of noiseless curves.
+    """
+
+    grid: FloatArray
+    prior: Band
+    posterior: Band
+    phase: FloatArray
+    stiffness_kpa: FloatArray
+    se_kpa: FloatArray
+    new: Band
+    interval: float
+    noisy: bool
+
+    @property
+    def inside(self) -> int:
+        """How many of the points lie in the interval of a new one."""
+        return round(coverage(self.stiffness_kpa, self.new) * len(self.phase))
+
+
+@dataclass(frozen=True)
+class Informed:
+    """The posterior with the pressures of a cuff, and these."""
+
+    clinical: ClinicalMeasures
+    result: ExactResult
+
+
+@dataclass(frozen=True)
+class Population:
+    """Whom the subject is compared with.
+
+    Attributes:
+        name: Whose prior it is that percentiles are of, in words.
+        prior: Draws of the prior of the four parameters and of the attained stiffness; (m, 5).
+        hearts: Contexts of those that the network knows; none without a network.
+    """
+
+    name: str
+    prior: FloatArray
+    hearts: Sequence[Context]
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """All that the page of a subject shows.
+
+    Attributes:
+        context: Who.
+        support: The verdict.
+        result: The exact posterior.
+        values: Its draws of the four parameters and of the attained stiffness; (n, 5).
+        recorded: The recording's quality.
+        curve: The recording, and its predictive check.
+        population: Whom the subject is compared with.
+        more: What more of the same would buy; None where it cannot be told.
+        informed: The posterior with pressures; one or none.
+        cohort_title: What the subject is one of ("virtual volunteers").
+    """
+
+    context: Context
+    support: Support
+    result: ExactResult
+    values: FloatArray
+    recorded: Recorded
+    curve: ShownCurve
+    population: Population
+    more: MoreRepeats | None
+    informed: Sequence[Informed]
+    cohort_title: str
+
+    @property
+    def limits(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Lower end, median and upper end of the credible intervals; (5,) each."""
+        return median_and_interval(self.values, self.result.interval_mass)
+
+
+def recorded_gated(observed: Observation) -> Recorded:
+    """Return the quality of a gated recording."""
+    rejected = observed.samples_rejected.sum(axis=1)
+    repeats = (observed.samples_by_repeat > 0).sum(axis=1)[observed.measured]
+    least, most = int(repeats.min()), int(repeats.max())
+    each = f"{least}" if least == most else f"{least} to {most}"
+    missing = [f"{phase:.3f}" for phase in observed.phase[~observed.measured]]
+    return Recorded(
+        summary=f"{int(observed.measured.sum())} of {len(observed.phase)} gated phases measured, {each} "
+        "repeats each" + (f"; missing at {', '.join(missing)} of the cycle" if missing else ""),
+        unit="samples",
+        more="repeats",
+        accepted=int(observed.samples_accepted.sum()),
+        rejected={reason: int(n) for reason, n in zip(REASONS, rejected, strict=True) if n},
+    )
+
+
+def recorded_free(observed: FreeObservation) -> Recorded:
+    """Return the quality of a free-running recording, and what its errors are told from."""
+    median = as_percent(round(float(np.median(observed.relative_se)), 3))
+    beats = f" in {observed.beats} beats" if observed.beats > 1 else ""
+    errors = f"{SOURCES[observed.noise_source]}, {median} in the median"
+    return Recorded(
+        summary=f"free-running{beats}; errors: {errors}",
+        unit="pushes",
+        more="pushes",
+        accepted=len(observed.phase),
+        rejected={reason: n for reason, n in observed.rejected.items() if n},
+    )
+
+
+def curve_gated(check: PredictiveCheck) -> ShownCurve:
+    """Return the recording of a gated subject and its predictive check."""
+    target, new = check.target, check.posterior.phases
+    measured = target.measured
+    return ShownCurve(
+        grid=target.grid,
+        prior=check.prior.curve,
+        posterior=check.posterior.curve,
+        phase=target.phase[measured],
+        stiffness_kpa=target.stiffness_kpa[measured],
+        se_kpa=target.stiffness_se_kpa[measured],
+        new=Band(new.median[measured], new.low[measured], new.high[measured]),
+        interval=check.interval,
+        noisy=True,
+    )
+
+
+def curve_free(check: FreePredictiveCheck) -> ShownCurve:
+    """Return the pushes of a free-running recording and their predictive check."""
+    return ShownCurve(
+        grid=check.grid,
+        prior=check.prior,
+        posterior=check.posterior,
+        phase=check.phase,
+        stiffness_kpa=check.stiffness_kpa,
+        se_kpa=2.0 * check.relative_se * check.stiffness_kpa,
+        new=check.pushes,
+        interval=check.interval,
+        noisy=False,
+    )

@@ -1,0 +1,185 @@
+"""The answer to one subject in words and numbers, as its one page says it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from swesbi.base.arrays import FloatArray
+from swesbi.context import CONTEXT, Context
+from swesbi.draws import median_and_interval
+from swesbi.parameters import ISOMETRIC_SYMBOL, K_0, PHI
+from swesbi.report.numbers import REJECTIONS, as_percent
+from swesbi.report.sheet import Informed, Recorded, Sheet, ShownCurve
+from swesbi.verdict.answers import UNSUPPORTED, sampler_in_words, status, weights_in_words
+from swesbi.verdict.support import Support
+
+MS_PER_S: Final = 1e3
+FEW: Final = 20
+"""Fewer hearts than this have no percentiles worth the name."""
+SYMBOLS: Final = (*(parameter.tex for parameter in PHI), ISOMETRIC_SYMBOL)
+NAMES: Final = (*(parameter.meaning for parameter in PHI), "attained stiffness")
+UNITS: Final = (*(parameter.unit for parameter in PHI), "kPa")
+CONDITIONAL: Final = (
+    "Conditional: k_0 in kPa depends on the structure of the model, and other equations of the same heart "
+    "call the same muscle by another number. Compare it within this study alone. The attained stiffness, "
+    "reached by the end of activation, is what the speeds see of it. All intervals hold if the heart is one "
+    "that the model can be; what is not known of it is integrated out within the prior."
+)
+
+
+def heart_line(context: Context) -> str:
+    """Return the subject's heart in a line."""
+    said = [
+        f"{variable.short} {getattr(context, variable.name):.{variable.digits}f} {variable.shown_unit}"
+        for variable in CONTEXT[1:]
+    ]
+    return f"sex {context.sex}, {', '.join(said)}"
+
+
+def quality_line(recorded: Recorded) -> str:
+    """Return what was accepted and what was not, with the reasons."""
+    rejected = sum(recorded.rejected.values())
+    told = ", ".join(f"{in_words(reason)} {n}" for reason, n in recorded.rejected.items())
+    because = f" ({told})" if told else ""
+    return (
+        f"Recording: {recorded.summary}. {recorded.accepted} of {recorded.accepted + rejected} "
+        f"{recorded.unit} accepted, {rejected} rejected{because}."
+    )
+
+
+def in_words(reason: str) -> str:
+    """Return why a sample was rejected, amid a sentence."""
+    words = REJECTIONS[reason]
+    return words[0].lower() + words[1:]
+
+
+def verdict_text(support: Support) -> tuple[str, tuple[str, ...]]:
+    """Return the verdict in a word, and what is said for it."""
+    word = status(support)
+    sentence = support.verdict.removeprefix(word).lstrip(" :;,")
+    further = (reason for reason in support.reasons if reason.partition(": ")[2] not in support.verdict)
+    return word, tuple(filter(None, (sentence[:1].upper() + sentence[1:], *further)))
+
+
+def header(sheet: Sheet) -> tuple[str, ...]:
+    """Return what heads the columns of :func:`rows`."""
+    times = () if sheet.more is None else tuple(f"{each:g}-fold" for each in sheet.more.times)
+    mass = as_percent(sheet.result.interval_mass)
+    return ("", "median", f"{mass} interval", "time constant (ms)", "percentile", *times)
+
+
+def rows(sheet: Sheet) -> list[tuple[str, ...]]:
+    """Return a row a quantity: median, interval, time constant, percentile, and what more repeats leave."""
+    low, median, high = sheet.limits
+    more = () if sheet.more is None else tuple(sheet.more.width)
+    return [
+        (
+            _label(j),
+            _figures(median[j]),
+            f"{_figures(low[j])} to {_figures(high[j])}",
+            _time_constant(UNITS[j], low[j], median[j], high[j]),
+            _percentile(sheet.population.prior[:, j], low[j], median[j], high[j]),
+            *(as_percent(round(float(width[j]), 2)) for width in more),
+        )
+        for j in range(len(SYMBOLS))
+    ]
+
+
+def notes(sheet: Sheet) -> list[str]:
+    """Return what the numbers are conditional on, and what the columns mean, a paragraph each."""
+    return [
+        *_caution(sheet),
+        quality_line(sheet.recorded),
+        *(_with_pressures(each) for each in sheet.informed),
+        CONDITIONAL,
+        f"Time constants are 1000 over the rate in 1/s. Percentile: {sheet.population.name}, of the median "
+        "and of both ends of the interval." + _among(sheet.context, sheet.population.hearts),
+        _predictive(sheet.curve, sheet.recorded),
+        *_more_words(sheet),
+        f"Draws by {sampler_in_words(sheet.support)}; weights: {weights_in_words(sheet.support)} (k-hat at "
+        f"most {sheet.result.k_hat_limit:.2f}).",
+    ]
+
+
+def said_of(j: int) -> str:
+    """Return what must stand beside a quantity wherever it is printed."""
+    return ", conditional" if j == K_0 else ""
+
+
+def _label(j: int) -> str:
+    return f"{NAMES[j]} {SYMBOLS[j]} ({UNITS[j]}){said_of(j)}"
+
+
+def _time_constant(unit: str, low: float, median: float, high: float) -> str:
+    if unit != "1/s":
+        return ""
+    middle, short, long = (_figures(MS_PER_S / rate) for rate in (median, high, low))
+    return f"{middle} ({short} to {long})"
+
+
+def _percentile(population: FloatArray, *values: float) -> str:
+    low, median, high = (100.0 * float(np.mean(population <= value)) for value in values)
+    return f"{median:.0f} ({low:.0f} to {high:.0f})"
+
+
+def _figures(value: float) -> str:
+    """Return three significant digits."""
+    return f"{value:#.3g}".rstrip(".")
+
+
+def _caution(sheet: Sheet) -> list[str]:
+    said = []
+    if status(sheet.support) == UNSUPPORTED:
+        said.append(
+            "UNSUPPORTED: the recording is not one that this model makes. Medians and intervals are printed "
+            "for whoever looks for the reason; they are no measurement of this heart."
+        )
+    if not sheet.result.converged:
+        said.append(f"NOT CONVERGED, do not use: {sheet.result.reasons}")
+    return said
+
+
+def _with_pressures(informed: Informed) -> str:
+    low, median, high = median_and_interval(informed.result.phi, informed.result.interval_mass)
+    told = ", ".join(
+        f"{parameter.text}{said_of(j)} {_figures(median[j])} [{_figures(low[j])}, {_figures(high[j])}] "
+        f"{parameter.unit}"
+        for j, parameter in enumerate(PHI)
+    )
+    clinical = informed.clinical
+    doubt = "" if informed.result.converged else " NOT CONVERGED, do not use."
+    return f"With cuff pressures {clinical.sbp_mmhg:g} / {clinical.dbp_mmhg:g} mmHg as well: {told}.{doubt}"
+
+
+def _among(context: Context, hearts: Sequence[Context]) -> str:
+    """Say where a heart stands among those that the network knows."""
+    if not hearts:
+        return ""
+    told = []
+    for variable in CONTEXT[1:]:
+        below = sum(getattr(heart, variable.name) < getattr(context, variable.name) for heart in hearts)
+        share = f"{below}" if len(hearts) < FEW else as_percent(round(below / len(hearts), 2))
+        told.append(f"{variable.short} {share}")
+    return f" Of {len(hearts)} hearts of those that the network knows, so many have less: {', '.join(told)}."
+
+
+def _predictive(curve: ShownCurve, recorded: Recorded) -> str:
+    points = "measured phases" if recorded.unit == "samples" else recorded.unit
+    return (
+        f"Predictive check: {curve.inside} of {len(curve.phase)} {points} lie in the "
+        f"{as_percent(curve.interval)} interval of a new measurement (thick bars); about "
+        f"{curve.interval * len(curve.phase):.0f} should."
+    )
+
+
+def _more_words(sheet: Sheet) -> list[str]:
+    if sheet.more is None:
+        return []
+    return [
+        "What more would buy: the expected width of each interval, on a logarithmic scale, with so many "
+        f"times as many {sheet.recorded.more} at the same instants, over that of this recording. The model's "
+        "own errors are not averaged away by repeating."
+    ]

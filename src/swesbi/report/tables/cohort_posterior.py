@@ -1,0 +1,170 @@
+"""The posterior of a cohort as the page shows it: sentences, the population, every subject within it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from swesbi.parameters import THETA
+from swesbi.persons.cohort.result import NOTE_SEPARATOR, CohortPosterior, read_cohort_posterior
+from swesbi.persons.cohort.table import (
+    FACTOR,
+    GROUP_FACTOR,
+    MEDIAN,
+    SPREAD,
+    hyperparameter_table,
+    subject_table,
+)
+from swesbi.report.numbers import MISSING, PARAMETER_UNITS, PARAMETERS, estimate, fixed, percent
+from swesbi.report.results import records
+from swesbi.report.table import Column, Row, Table, words
+
+SURE: Final = 0.95
+"""Probability from which a sentence calls a difference one."""
+MEANINGS: Final = {parameter.name: f"{parameter.meaning} {parameter.text}" for parameter in THETA}
+NOTE: Final = (
+    "Median and credible interval. Spread: standard deviation of the logarithm between persons. A factor of "
+    "1 is no difference; beside it the probability that it is above 1."
+)
+SUBJECT_NOTE: Final = (
+    "Within the population a subject's answer leans on those of the others, the more the less its own "
+    "recording says. Outlier: probability that the subject is none of this population, in which case its own "
+    "answer stands. Draws: effective number behind the answer; * drawn anew."
+)
+
+
+@dataclass(frozen=True)
+class CohortSection:
+    """What the page shows of one experiment's cohort: sentences, and tables by name."""
+
+    sentences: tuple[str, ...]
+    tables: Mapping[str, Table]
+
+
+def cohort_sections(posteriors: Sequence[Path], title: str) -> dict[str, CohortSection]:
+    """Return what is shown of each experiment's cohort, by the experiment's name.
+
+    Args:
+        posteriors: ``cohort_posterior.h5`` of each experiment, in its folder.
+        title: What the subjects are ("virtual volunteers").
+
+    Raises:
+        ArtefactError: A file is not the posterior of a cohort.
+    """
+    return {path.parent.name: cohort_section(read_cohort_posterior(path), title) for path in posteriors}
+
+
+def cohort_section(posterior: CohortPosterior, title: str) -> CohortSection:
+    """Return what is shown of a cohort; what was left out of its posterior is said last."""
+    population, subjects = hyperparameter_table(posterior), subject_table(posterior)
+    tables = {
+        "population": population_table(population, title),
+        "subjects": subjects_table(subjects, title),
+    }
+    notes = (f"{note[:1].upper()}{note[1:]}." for note in posterior.notes.split(NOTE_SEPARATOR) if note)
+    return CohortSection((*in_words(population, subjects), *notes), tables)
+
+
+def population_table(table: pd.DataFrame, title: str) -> Table:
+    """Return a row a hyperparameter, parameter by parameter."""
+    columns = (
+        *words("Parameter", "Quantity"),
+        Column("Median", ""),
+        Column("Interval", ""),
+        *words("Unit"),
+        Column("Above 1", "%"),
+    )
+    rows = tuple(_hyperparameter(row) for row in records(table))
+    return Table(f"The population of the {title}.", columns, rows, NOTE)
+
+
+def _hyperparameter(row: Mapping[Any, Any]) -> Row:
+    parameter, quantity, of = (str(row[name]) for name in ("parameter", "quantity", "of"))
+    middle, interval = estimate(*(float(row[name]) for name in ("median", "low", "high")))
+    unit = PARAMETER_UNITS[parameter] if row["unit"] not in ("1", 1) else ""
+    above = float(row["probability_above_1"])
+    what = quantity if of == "all" else f"{quantity}: {of.replace('_', ' ')}"
+    return Row(
+        (
+            PARAMETERS[parameter],
+            what,
+            middle,
+            interval,
+            unit,
+            MISSING if np.isnan(above) else percent(above, 0),
+        )
+    )
+
+
+def subjects_table(table: pd.DataFrame, title: str) -> Table:
+    """Return a row a subject: each parameter alone and within the population."""
+    columns = (
+        *words("Subject", "Verdict"),
+        *(
+            Column(f"{symbol} {how}", f"{PARAMETER_UNITS[name]} (interval)")
+            for name, symbol in PARAMETERS.items()
+            for how in ("alone", "within")
+        ),
+        Column("Outlier", "%"),
+        Column("Draws"),
+    )
+    rows = tuple(_subject(str(name), rows) for name, rows in table.groupby("subject", sort=False))
+    return Table(f"Every subject alone and within the population ({title}).", columns, rows, SUBJECT_NOTE)
+
+
+def _subject(name: str, table: pd.DataFrame) -> Row:
+    rows = records(table)
+    cells = [_limits(row, prefix) for row in rows for prefix in ("alone_", "")]
+    first = rows[0]
+    anew = "*" if first["refreshed"] else ""
+    return Row(
+        (
+            name,
+            str(first["verdict"]),
+            *cells,
+            percent(float(first["outlier_probability"]), 0),
+            f"{first['effective_draws']:.0f}{anew}",
+        ),
+        muted=first["verdict"] == "unsupported",
+    )
+
+
+def _limits(row: Mapping[Any, Any], prefix: str) -> str:
+    middle, interval = estimate(*(float(row[f"{prefix}{name}"]) for name in ("median", "low", "high")))
+    return f"{middle} ({interval})"
+
+
+def in_words(population: pd.DataFrame, subjects: pd.DataFrame) -> Iterator[str]:
+    """Yield what a clinician would ask: how persons differ, with what, and whether groups do."""
+    count = subjects["subject"].nunique()
+    for name, meaning in MEANINGS.items():
+        own = population[population["parameter"] == name]
+        median, spread = (records(own[own["quantity"] == each])[0] for each in (MEDIAN, SPREAD))
+        middle, interval = estimate(*(float(median[each]) for each in ("median", "low", "high")))
+        differ = fixed(float(np.exp(float(spread["median"]))), 2)
+        unit = PARAMETER_UNITS[name]
+        yield (
+            f"The {meaning} of the middle one of such persons is {middle} {unit} ({interval}), "
+            f"by {count} of them; two thirds lie within a factor of {differ} of it."
+        )
+    told = records(population[population["quantity"].isin([FACTOR, GROUP_FACTOR])])
+    sure = [row for row in told if not 1.0 - SURE < float(row["probability_above_1"]) < SURE]
+    yield from (_difference(row) for row in sure)
+    if told and not sure:
+        yield "No factor of a covariate or group differs from 1 with a probability above 95 %."
+
+
+def _difference(row: Mapping[Any, Any]) -> str:
+    above = float(row["probability_above_1"])
+    factor, interval = estimate(*(float(row[name]) for name in ("median", "low", "high")))
+    side, probability = ("higher", above) if above > 0.5 else ("lower", 1.0 - above)
+    symbol, of = PARAMETERS[str(row["parameter"])], str(row["of"]).replace("_", " ")
+    return (
+        f"{symbol}, {of}: {factor} times ({interval}), "
+        f"{side} with a probability of {percent(probability, 0)} %."
+    )

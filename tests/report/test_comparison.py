@@ -1,0 +1,373 @@
+"""The comparison with the paper: complete, computed, and read by honest rules."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from comparison_case import recovery, study
+from study_copy import StudyCopy
+
+from swesbi.artefacts import ArtefactError
+from swesbi.report.paper.comparison import (
+    COLUMNS,
+    MEASURES,
+    READINGS,
+    ReadingError,
+    comparison_table,
+    origin,
+    read_difference,
+)
+from swesbi.report.paper.measured import Asked, Measured, StudyResults, differ, shown, spread
+from swesbi.report.paper.values import PaperNumber, PaperRow, numbers, read_paper
+
+NOT_CONFIGURED = {"spread", "case", "among", "beyond_prior", "all_inside", "binomial"}
+DECIMALS = [
+    "12.61",
+    "5.55",
+    "1.14",
+    "0.38",
+    "89.7",
+    "4.2",
+    "2.16",
+    "69.7",
+    "3.14",
+    "178.6",
+    "0.996",
+    "0.001",
+    "4.84",
+    "0.76",
+    "84.2",
+    "0.020",
+    "0.60",
+    "0.99",
+    "12.67",
+    "1.40",
+    "89.0",
+    "0.025",
+    "0.995",
+    "1.35",
+    "0.98",
+    "15.33",
+    "0.87",
+    "94.3",
+    "0.016",
+    "0.998",
+    "17.59",
+    "1.53",
+    "91.3",
+    "0.027",
+    "1.77",
+    "0.89",
+    "0.84",
+    "0.15",
+    "0.09",
+    "0.12",
+    "0.03",
+    "92.5",
+    "90.5",
+    "26.5",
+    "1.36",
+    "2.15",
+    "2.06",
+    "2.02",
+    "1.0",
+    "0.5",
+    "5.0",
+    "0.6",
+    "0.45",
+    "0.26.1",
+]
+WHOLE = [
+    "6",
+    "4",
+    "300",
+    "1",
+    "20",
+    "1000",
+    "3",
+    "60",
+    "46",
+    "16",
+    "30",
+    "5",
+    "45",
+    "200",
+    "10",
+    "2",
+    "6000",
+    "120,000",
+    "50",
+    "128",
+    "100",
+    "90",
+    "400",
+    "12",
+    "80",
+    "9600",
+    "209",
+]
+
+
+@pytest.fixture(scope="module")
+def results() -> StudyResults:
+    return study()
+
+
+@pytest.fixture(scope="module")
+def table(results: StudyResults) -> pd.DataFrame:
+    return comparison_table(read_paper(), results).set_index("quantity")
+
+
+def row(table: pd.DataFrame, start: str) -> pd.Series:
+    """The only row whose quantity starts like this."""
+    found = table[[str(name).startswith(start) for name in table.index]]
+    assert len(found) == 1, f"{start!r}: {list(found.index)}"
+    return found.iloc[0]
+
+
+def printed(**changes: object) -> PaperNumber:
+    plain = {"quantity": "x", "where": "Sec. 3", "paper": "1.14 ± 0.38", "measure": "score_mean", "digits": 2}
+    made = PaperRow.from_plain(plain | {"reading": "spread"} | changes)
+    value, sd = numbers(made.paper)
+    return PaperNumber("group", made, "", made.paper, value, sd)
+
+
+@pytest.mark.parametrize("number", DECIMALS + WHOLE)
+def test_every_number_of_the_paper_has_a_row(number: str) -> None:
+    prints = " ".join(part.printed for part in read_paper())
+    assert re.search(rf"(?<![\d.]){re.escape(number)}(?![\d]|\.\d)", prints), number
+
+
+def test_table_1_is_complete_and_its_means_are_those_of_its_cases() -> None:
+    paper = read_paper()
+    table_1 = [part for part in paper if part.case]
+    assert len(table_1) == 4 * (8 + 1), "the coverage in both readings, and the CMA-ES fit"
+    for mean, column in (
+        ("RMSE of the prior predictive median, mean", "rmse_prior_kpa"),
+        ("RMSE of the posterior predictive median, mean", "rmse_kpa"),
+        ("RMSE reduction, mean", "rmse_reduction_percent"),
+        ("R2, mean", "r2"),
+    ):
+        values = [part.value for part in table_1 if part.row.of["column"] == column]
+        said = next(part for part in paper if part.quantity.startswith(mean))
+        assert np.mean(values) == pytest.approx(said.value, abs=0.51 * 10.0**-said.row.digits)
+        assert np.std(values, ddof=1) == pytest.approx(said.sd, abs=10.0**-said.row.digits)
+
+
+def test_every_cell_is_filled_and_no_quantity_comes_twice(table: pd.DataFrame) -> None:
+    frame = table.reset_index()
+    assert tuple(frame.columns) == COLUMNS == ("quantity", "paper", "this_study", "note", "origin")
+    assert (frame.map(lambda cell: isinstance(cell, str) and bool(cell.strip()))).all(axis=None)
+    assert frame["quantity"].is_unique and len(frame) == len(read_paper()) > 100
+    assert not frame["this_study"].str.contains(r"\bnan\b").any()
+
+
+def test_rows_name_measures_and_readings_that_exist() -> None:
+    for part in read_paper():
+        assert part.row.measure in MEASURES and part.row.reading in READINGS, part.quantity
+        assert part.row.reading == "words" or np.isfinite(part.value), part.quantity
+        assert part.row.reading != "spread" or np.isfinite(part.sd), part.quantity
+
+
+def test_every_measure_and_reading_is_used() -> None:
+    rows = [part.row for part in read_paper()]
+    assert {part.measure for part in rows} == set(MEASURES)
+    assert {part.reading for part in rows} == set(READINGS)
+
+
+def test_remarks_assert_no_result() -> None:
+    allowed = {"41", "46", "16", "90", "0"}
+    for part in read_paper():
+        assert set(re.findall(r"\d+(?:\.\d+)?", part.row.remark)) <= allowed, part.row.remark
+
+
+def test_designed_rows_name_the_place_of_the_choice(table: pd.DataFrame) -> None:
+    said = table["origin"]
+    assert (said.eq("found") | said.str.fullmatch(r"designed \(.{8,}\)")).all()
+    for part in read_paper():
+        assert (
+            part.row.reading not in {"configured", "identity", "protocol"} or said[part.quantity] != "found"
+        )
+    for start in ("subjects that pass", "RMSE of the prior predictive median, mean", "r(k_0, k_ATP)"):
+        assert row(table, start)["origin"].startswith("designed (")
+    for start in ("r(k_0, k_SR)", "coverage of k_SR", "noise-modelled features", "supported cases where"):
+        assert row(table, start)["origin"] == "found"
+
+
+def test_a_setting_is_its_own_place() -> None:
+    configured = printed(measure="configured", of={"path": "experiment.prior.k0_kpa.low"})
+    assert origin(configured, "mine") == "designed (config.yaml: experiment mine, prior.k0_kpa.low)"
+    assert (
+        origin(printed(of={"path": "cmaes.generations"}), "x") == "designed (config.yaml: cmaes.generations)"
+    )
+    assert origin(printed(designed="here", of={"path": "cmaes.generations"}), "x") == "designed (here)"
+    assert origin(printed(), "x") == "found"
+
+
+def test_coverage_stands_in_both_readings(results: StudyResults, table: pd.DataFrame) -> None:
+    scores = results.ppc[results.ppc["experiment"] == "paper"].set_index("subject")
+    for start, column in (("as the band of noiseless curves", "noiseless"), ("with the noise", "observed")):
+        told = row(
+            table,
+            f"coverage of the 90 % predictive interval, {start} of the observation model, case A"
+            if column == "observed"
+            else f"coverage of the 90 % predictive interval, {start}, case A",
+        )
+        assert told["this_study"] == f"{scores.loc['A', f'coverage_{column}_grid']:.2f}"
+
+
+def test_the_configuration_is_the_paper_s(table: pd.DataFrame) -> None:
+    configured = [part.quantity for part in read_paper() if part.row.reading == "configured"]
+    assert len(configured) > 25
+    for quantity in configured:
+        assert table.loc[quantity, "note"].startswith("same by configuration"), quantity
+    for part in read_paper():
+        if part.row.reading == "identity":
+            assert table.loc[part.quantity, "note"].startswith("same definition"), part.quantity
+
+
+def test_a_changed_setting_is_told(results: StudyResults) -> None:
+    experiment = results.settings["experiment"]
+    changed = experiment | {"support": experiment["support"] | {"max_abs_z": 2.5}}
+    other = replace(results, settings=dict(results.settings) | {"experiment": changed})
+    told = row(comparison_table(read_paper(), other).set_index("quantity"), "largest admitted |z|")
+    assert told["note"].startswith("configured otherwise")
+
+
+def test_means_are_over_the_supported_subjects(results: StudyResults, table: pd.DataFrame) -> None:
+    scores = results.ppc[(results.ppc["experiment"] == "paper") & results.ppc["supported"]]
+    values = scores["rmse_prior_kpa"]
+    assert len(values) == 4
+    shown_mean = f"{values.mean():.2f} ± {values.std(ddof=1):.2f}"
+    assert row(table, "RMSE of the prior predictive median, mean")["this_study"] == shown_mean
+    assert row(table, "subjects that pass")["this_study"] == "4 of 6 (A, B, C, D)"
+
+
+def test_an_unsupported_subject_has_no_posterior_score() -> None:
+    table = comparison_table(read_paper(), study("paper", excluded="BEF")).set_index("quantity")
+    told = row(table, "RMSE of the posterior predictive median (kPa), case B")
+    assert told["this_study"].startswith("none: B is not supported") and "3.14" in told["this_study"]
+    assert told["note"].startswith("no value to compare")
+    prior = row(table, "RMSE of the prior predictive median (kPa), case B")["this_study"]
+    assert re.fullmatch(r"\d+\.\d\d", prior)
+    assert row(table, "RMSE of the CMA-ES best fit (kPa), case B")["this_study"][0].isdigit()
+    assert row(table, "subjects that pass")["this_study"] == "3 of 6 (A, C, D)"
+
+
+@pytest.mark.parametrize("excluded", ["ABC", "AB", ""])
+def test_any_number_of_supported_subjects_fills_the_table(excluded: str) -> None:
+    part = comparison_table(read_paper(), study("paper", subjects="ABC", excluded=excluded))
+    assert (part.map(lambda cell: bool(str(cell).strip()))).all(axis=None)
+    assert not part["this_study"].str.contains(r"\bnan\b").any()
+    told = row(part.set_index("quantity"), "RMSE of the posterior predictive median, mean")
+    if excluded == "ABC":
+        assert told["this_study"] == "none: no subject is supported"
+    if excluded == "AB":
+        assert told["this_study"].endswith("(one subject)")
+    assert "no subject D" in row(part.set_index("quantity"), "NRMSE, case D")["this_study"]
+
+
+def test_experiments_that_were_not_run_are_said(table: pd.DataFrame) -> None:
+    alone = comparison_table(read_paper(), study("paper")).set_index("quantity")
+    for start in ("scalar-only", "wider priors", "wider timing"):
+        assert "was not run" in row(alone, start)["this_study"]
+        assert "was not run" not in row(table, start)["this_study"]
+
+
+def test_statements_follow_the_numbers(results: StudyResults) -> None:
+    scores = results.ppc.copy()
+    scores.loc[scores["experiment"] == "scalar_only", "rmse_kpa"] *= 2.0
+    posterior = results.posterior.copy()
+    wide = (posterior["experiment"] == "wide_prior") & (posterior["parameter"] == "k_atp_per_s")
+    for name in ("median", "ci_low", "ci_high"):
+        posterior.loc[wide & (posterior["subject"] == "A"), name] *= 3.0
+    recoveries = dict(results.recoveries) | {"wide_prior": recovery(0.92, 0.70, 0.27)}
+    changed = replace(results, ppc=scores, posterior=posterior, recoveries=recoveries)
+    table = comparison_table(read_paper(), changed).set_index("quantity")
+    assert row(table, "scalar-only")["this_study"].startswith("yes: RMSE A ")
+    assert row(table, "wider priors")["this_study"].startswith("in 1 of 4: median A ")
+    assert row(table, "wider priors")["note"].startswith("holds in part")
+    assert row(table, "wider timing")["this_study"].startswith("yes: ")
+    same = comparison_table(read_paper(), results).set_index("quantity")
+    assert row(same, "scalar-only")["this_study"].startswith("no: ")
+    assert row(same, "wider priors")["note"].startswith("differs from the paper")
+    assert row(same, "wider timing")["this_study"].startswith("no: ")
+
+
+def test_spread_reading() -> None:
+    inside = read_difference(printed(), Measured("1.40 ± 0.2", 1.40, 0.2), "virtual volunteers")
+    assert inside == "within the paper's spread"
+    outside = read_difference(printed(), Measured("2.03 ± 0.7", 2.03, 0.7), "virtual volunteers")
+    assert outside.startswith("outside the paper's spread: higher by 0.89; virtual volunteers")
+    remark = read_difference(printed(remark="Why."), Measured("1.2", 1.2), "x")
+    assert remark == "within the paper's spread. Why."
+
+
+@pytest.mark.parametrize(
+    ("value", "scored", "start"),
+    [(94.0, 400, "no difference"), (75.0, 400, "lower by 17.5"), (75.0, 4, "no difference")],
+)
+def test_binomial_reading(value: float, scored: int, start: str) -> None:
+    number = printed(paper="92.5", reading="binomial", digits=1)
+    assert read_difference(number, Measured("", value, n=scored), "").startswith(start)
+
+
+def test_case_reading() -> None:
+    above = printed(paper=">0.99", reading="case")
+    assert read_difference(above, Measured("1.00", 1.0), "").startswith("above 0.99 too; another subject")
+    assert read_difference(above, Measured("0.01", 0.01), "").startswith("lower by 0.98; another subject")
+    exact = printed(paper="1.40", reading="case")
+    assert read_difference(exact, Measured("1.40", 1.4013), "").startswith("equal to the digits printed")
+
+
+def test_an_unknown_rule_is_refused(results: StudyResults) -> None:
+    with pytest.raises(ReadingError, match="no reading"):
+        read_difference(printed(reading="guess"), Measured("1", 1.0), "")
+    with pytest.raises(ReadingError, match="no measure 'guess'"):
+        comparison_table([printed(measure="guess")], results)
+
+
+def test_two_frequencies_differ_beyond_their_errors() -> None:
+    assert not differ(0.925, 400, 0.940, 400) and not differ(0.5, 400, 0.5, 10)
+    assert differ(0.265, 400, 0.928, 400) and differ(0.928, 400, 0.265, 400)
+    assert not differ(1.0, 3, 0.7, 400) and differ(1.0, 400, 0.9, 400)
+
+
+def test_binomial_error_has_its_size() -> None:
+    rng = np.random.default_rng(0)
+    one, other = rng.binomial(400, 0.9, (2, 4000)) / 400
+    rate = np.mean([differ(a, 400, b, 400) for a, b in zip(one, other, strict=True)])
+    assert 0.03 < rate < 0.065
+
+
+def test_printed_numbers() -> None:
+    assert numbers("12.61 ± 5.55") == (12.61, 5.55)
+    assert numbers("-0.84 ± 0.15") == (-0.84, 0.15)
+    assert numbers("120,000")[0] == 120_000 and numbers(">0.99")[0] == 0.99
+    assert np.isnan(numbers("yes")).all()
+
+
+def test_numbers_are_shown_without_a_negative_zero() -> None:
+    assert [shown(-0.001, 2), shown(-0.84, 2), shown(120_000, 0)] == ["0.00", "-0.84", "120,000"]
+    assert spread([1.0, 3.0], Asked({}, 1)).text == "2.0 ± 1.4"
+
+
+def test_a_wrong_data_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "paper_values.yaml"
+    path.write_text("- group: a\n  rows:\n    - {quantity: b, where: c, measure: d, digits: 0, reading: e}\n")
+    with pytest.raises(ArtefactError, match="give `paper` or `cases`"):
+        read_paper(path)
+
+
+def test_a_finished_study_has_its_comparison(finished: StudyCopy) -> None:
+    table = pd.read_csv(finished.results / "tables" / "paper_comparison.csv", keep_default_na=False)
+    assert tuple(table.columns) == COLUMNS and len(table) == len(read_paper())
+    assert (table != "").all(axis=None)
+    assert row(table.set_index("quantity"), "subjects evaluated")["this_study"] == "2 virtual volunteers"
+    rows = row(table.set_index("quantity"), "pooled training samples")
+    assert rows["this_study"] == "480" and rows["note"].startswith("lower by")

@@ -1,0 +1,172 @@
+"""Exact posteriors and noisy predictive checks as figures and tables: no text on text, verdicts, truth."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from evaluation_cases import TITLE, TRUE_THETA
+from exact_shown import PRIOR, panel, phi, predictive_panel, result, support, write_posterior, write_support
+from figure_text import assert_text_apart, text_boxes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from swesbi.artefacts import ArtefactError
+from swesbi.checks.recovery import read_truth
+from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.truncated import Posterior, read_posterior
+from swesbi.report.figures.posterior import draw_exact_posteriors
+from swesbi.report.figures.posterior_subject import draw_exact_subject
+from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_check
+from swesbi.report.figures.style import EXCLUDED_BACKGROUND, STRAINED, TRUTH
+from swesbi.report.study_tables import TRUTH_COLUMNS, JudgedPosterior, truth_table
+from swesbi.study.stages import tables as truth_stage
+from swesbi.study.stages.origin import Origin
+from swesbi.verdict.answers import is_exact, status, verdict_numbers
+from swesbi.verdict.support import read_support
+
+MANY = [f"patient-{number:03d}" for number in range(14)]
+
+
+@pytest.fixture(scope="module")
+def drawn() -> dict[str, Figure]:
+    return {
+        "cohort": draw_exact_posteriors([panel(name) for name in "ABCDEF"], PRIOR, TITLE),
+        "cohort-one": draw_exact_posteriors([panel("F", truth=False)], PRIOR, TITLE),
+        "cohort-many": draw_exact_posteriors([panel(name, truth=False) for name in MANY], PRIOR, TITLE),
+        "A": draw_exact_subject(panel("A"), PRIOR, TITLE),
+        "F": draw_exact_subject(panel("F", truth=False), PRIOR, TITLE),
+        "ppc": draw_cohort_checks([predictive_panel(name) for name in "ABCDEF"], TITLE),
+        "ppc-D": draw_subject_check(predictive_panel("D"), TITLE),
+        "ppc-F": draw_subject_check(predictive_panel("F"), TITLE),
+    }
+
+
+SHOWN = ["cohort", "cohort-one", "cohort-many", "A", "F", "ppc", "ppc-D", "ppc-F"]
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_text_stands_apart_and_names_the_cohort(drawn: dict[str, Figure], name: str) -> None:
+    assert_text_apart(drawn[name])
+    assert any(TITLE in text for text, _ in text_boxes(drawn[name]))
+
+
+def test_truth_is_marked_only_where_it_is_known_and_says_that_it_is_generated(
+    drawn: dict[str, Figure],
+) -> None:
+    def stars(figure: Figure) -> int:
+        lines = [line for axes in figure.axes for line in axes.lines]
+        return sum(line.get_color() == TRUTH for line in lines)
+
+    assert (stars(drawn["cohort"]), stars(drawn["cohort-one"]), stars(drawn["F"])) == (18, 0, 0)
+    assert stars(drawn["A"]) == 6
+    assert any("generated" in text for text, _ in text_boxes(drawn["A"]))
+    assert not any("truth" in text for text, _ in text_boxes(drawn["F"]))
+
+
+def test_verdicts_have_their_colours_and_reasons(drawn: dict[str, Figure]) -> None:
+    panels = drawn["ppc"].axes
+    assert [to_hex(axes.get_facecolor()).upper() == EXCLUDED_BACKGROUND for axes in panels] == [False] * 4 + [
+        True
+    ] * 2
+    notes = [axes.texts[0].get_text() for axes in panels]
+    assert notes[0].startswith("supported") and notes[3].startswith("strained\ndecay, p < 0.001")
+    assert notes[5].startswith("unsupported") and "and 3 more" in notes[5] and "RMSE" not in notes[5]
+    faces = [part.get_facecolor() for part in drawn["cohort"].axes[0].collections]
+    assert STRAINED in {to_hex(face[0]).upper() for face in faces if len(face)}
+    title = drawn["F"]._suptitle.get_text()  # type: ignore[attr-defined]
+    assert "draws by MCMC, R-hat 1.004" in title and "unsupported" in title
+
+
+def test_the_reliability_of_the_weights_is_that_of_the_files(drawn: dict[str, Figure]) -> None:
+    shapes, efficiencies = drawn["cohort"].axes[-2:]
+    assert [line.get_ydata()[0] for line in efficiencies.lines] == pytest.approx([82.0] * 5 + [2.0])
+    assert sum(line.get_marker() == "^" for line in shapes.lines) == 1, "an infinite k-hat is off the axis"
+
+
+def test_verdicts_of_both_kinds_are_read_alike() -> None:
+    exact, plain = support("D"), replace(support("A"), status=None, tests=(), k_hat=None, sampler=None)
+    assert (is_exact(exact), is_exact(plain)) == (True, False)
+    assert (status(exact), status(plain)) == ("strained", "supported")
+    assert status(replace(plain, supported=False)) == "unsupported"
+    assert verdict_numbers(exact) == ("decay, p < 0.001",)
+    assert verdict_numbers(plain)[1] == "max |z| = 1.80"
+
+
+def test_what_is_shown_is_what_was_written(tmp_path: Path) -> None:
+    path, draws = tmp_path / "posterior.h5", phi("A", 300)
+    write_posterior(path, draws, "A")
+    found = read_exact_result(path)
+    np.testing.assert_array_equal(found.phi, draws)
+    np.testing.assert_array_equal(read_posterior(path).theta, draws[:, :3])
+    assert (found.sampler, found.k_hat, found.efficiency, found.by_mcmc) == ("importance", 0.2, 0.8, False)
+    assert np.isnan(found.r_hat)
+    assert result("F").by_mcmc
+
+
+def posterior_of(low: float, high: float) -> Posterior:
+    interval = np.array([[low, high]] * 3)
+    median = interval.mean(axis=1)
+    empty = np.empty((0, 3))
+    return Posterior(empty, empty, np.empty(0, bool), median, interval, 0.9, np.eye(3), ("x",), np.zeros(1))
+
+
+def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_unsupported() -> None:
+    answers = [
+        JudgedPosterior("calibrated", "A", posterior_of(5.0, 60.0), support("A")),
+        JudgedPosterior("calibrated", "F", posterior_of(5.0, 60.0), support("F")),
+        JudgedPosterior("calibrated", "recorded", posterior_of(5.0, 60.0), support("A")),
+    ]
+    table = truth_table(answers, {name: np.array(TRUE_THETA[name], float) for name in "AF"})
+    assert tuple(table.columns) == TRUTH_COLUMNS
+    assert table["subject"].tolist() == ["A"] * 3 + ["F"] * 3
+    assert table["inside"].tolist() == [True, True, True, None, None, None]
+    assert table["low"].isna().tolist() == [False] * 3 + [True] * 3
+    narrow = truth_table(
+        [JudgedPosterior("x", "A", posterior_of(5.0, 40.0), support("A"))], {"A": np.array([58, 6, 28])}
+    )
+    assert narrow["inside"].tolist() == [False, True, True]
+
+
+def test_the_truth_stage_writes_every_experiment(tmp_path: Path) -> None:
+    posteriors, supports = [], []
+    for name in "AF":
+        folder = tmp_path / "calibrated" / "subjects" / name
+        write_posterior(folder / "posterior.h5", phi(name, 300), name)
+        write_support(folder / "support.json", name)
+        posteriors.append(folder / "posterior.h5")
+        supports.append(folder / "support.json")
+    source = tmp_path / "truth.csv"
+    source.write_text("subject,k0_kpa,k_atp_per_s,k_sr_per_s\nA,58,6,280\nF,60,80,30\n")
+    truth_stage.truth(
+        posteriors=posteriors,
+        supports=supports,
+        truth=source,
+        truth_csv=tmp_path / "out.csv",
+        settings=truth_stage.TruthSettings(),
+        origin=Origin(1),
+    )
+    table = pd.read_csv(tmp_path / "out.csv")
+    own = table[table["subject"] == "A"]
+    assert own["inside"].astype(str).tolist() == ["True", "True", "False"]
+    assert table[table["subject"] == "F"]["low"].isna().all()
+    assert set(table["status"]) == {"supported", "unsupported"}
+
+
+def test_a_cohort_without_truth_has_none_and_a_broken_file_is_named(tmp_path: Path) -> None:
+    assert read_truth([]) == {}
+    path = tmp_path / "truth.csv"
+    path.write_text("subject,k0_kpa\nA,58\n")
+    with pytest.raises(ArtefactError, match="lacks the columns k_atp_per_s, k_sr_per_s"):
+        read_truth([path])
+
+
+def test_support_files_of_both_kinds_are_read(tmp_path: Path) -> None:
+    write_support(tmp_path / "support.json", "F")
+    assert read_support(tmp_path / "support.json") == support("F")
+    plain = json.loads((tmp_path / "support.json").read_text())
+    assert (plain["status"], plain["k_hat"], plain["sampler"]) == ("unsupported", None, "mcmc")

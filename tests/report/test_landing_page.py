@@ -1,0 +1,75 @@
+"""The landing page: short with eight subjects, the answer first, and its limits."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+from comparison_case import observation
+from jinja2 import ChainableUndefined
+from report_case import make_experiment
+
+from swesbi.report.page.forest import LEFT, Interval, panel
+from swesbi.report.page.landing import make_landing
+from swesbi.report.page.page import Cohort, templates
+from swesbi.report.results import Results
+
+SUBJECTS = "ABCDEFGH"
+MOST_WORDS = 900
+NAN = float("nan")
+COHORT = Cohort("virtual volunteers", "data", "virtual volunteers, simulated by a test", ())
+
+
+def made(*links: str) -> str:
+    experiment = make_experiment("paper", {name: name != "F" for name in SUBJECTS})
+    observations = tuple(map(observation, SUBJECTS))
+    results = Results(observations, (experiment,), experiment, pd.DataFrame())
+    landing = make_landing(results, (), "virtual volunteers", ("paper/subjects/A/ppc.png", *links))
+    page = {"landing": landing, "cohort": COHORT}
+    environment = templates().overlay(undefined=ChainableUndefined)
+    return environment.get_template("index.html").render(page=page, here="index", root="")
+
+
+def shown_words(html: str) -> list[str]:
+    """Return what a reader sees before anything is unfolded."""
+    body = html[html.index("<body>") :]
+    for hidden in (r"<script>.*?</script>", r"(?<=</summary>).*?(?=</details>)", r"<[^>]*>"):
+        body = re.sub(hidden, " ", body, flags=re.DOTALL)
+    return body.split()
+
+
+def test_eight_subjects_leave_room_for_the_validation() -> None:
+    words = shown_words(made())
+    assert 200 < len(words) < MOST_WORDS - 300  # the validation's sentences are about 220 words
+
+
+def test_the_explorer_is_linked_where_there_is_one() -> None:
+    assert "explorer.html" not in made()
+    assert made("explorer.html").count('<a href="explorer.html">Explorer</a>') == 1
+
+
+def test_the_origin_does_not_repeat_the_title() -> None:
+    assert "<strong>virtual volunteers</strong>: simulated by a test." in made()
+    assert replace(COHORT, origin="volunteers of 2024").origin_after_title == "volunteers of 2024"
+    assert replace(COHORT, origin=COHORT.title).origin_after_title == COHORT.title
+
+
+def test_the_verdicts_come_first_and_a_subject_that_is_not_to_be_read_says_so() -> None:
+    html = made()
+    assert html.index("7 supported (A, B, C, D, E, G, H), 1 unsupported (F)") < html.index("<table>")
+    assert "outside the prior" in html and "ejection fraction predicted above measured" in html
+    assert html.count("<article") == len(SUBJECTS) and html.count("paper/subjects/A/ppc.png") == 2
+    assert "Too narrow" in html
+
+
+def test_a_panel_starts_at_zero_and_leaves_out_who_is_not_answered() -> None:
+    drawn = panel(
+        "k_0", "kPa", [Interval("A", "supported", 5, 4, 6), Interval("F", "unsupported", NAN, NAN, NAN)]
+    )
+    (mark,) = drawn.marks
+    assert LEFT < mark.low < mark.median < mark.high <= drawn.right
+    assert mark.median - mark.low == pytest.approx(mark.high - mark.median, abs=0.2)
+    assert drawn.ticks[0] == (LEFT, "0")
+    assert drawn.description == "k_0 in kPa: A 5.00 (4.00 to 6.00)"

@@ -1,0 +1,115 @@
+"""What cuff pressures add, on the page and in the documentation: what a made-up table says is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from cohort_case import TITLE, strata, table
+from figure_text import assert_text_apart
+from test_report_population import SETTINGS
+
+from swesbi.artefacts import ArtefactError
+from swesbi.checks.pressures import ATTAINED, COLUMNS, RESISTANCE
+from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
+from swesbi.parameters import PHI_NAMES
+from swesbi.report.csv import write_csv
+from swesbi.report.docs.population import PopulationResults, pressures_part
+from swesbi.report.figures.pressures import draw_pressures
+from swesbi.report.page.sections import make_population_section
+from swesbi.report.tables.population import OverPopulation
+from swesbi.report.tables.pressures import pressures_of, pressures_table, read_pressures, subjects_table
+from swesbi.study.stages.report_inputs import read_populations
+
+RATIOS = {RESISTANCE: 0.8, TIME_CONSTANT: 0.9, VOLUME_FACTOR: np.nan}
+
+
+def made(subjects: int = 3, experiment: str = "amortised") -> pd.DataFrame:
+    """The table of so many subjects; widths of R_d are 0.8, 0.85, 0.9 of those without, and so on."""
+    rows = []
+    for number in range(subjects):
+        for name in (ATTAINED, *PHI_NAMES, RESISTANCE, TIME_CONSTANT, VOLUME_FACTOR, CAPACITANCE):
+            ratio = RATIOS.get(name, 1.0) + 0.05 * number
+            known = np.nan if name == VOLUME_FACTOR else 1.0
+            values = (0.95 * known, 0.9 * known, 1.1 * known, 1.02, 0.93, 1.12, ratio, 0.1 * known)
+            how = (126.0, 83.0, "importance", 0.17, 0.4, number != 2)
+            rows.append((experiment, f"S{number}", name, *values, *how))
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def shown(pressures: pd.DataFrame | None) -> OverPopulation:
+    return OverPopulation("amortised", SETTINGS, 0.9, table(4, 1), strata(), pressures)
+
+
+def test_widths_and_shifts_stand_by_quantity() -> None:
+    found = pressures_table(made(), TITLE)
+    assert found.caption == f"What pressures add: 3 {TITLE}."
+    by_name = {row.cells[0]: row.cells[1:] for row in found.rows}
+    assert list(by_name) == [
+        "k_0", "k_ATP", "k_SR", "a", "attained stiffness", "R_d", "R_d C_s", "C_s", "f_V"
+    ]  # fmt: skip
+    assert by_name["R_d"] == ("0.85 (0.80 to 0.90)", "0.10 (0.10 to 0.10)")
+    assert by_name["f_V"] == ("–", "–")
+
+
+def test_every_subject_has_its_pressures_and_how_it_was_answered() -> None:
+    rows = subjects_table(made(), TITLE).rows
+    assert rows[0].cells == (
+        "S0", "126 / 83", "0.80", "0.90", "1.02 (0.93 to 1.12)", "17", "importance weights"
+    )  # fmt: skip
+    assert rows[2].cells[-1] == "importance weights, not converged"
+
+
+def test_the_section_has_them_where_there_are_any() -> None:
+    with_them, without = (make_population_section(shown(one), {}, TITLE) for one in (made(), None))
+    assert {"pressures", "pressures_subjects"} <= set(with_them.tables)
+    facts = {fact.name: fact.value for fact in with_them.facts}
+    assert facts["With cuff pressures"] == (
+        "R_d: intervals 0.85 times as wide (median); R_d C_s: intervals 0.95 times as wide (median)"
+    )
+    assert "pressures" not in without.tables
+    assert "With cuff pressures" not in {fact.name for fact in without.facts}
+
+
+def test_the_documentation_has_them_where_there_are_any() -> None:
+    text = pressures_part(PopulationResults(shown(made()), TITLE, None))
+    assert "(figures/pressures-amortised.png)" in text
+    assert "| R_d | 0.85 (0.80 to 0.90) |" in text and "| S1 | 126 / 83 |" in text
+    none = pressures_part(PopulationResults(shown(None), TITLE, None))
+    assert none == f"None of the {TITLE} has cuff pressures."
+
+
+def test_rows_are_those_of_the_experiment(tmp_path: Path) -> None:
+    path = tmp_path / "pressures.csv"
+    write_csv(path, pd.concat([made(2), made(1, "other")]))
+    found = pressures_of([path], "amortised")
+    assert found is not None and found["subject"].unique().tolist() == ["S0", "S1"]
+    assert pressures_of([path], "third") is None
+    assert pressures_of([], "amortised") is None
+    write_csv(path, made().drop(columns="shift_in_widths"))
+    with pytest.raises(ArtefactError, match="pressures.csv: lacks the columns shift_in_widths"):
+        read_pressures(path)
+
+
+def test_the_report_reads_them(tmp_path: Path) -> None:
+    folder = tmp_path / "amortised"
+    folder.mkdir()
+    table(3, 0).to_csv(folder / "cohort.csv", index=False)
+    strata().to_csv(folder / "strata.csv", index=False)
+    write_csv(tmp_path / "pressures.csv", made())
+    files = ([folder / "cohort.csv"], [folder / "strata.csv"])
+    (found,) = read_populations({"amortised": SETTINGS}, *files, [tmp_path / "pressures.csv"])
+    assert found.pressures is not None and len(found.pressures) == len(made())
+    (plain,) = read_populations({"amortised": SETTINGS}, *files)
+    assert plain.pressures is None
+
+
+@pytest.mark.parametrize("subjects", [1, 8])
+def test_the_figure_has_its_texts_apart(subjects: int) -> None:
+    figure = draw_pressures(made(subjects), TITLE)
+    assert_text_apart(figure)
+    assert len(figure.axes) == 8
+    assert figure.axes[5].get_xlabel() == f"width {0.8 + 0.025 * (subjects - 1):.2f} of that without"
+    assert not figure.axes[7].get_xlabel()  # the stressed volume is not free without

@@ -1,0 +1,231 @@
+"""The page's section on experiments on speeds, and the documentation's page: numbers and verdicts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from evaluation_cases import TITLE
+from exact_shown import STATUS, result, support
+from matplotlib.figure import Figure as Drawing
+from report_case import make_experiment
+from study_copy import ROOT
+
+from swesbi.checks.calibration.table import COLUMNS as CALIBRATION_COLUMNS
+from swesbi.parameters import PHI_NAMES, THETA_NAMES
+from swesbi.recording.components import ComponentEstimate
+from swesbi.recording.noise import CohortNoise, NoiseEstimate
+from swesbi.report.docs.calibration import PARTS, CalibrationResults
+from swesbi.report.docs.marks import PART, fill
+from swesbi.report.figures.style import save_figure
+from swesbi.report.page.figures import PagePart
+from swesbi.report.page.sections import make_section, section_figures
+from swesbi.report.results import Experiment
+from swesbi.report.table import Strong
+from swesbi.report.tables.exact import Exact, outcomes_table, truth_table, verdicts_table
+from swesbi.report.tables.experiments import (
+    comparison_table,
+    differences_table,
+    median_table,
+    recovery_table,
+    training_table,
+)
+from swesbi.report.tables.subjects import score_table
+
+SUBJECTS = "ADF"
+
+
+def make_exact_experiment() -> Experiment:
+    supported = {name: STATUS.get(name) != "unsupported" for name in SUBJECTS}
+    plain = make_experiment("calibrated", supported)
+    settings = {
+        "exact": {"interval": 0.9},
+        "predictive": {"interval": 0.9},
+        "observation_model": {"discrepancy": {"speed_fraction": 0.02, "timing_cycle": 0.015}},
+    }
+    return replace(plain, settings=settings, supports={name: support(name) for name in SUBJECTS})
+
+
+def calibration() -> pd.DataFrame:
+    rows = [
+        [subject, made, sampler, "sbc", name, 12, 0.1, 0.002 if name == "k_sr_per_s" else 0.5, 0.008,
+         int(name == "k_sr_per_s"), 0.875, 0.9]
+        for subject, made in (("pooled", "own"), ("A", "own"), ("A", "local"))
+        for sampler in ("npe", "weighted")
+        for name in THETA_NAMES
+    ]  # fmt: skip
+    rows.append(["pooled", "own", "weighted", "tarp", "joint", 12, 0.1, 0.4, 0.05, 0, 0.905, np.nan])
+    rows.append(["A", "local", "weighted, mcmc", "c2st", "joint", 50, 0.51, np.nan, 0.53, 0, np.nan, np.nan])
+    return pd.DataFrame(rows, columns=list(CALIBRATION_COLUMNS))
+
+
+def alarms() -> pd.DataFrame:
+    kinds = (("all", "own", 0.055), ("F", "volunteer", 0.985))
+    return pd.DataFrame(
+        [
+            {
+                "subject": subject, "recordings": made, "alarm": alarm, "rate": rate, "ci_low": rate / 2,
+                "ci_high": min(1.0, 2 * rate), "n": 200, "refused": 0, "median_efficiency": 0.8,
+            }
+            for subject, made, rate in kinds
+            for alarm in ("strained or unsupported", "unsupported", "chi2")
+        ]
+    )  # fmt: skip
+
+
+def identifiability() -> pd.DataFrame:
+    return pd.DataFrame(
+        [
+            {
+                "subject": subject, "quantity": name, "median": 5.0, "sd_log": 0.123, "contraction": 0.8,
+                "contraction_log": 0.812, "expected_sd_log": 0.13, "likelihood_low": 4.0,
+                "likelihood_high": 30.0, "likelihood_low_open": False, "likelihood_high_open": True,
+            }
+            for subject in SUBJECTS
+            for name in PHI_NAMES
+        ]
+    )  # fmt: skip
+
+
+def truth() -> pd.DataFrame:
+    rows = [
+        {"experiment": "calibrated", "subject": name, "status": STATUS.get(name, "supported"),
+         "parameter": parameter, "truth": 5.5, "median": 5.0, "low": 4.0, "high": 6.0, "inside": name == "A"}
+        for name in SUBJECTS
+        for parameter in THETA_NAMES
+    ]  # fmt: skip
+    table = pd.DataFrame(rows)
+    table.loc[table["subject"] == "F", ["median", "low", "high"]] = np.nan
+    table["inside"] = table["inside"].astype(object)
+    table.loc[table["subject"] == "F", "inside"] = None
+    return table
+
+
+def noise() -> CohortNoise:
+    parts = [ComponentEstimate(size, 0.001, 0.9 * size, 1.1 * size) for size in (0.0443, 0.0794)]
+    estimate = NoiseEstimate(*parts, repeats=330, samples=3700)
+    return CohortNoise(estimate, dict.fromkeys(SUBJECTS, estimate), 0.9, 0.62)
+
+
+@pytest.fixture
+def exact() -> Exact:
+    results = {name: result(name, 200) for name in SUBJECTS}
+    experiment = make_exact_experiment()
+    return Exact(experiment, results, calibration(), alarms(), identifiability(), noise(), truth())
+
+
+def test_verdicts_stand_with_the_reliability_of_their_draws(exact: Exact) -> None:
+    rows = verdicts_table(exact, TITLE).rows
+    assert [row.muted for row in rows] == [False, False, True]
+    assert rows[1].cells[:4] == ("D", "strained", "decay (p = 0.0002)", "importance weights")
+    assert rows[0].cells[4:] == ("0.31", "82", "–", "yes")
+    against = ("Mahalanobis", "MMD", "χ²", "peak", "mass at a bound")
+    assert rows[2].cells[1:7] == (
+        "unsupported", ", ".join(f"{name} (p = 0.0002)" for name in against), "MCMC", "inf", "2", "1.004",
+    )  # fmt: skip
+
+
+def test_flagged_tests_are_bold_and_tests_without_a_p_value_show_their_statistic(exact: Exact) -> None:
+    rows = {str(row.cells[0]): row.cells[1:] for row in outcomes_table(exact, TITLE).rows}
+    assert rows["decay"] == ("0.40", Strong("0.00020"), "0.40")
+    assert rows["end systolic volume"] == ("1.2", "1.2", "1.2")
+
+
+def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> None:
+    section = make_section(exact, {}, TITLE)
+    facts = {fact.name: str(fact.value) for fact in section.facts}
+    assert facts["Verdicts"] == "1 supported, 1 strained, 1 unsupported"
+    assert facts["Exact posteriors"].endswith("by MCMC: F")
+    assert facts["Truth of the generated recordings"] == "inside 3 of 6 intervals"
+    shown = {
+        str(row.cells[0]) + str(row.cells[1]): row.cells[2:] for row in section.tables["calibration"].rows
+    }
+    own = shown["the model's own noiseexact weights"]
+    assert own == ("1 of 4", "1 of 3", "87.5", "87.5", "87.5", "90.5", "12")
+    assert shown["at the subject's own datanetwork alone"][0] == "–"
+    rates = [row.cells[2] for row in section.tables["alarms"].rows]
+    assert rates[0] == "5.5 (2.8 to 11.0)" and len(rates) == 2
+    assert section.tables["identifiability"].rows[0].cells[2:] == ("0.812", "12.3", "13.0", "4.00 to (30.0)")
+    assert section.tables["noise"].rows[0].cells == ("between repeats", "4.43", "0.10", "3.99 to 4.87")
+    assert [row.muted for row in section.tables["posterior"].rows] == [False] * 8 + [True] * 4
+
+
+def test_truth_of_the_unsupported_is_shown_without_an_answer(exact: Exact) -> None:
+    rows = truth_table(exact, TITLE).rows
+    assert [str(row.cells[-1]) for row in rows] == ["yes"] * 3 + ["no"] * 3 + ["–"] * 3
+    assert rows[-1].cells[4] == "5.50" and rows[-1].muted
+    without = make_section(replace(exact, truth=pd.DataFrame(columns=["experiment"])), {}, TITLE)
+    assert "truth" not in without.tables
+
+
+def test_tables_of_all_experiments_take_both_kinds(exact: Exact) -> None:
+    paper, calibrated = make_experiment("paper", dict.fromkeys(SUBJECTS, True)), exact.experiment
+    rows = differences_table([calibrated], paper).rows
+    assert [row.cells for row in rows] == [
+        ("calibrated", "kind", "noise on features", "noise on the measured speeds")
+    ]
+    both = [paper, calibrated]
+    assert comparison_table(both, TITLE).rows[0].cells[2] == "2 of 3 (A, D)"
+    assert median_table(both, TITLE).rows[-1].cells[-1] == "–"
+    assert len(recovery_table(both).rows) == 6 and len(training_table(both).rows) == 2
+
+
+def test_figures_are_found_by_kind_and_experiment(tmp_path: Path) -> None:
+    names = ("ppc-calibrated", "ppc-other", "noise", "design-calibrated")
+    pngs = [tmp_path / f"{name}.png" for name in names]
+    for png in pngs:
+        save_figure(Drawing(figsize=(2.0, 1.0)), png)
+    found = section_figures(PagePart.SPEEDS, pngs, "calibrated", tmp_path / "index.html", TITLE)
+    assert sorted(found) == ["design", "noise", "ppc"]
+    assert (found["ppc"].source, found["ppc"].full) == ("ppc-calibrated.png", "ppc-calibrated.pdf")
+    assert TITLE in found["ppc"].caption
+
+
+@pytest.fixture
+def documented(exact: Exact) -> CalibrationResults:
+    return CalibrationResults(
+        shown=exact,
+        cohort_title=TITLE,
+        nuisances=(),
+    )
+
+
+def test_every_part_of_the_page_is_written_from_results(documented: CalibrationResults) -> None:
+    page = (ROOT / "docs" / "calibration.md").read_text(encoding="utf-8")
+    assert sorted(match["name"] for match in PART.finditer(page)) == sorted(PARTS)
+    parts = {name: part(documented) for name, part in PARTS.items()}
+    assert "nan" not in "".join(parts.values())
+    filled = fill(page, parts)
+    assert "| D | strained | decay (p = 0.0002) | importance weights | 0.31 | 82 | – | yes |" in filled
+    assert (
+        "Inside: 3 of 6." in filled
+        and "| D | strained | k_0 | kPa | 5.50 | 5.00 | 4.00 to 6.00 | no |" in filled
+    )
+    assert "between repeats | 4.43 |" in filled
+    assert "weighted, mcmc: 0.510 to 0.510" in filled
+
+
+def test_a_page_without_truth_or_reported_subjects_can_be_written(documented: CalibrationResults) -> None:
+    experiment = replace(
+        documented.shown.experiment,
+        scores=documented.shown.experiment.scores.assign(supported=False),
+        supports={name: support("F") for name in SUBJECTS},
+    )
+    unknown = replace(documented.shown, experiment=experiment, truth=pd.DataFrame())
+    nobody = replace(documented, shown=unknown)
+    texts = {name: part(nobody) for name, part in PARTS.items()}
+    assert "no known true parameters" in texts["truth"]
+    assert "3 unsupported" in texts["answer"] and "nan" not in "".join(texts.values())
+
+
+def test_a_strained_row_is_marked_and_left_out_of_the_mean_of_the_supported() -> None:
+    experiment = make_exact_experiment()
+    rows = score_table(experiment, TITLE).rows
+    strained = {name for name in SUBJECTS if STATUS.get(name) == "strained"}
+    assert strained
+    assert {str(row.cells[0]) for row in rows if row.strained} == strained
+    assert strained.isdisjoint(experiment.supported["subject"])
+    assert len(experiment.supported)

@@ -1,0 +1,231 @@
+"""The landing page: numbers, tables, links, and what it says when nothing is supported."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure as Drawing
+from report_case import make_experiment
+
+from swesbi.artefacts import ArtefactError
+from swesbi.parameters import THETA_NAMES
+from swesbi.report.figures.style import save_figure
+from swesbi.report.numbers import (
+    component,
+    estimate,
+    fixed,
+    in_sentences,
+    mean_sd,
+    percent,
+    protocol_entry,
+    rejection,
+    significant,
+    span,
+    with_symbols,
+)
+from swesbi.report.page.files import figure, file_groups
+from swesbi.report.page.sections import caution, headline
+from swesbi.report.table import Column, Link, Row, Strong, Table, markdown, words
+from swesbi.report.tables.experiments import (
+    comparison_table,
+    differences_table,
+    median_table,
+    paper_table,
+    read_comparison,
+    recovery_table,
+    training_table,
+)
+from swesbi.report.tables.subjects import (
+    beside_the_measured,
+    derived_table,
+    feature_table,
+    posterior_table,
+    score_table,
+    verdict_table,
+)
+
+TITLE = "virtual volunteers"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.012345, "0.0123"),
+        (9.996, "10.0"),
+        (-154.67, "−155"),
+        (120000.0, "120,000"),
+        (0.0, "0"),
+        (28.0, "28.0"),
+        (math.nan, "–"),
+        (math.inf, "inf"),
+    ],
+)
+def test_significant_digits_are_kept_through_every_size(value: float, text: str) -> None:
+    assert significant(value) == text
+
+
+def test_numbers_have_a_true_minus_and_zero_has_none() -> None:
+    assert fixed(-0.8432, 2) == "−0.84"
+    assert fixed(-0.001, 2) == "0.00"
+    assert percent(0.905) == "90.5"
+    assert span("1.0", "2.0") == "1.0 to 2.0"
+    assert span(fixed(math.nan, 1), fixed(math.nan, 1)) == "–"
+
+
+def test_a_narrow_interval_has_the_digits_that_show_its_width() -> None:
+    assert estimate(53.66, 53.52, 53.83) == ("53.66", "53.52 to 53.83")
+    assert estimate(40.0, 16.4, 69.6) == ("40.0", "16.4 to 69.6")
+    assert estimate(114.2, 114.11, 114.31) == ("114.20", "114.11 to 114.31")
+    assert estimate(2.0, 2.0, 2.0) == ("2.00", "2.00 to 2.00")
+    assert estimate(113.97, 113.9678, 113.9745, most_decimals=0) == ("114", "114 to 114")
+    assert estimate(math.nan, math.nan, math.nan) == ("–", "–")
+
+
+def test_the_spread_is_that_of_a_sample() -> None:
+    assert mean_sd([1.0, 2.0, 4.0], 2) == "2.33 ± 1.53"
+    assert mean_sd([1.25], 2) == "1.25"
+    assert mean_sd([], 2) == "–"
+
+
+def test_names_are_words() -> None:
+    assert component("post_peak_auc_kpa") == "post-peak AUC"
+    assert component("hr_bpm") == "heart rate"
+    assert rejection("low_fit_r2") == "Low fit R²"
+    assert protocol_entry("push_frequency_mhz", 4.0) == "push frequency 4 MHz"
+    assert protocol_entry("probe", "GE 6S-D") == "probe GE 6S-D"
+    assert with_symbols("k_ATP < k_0") == "<i>k</i><sub>ATP</sub> &lt; <i>k</i><sub>0</sub>"
+
+
+def test_sentences_have_no_names_of_columns() -> None:
+    said = in_sentences("trajectory_02_kpa (z = 4.09), hr_bpm (z = 3.20), maximum_kpa; k_0 as it is")
+    assert (
+        said == "stiffness at point 3 of the curve (z = 4.09), heart rate (z = 3.20), maximum; k_0 as it is"
+    )
+
+
+def test_a_predicted_quantity_beside_the_measured_says_so_in_words() -> None:
+    row = {"median": 0.724, "ci_low": 0.690, "ci_high": 0.743}
+    assert beside_the_measured(row | {"measured": 0.619}) == "predicted above measured"
+    assert beside_the_measured(row | {"measured": 0.8}) == "predicted below measured"
+    assert beside_the_measured(row | {"measured": 0.7}) == "holds the measured"
+    assert beside_the_measured(row | {"measured": math.nan}) == "–"
+
+
+def test_a_row_of_another_length_is_refused() -> None:
+    with pytest.raises(ValueError, match="1 cells under 2 columns"):
+        Table("numbers", words("a", "b"), (Row(("1",)),))
+
+
+def test_a_table_as_markdown_keeps_its_columns_and_its_note() -> None:
+    columns = (*words("Subject"), Column("Largest |z|"), Column("Coverage", "% (interval)"))
+    rows = (Row(("A", Strong("3.1"), "90 (88 to 92)")), Row(("B|C", (Link("f", "g/f"),), "–"), muted=True))
+    assert markdown(Table("shown", columns, rows, "Note.")).splitlines() == [
+        r"| Subject | Largest \|z\| | Coverage, % (interval) |",
+        "|---|---:|---:|",
+        "| A | **3.1** | 90 (88 to 92) |",
+        r"| B\|C | [f](g/f) | – |",
+        "",
+        "Note.",
+    ]
+
+
+def test_files_are_grouped_by_folder_and_linked_from_the_page(tmp_path: Path) -> None:
+    names = [
+        "tables/ppc.csv",
+        "paper/pool.h5",
+        "paper/subjects/A/ppc.png",
+        "cmaes/A.h5",
+        "paper/pool.h5",
+        "notes.csv",
+    ]
+    groups = file_groups([tmp_path / name for name in names], tmp_path / "index.html")
+    assert [group.caption.split(":")[0] for group in groups] == ["tables/", "paper/", "cmaes/", "./"]
+    assert groups[1].rows == (
+        Row(("whole cohort", (Link("pool.h5", "paper/pool.h5"),))),
+        Row(("A", (Link("ppc.png", "paper/subjects/A/ppc.png"),))),
+    )
+
+
+def test_a_figure_knows_its_size_and_its_pdf(tmp_path: Path) -> None:
+    png, pdf = tmp_path / "figures" / "ppc.png", tmp_path / "figures" / "ppc.pdf"
+    save_figure(Drawing(figsize=(2.0, 1.0)), png, pdf)
+    shown = figure(png, tmp_path / "index.html", "what", "caption", pdf)
+    assert (shown.source, shown.full) == ("figures/ppc.png", "figures/ppc.pdf")
+    assert (shown.width, shown.height) == (600, 300)
+    with pytest.raises(ArtefactError, match="is not a PNG"):
+        figure(pdf, tmp_path / "index.html", "what", "caption")
+
+
+def test_the_comparison_is_shown_as_written_and_escaped(tmp_path: Path) -> None:
+    path = tmp_path / "paper_comparison.csv"
+    path.write_text(
+        'quantity,paper,this_study,note,origin\n"r(k_0, k_ATP)",-0.84 +- 0.15,-0.80,<b>near</b>,found\n'
+        "D,6,6,the same,designed (there)\n"
+    )
+    first, second = paper_table(read_comparison(path), TITLE).rows
+    assert (first.cells[4], second.cells[4]) == ("found", "† designed (there)")
+    cells = first.cells
+    assert cells[0] == "r(k_0, k_ATP)"
+    assert cells[1:3] == ("−0.84 +- 0.15", "−0.80")
+    assert cells[3] == "<b>near</b>" and with_symbols(cells[3]) == "&lt;b&gt;near&lt;/b&gt;"
+    path.write_text("quantity,paper\n")
+    with pytest.raises(ArtefactError, match="lacks the columns this_study, note, origin"):
+        read_comparison(path)
+
+
+def test_means_are_over_the_supported_subjects_alone() -> None:
+    experiment = make_experiment("paper", {"A": True, "B": True, "E": False})
+    experiment.scores.loc[0, "rmse_kpa"] = 1.0
+    facts = {fact.name: str(fact.value) for fact in headline(experiment)}
+    assert facts["Subjects that the prior supports"] == "2 of 3"
+    assert "→ 1.50 ± 0.71 kPa" in facts["RMSE of the predictive median, prior → posterior"]
+    rows = score_table(experiment, TITLE).rows
+    assert [row.muted for row in rows] == [False, False, True, False]
+    assert rows[-1].cells[2] == "1.50 ± 0.71"
+    assert rows[2].cells[2] == "–"
+
+
+def test_both_recoveries_stand_side_by_side_at_the_level_of_the_credible_intervals() -> None:
+    rows = recovery_table([make_experiment("paper", {"A": True})]).rows
+    assert len(rows) == len(THETA_NAMES)
+    assert rows[0].cells[2:6] == ("90", "25.0 (20.0 to 30.0)", "400", "12.5 (20.0 to 30.0)")
+
+
+def test_intervals_that_cover_too_little_are_pointed_out() -> None:
+    experiment = make_experiment("paper", {"A": True})
+    assert "cover the truth less often" in caution(experiment)
+    assert "k_SR (12.5 %)" in caution(experiment)
+    experiment.recovery.acquisition["ci_high"] = 0.95
+    assert caution(experiment) == ""
+
+
+def test_experiments_differ_in_the_settings_that_were_changed() -> None:
+    main = make_experiment("paper", {"A": True, "B": True})
+    other = make_experiment("scalar_only", {"A": True, "B": False}, use_trajectory=False)
+    rows = differences_table([other], main).rows
+    assert [row.cells for row in rows] == [("scalar_only", "summary.use_trajectory", "true", "false")]
+    shown = {str(row.cells[0]): row.cells[1:] for row in comparison_table([main, other], TITLE).rows}
+    assert shown["Subjects supported"] == ("2 of 2 (A, B)", "1 of 2 (A)")
+    assert shown["Epochs trained"] == ("3", "3")
+    assert median_table([main, other], TITLE).rows[-1].cells[3:] == ("5.00 (4.00 to 6.00)", "–")
+    larger = make_experiment("calibrated", {"A": True, "G": True})
+    last = median_table([main, larger], TITLE).rows[-1].cells  # a subject that the first does not have
+    assert (last[0], *last[3:]) == ("G", "–", "5.00 (4.00 to 6.00)")
+
+
+def test_a_study_that_supports_nobody_is_shown() -> None:
+    nobody = make_experiment("paper", {"A": False, "B": False})
+    facts = headline(nobody)
+    assert facts[0].value == "0 of 2"
+    assert not any("RMSE" in fact.name for fact in facts)
+    for make in (verdict_table, score_table, feature_table, posterior_table):
+        assert all(row.muted for row in make(nobody, TITLE).rows)
+    assert derived_table(nobody, TITLE).rows == ()
+    assert comparison_table([nobody], TITLE).rows[1].cells[1] == "–"
+
+
+def test_training_names_the_epoch_of_the_lowest_validation_loss() -> None:
+    row = training_table([make_experiment("paper", {"A": True})]).rows[0]
+    assert row.cells == ("paper", "3", "2", "1.00", "2.00", "2.00")

@@ -1,0 +1,89 @@
+"""The page's section on experiments over a population."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from cohort_case import REASON, STRATA, TITLE, strata, table
+from matplotlib.figure import Figure as Drawing
+
+from swesbi.artefacts import ArtefactError
+from swesbi.report.figures.style import save_figure
+from swesbi.report.page.figures import PagePart
+from swesbi.report.page.sections import make_population_section, section_figures
+from swesbi.report.tables.population import OverPopulation, cohort_table, strata_table
+from swesbi.study.stages.report_inputs import read_populations
+
+SETTINGS = {
+    "base": "calibrated",
+    "interval": 0.9,
+    "simulations": {"contexts": 5000, "draws_per_context": 40},
+    "population": {
+        "declared_range": {
+            "hr_bpm": [40.0, 130.0],
+            "lvedv_ml": [35.0, 200.0],
+            "ivsd_cm": [0.4, 1.4],
+            "relative_thickness": [0.15, 0.7],
+        }
+    },
+}
+
+
+def shown(subjects: int, refused: int) -> OverPopulation:
+    return OverPopulation("amortised", SETTINGS, 0.9, table(subjects, refused), strata())
+
+
+def test_coverage_stands_by_stratum_and_answer_at_the_level_of_the_intervals() -> None:
+    rows = strata_table(shown(3, 0)).rows
+    assert len(rows) == 2 * len(STRATA)
+    assert rows[0].cells == ("all", "network alone", *["90.0 (87.0 to 92.0)"] * 3, "400", "60")
+    assert [row.summary for row in rows[:3]] == [True, True, False]
+
+
+def test_a_small_cohort_has_a_row_a_subject_and_the_refused_their_reason() -> None:
+    rows = cohort_table(shown(4, 1), TITLE).rows
+    assert [row.cells[1] for row in rows] == ["supported", "strained", "unsupported", "refused"]
+    assert [row.muted for row in rows] == [False, False, True, True]
+    assert rows[0].cells[3] == "40.0 (32.0 to 52.0)"
+    assert rows[-1].cells[2:] == (REASON, *["–"] * 7)
+
+
+def test_a_large_cohort_is_counted() -> None:
+    rows = cohort_table(shown(60, 6), TITLE).rows
+    assert [row.cells[2] for row in rows] == ["18", "18", "18", "6"]
+    assert rows[2].cells[1] == "mass at a bound (18), χ² (18)"
+    assert rows[3].cells[3:] == ("10.0", "–")
+
+
+def test_the_section_says_what_it_is_and_what_came_out() -> None:
+    section = make_population_section(shown(60, 6), {}, TITLE)
+    assert section.base == "calibrated"
+    assert section.declared == (
+        "heart rate 40 to 130 /min, LVEDV 35 to 200 mL, septal thickness 0.4 to 1.4 cm, "
+        "septal thickness over the radius 0.15 to 0.7"
+    )
+    facts = {fact.name: fact.value for fact in section.facts}
+    assert facts["Trained on"] == "5,000 contexts, 200,000 simulations"
+    assert facts["Verdicts"] == "18 supported, 18 strained, 18 unsupported, 6 refused"
+    assert "90.0 %" in facts["Fresh contexts: 90 % intervals cover"]
+
+
+def test_nobody_answered_is_no_error() -> None:
+    facts = {fact.name for fact in make_population_section(shown(3, 3), {}, TITLE).facts}
+    assert "Exact posteriors" not in facts
+
+
+def test_figures_are_those_of_the_experiment(tmp_path: Path) -> None:
+    paths = [tmp_path / f"{name}.png" for name in ("cohort-amortised", "strata-amortised", "cohort-other")]
+    for path in paths:
+        save_figure(Drawing(figsize=(1.0, 1.0)), path)
+    figures = section_figures(PagePart.POPULATION, paths, "amortised", tmp_path / "index.html", TITLE)
+    assert set(figures) == {"cohort", "strata"}
+    assert TITLE in figures["cohort"].caption
+    assert TITLE not in figures["strata"].caption
+
+
+def test_a_missing_table_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ArtefactError, match="'amortised': no file of strata"):
+        read_populations({"amortised": SETTINGS}, [tmp_path / "amortised" / "cohort.csv"], [])

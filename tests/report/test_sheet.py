@@ -1,0 +1,154 @@
+"""The page of a subject: it says what its numbers are conditional on, and is the same bytes twice."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swesbi.checks.identifiability.more_repeats import MoreRepeats
+from swesbi.checks.scores import Band
+from swesbi.context import Context
+from swesbi.posterior.result import ExactResult
+from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.report.figures.sheet import draw_sheet
+from swesbi.report.figures.style import save_figure
+from swesbi.report.sheet import Informed, Population, Recorded, Sheet, ShownCurve
+from swesbi.report.sheet_text import header, heart_line, notes, quality_line, rows, verdict_text
+from swesbi.verdict.support import Support
+
+CONTEXT = Context("S-1", "F", 31.0, 1.7, 66.0, 95.0, 36.0, 0.82)
+MEDIANS = np.array([60.0, 5.0, 40.0, 2.0, 50.0])
+SUPPORT = Support(
+    1.0, "", 10, 10, {}, True, "supported: no test speaks against the model", (), "supported",
+    k_hat=0.3, efficiency=0.4, sampler="importance",
+)  # fmt: skip
+
+
+def _spread(log_sd: float, seed: int) -> np.ndarray:
+    return np.asarray(MEDIANS * np.exp(log_sd * np.random.default_rng(seed).standard_normal((4000, 5))))
+
+
+def _result(converged: bool = True) -> ExactResult:
+    draws = _spread(0.1, 1)[:, :4]
+    reasons = "" if converged else "R-hat 1.30"
+    return ExactResult(draws, draws, "importance", 0.3, 0.7, 0.4, float("nan"), converged, reasons, 0.9)
+
+
+def _curve() -> ShownCurve:
+    grid = np.linspace(0.0, 1.0, 50)
+    middle = 5.0 + 30.0 * np.exp(-0.5 * ((grid - 0.3) / 0.1) ** 2)
+    band = Band(middle, 0.9 * middle, 1.1 * middle)
+    at = slice(2, 50, 5)
+    new = Band(middle[at], 0.9 * middle[at], 1.1 * middle[at])
+    measured = middle[at] * np.array([1.0, 1.05, 0.95, 1.0, 1.3, 1.0, 1.0, 1.0, 1.0, 0.8])
+    return ShownCurve(grid, band, band, grid[at], measured, 0.05 * measured, new, 0.9, noisy=True)
+
+
+@pytest.fixture
+def sheet() -> Sheet:
+    """A supported subject, recorded with some rejections."""
+    return Sheet(
+        context=CONTEXT,
+        support=SUPPORT,
+        result=_result(),
+        values=_spread(0.1, 1),
+        recorded=Recorded(
+            "10 of 10 gated phases measured", "samples", "repeats", 90, {"low_r2": 7, "outlier": 3}
+        ),
+        curve=_curve(),
+        population=Population("of the prior of the study", _spread(0.5, 2), [CONTEXT]),
+        more=MoreRepeats((2.0, 4.0, 8.0), np.full((3, 5), 0.9)),
+        informed=(),
+        cohort_title="virtual volunteers",
+    )
+
+
+def test_the_stiffness_scale_is_called_conditional_wherever_it_stands(sheet: Sheet) -> None:
+    labels = [row[0] for row in rows(sheet)]
+    assert ["conditional" in label for label in labels] == [True, False, False, False, False]
+    assert any(note.startswith("Conditional: k_0 in kPa depends on the structure") for note in notes(sheet))
+    figure = draw_sheet(sheet)
+    titles = [axes.get_title(loc="left") for part in figure.subfigs[0].subfigs for axes in part.axes]
+    assert "$k_0$ (kPa), conditional" in titles
+    informed = [Informed(ClinicalMeasures(120.0, 80.0), _result())]
+    told = next(note for note in notes(replace(sheet, informed=informed)) if "cuff" in note)
+    assert told.startswith("With cuff pressures 120 / 80 mmHg as well: k_0, conditional 59.7 [")
+
+
+def test_rates_stand_in_time_as_well(sheet: Sheet) -> None:
+    shown = rows(sheet)
+    low, median, high = sheet.limits
+    assert [bool(row[3]) for row in shown] == [False, True, True, False, False]
+    assert shown[1][3] == f"{1e3 / median[1]:.0f} ({1e3 / high[1]:.0f} to {1e3 / low[1]:.0f})"
+
+
+def test_percentiles_are_those_of_the_population(sheet: Sheet) -> None:
+    below = replace(sheet, values=sheet.values * 0.01)
+    assert [row[4] for row in rows(below)] == ["0 (0 to 0)"] * 5
+    middle, low, high = rows(sheet)[0][4].replace("(", "").replace(")", "").replace(" to", "").split()
+    assert abs(int(middle) - 50) <= 3
+    assert int(low) < 42 < 58 < int(high)
+    assert any("Percentile: of the prior of the study" in note for note in notes(sheet))
+    assert any("Of 1 hearts of those that the network knows" in note for note in notes(sheet))
+
+
+def test_quality_is_told_by_reason(sheet: Sheet) -> None:
+    assert quality_line(sheet.recorded) == (
+        "Recording: 10 of 10 gated phases measured. 90 of 100 samples accepted, 10 rejected "
+        "(low R² (scanner) 7, outlier 3)."
+    )
+    assert quality_line(sheet.recorded) in notes(sheet)
+    assert heart_line(CONTEXT).startswith("sex F, age 31 years, BSA 1.70 m²")
+
+
+def test_the_predictive_check_counts_what_lies_inside(sheet: Sheet) -> None:
+    assert sheet.curve.inside == 8
+    assert any("8 of 10 measured phases lie in the 90 % interval" in note for note in notes(sheet))
+
+
+def test_more_repeats_stand_in_columns_or_nowhere(sheet: Sheet) -> None:
+    assert header(sheet)[5:] == ("2-fold", "4-fold", "8-fold")
+    assert rows(sheet)[0][5:] == ("90 %", "90 %", "90 %")
+    untold = replace(sheet, more=None, result=_result(converged=False))
+    assert len(header(untold)) == len(rows(untold)[0]) == 5
+    assert not any("more would buy" in note for note in notes(untold))
+    assert notes(untold)[0] == "NOT CONVERGED, do not use: R-hat 1.30"
+    draw_sheet(untold)
+
+
+def test_an_unsupported_subject_is_no_measurement(sheet: Sheet) -> None:
+    against = "boundary mass: 22 % of the posterior at a bound"
+    support = replace(
+        SUPPORT, status="unsupported", verdict=f"unsupported: {against}", reasons=(against, "other: too far")
+    )
+    assert verdict_text(support) == ("unsupported", (against[0].upper() + against[1:], "other: too far"))
+    assert notes(replace(sheet, support=support))[0].startswith("UNSUPPORTED: the recording is not one")
+
+
+def test_reasons_without_room_in_the_head_stand_below(sheet: Sheet) -> None:
+    reasons = tuple(f"test {index}: {'so it is ' * 14}" for index in range(6))
+    figure = draw_sheet(replace(sheet, support=replace(SUPPORT, reasons=reasons)))
+    head, *_, below = (part.axes[0] for part in figure.subfigs[0].subfigs)
+    shown = ["\n".join(text.get_text() for text in axes.texts) for axes in (head, below)]
+    for reason in reasons:
+        assert sum(reason[:7] in text for text in shown) == 1
+    assert reasons[0][:7] in shown[0] and reasons[-1][:7] in shown[1]
+
+
+def test_the_page_is_one_and_the_same_wherever_it_lies_in_memory(sheet: Sheet, tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    found, held = set(), []
+    for _ in range(3):
+        blocks = [bytearray(size) for size in rng.integers(1, 400, 30_000)]
+        held.append([blocks[i] for i in rng.permutation(len(blocks))[:5_000]])  # what stays leaves gaps
+        del blocks
+        figure = draw_sheet(sheet)
+        save_figure(figure, tmp_path / "sheet.pdf")
+        places = tuple(tuple(axes.get_position().extents) for axes in figure.axes)
+        found.add((places, (tmp_path / "sheet.pdf").read_bytes()))
+    ((_, content),) = found
+    assert content.count(b"/Type /Page ") + content.count(b"/Type /Page\n") == 1
+    assert b"CreationDate" not in content
