@@ -39,16 +39,16 @@ report: study ## Snakemake's own report of the finished study, in one file
 full: study ## the checks of calibration in large sizes, with the networks of the study, into results-full/ and docs/tables/
 	$(BIN)/snakemake --cores $(CORES) --configfile config/overlays/full.yaml -- checks
 	$(BIN)/python -m swesbi.study.model_version results-full/*/*.csv
-	$(BIN)/python -m swesbi.report.docs --stored
+	$(BIN)/python -m tools.docs --stored
 
 verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code
-	$(BIN)/python -m swesbi verify --out results/tables/claims.csv
+	$(BIN)/python -m tools.verify --out results/tables/claims.csv
 
 container: # an image of the project, where podman or docker can build one
 	$$(command -v podman || command -v docker || { echo "neither podman nor docker is here: install one of them" >&2; echo false; }) build --file Containerfile --tag swesbi .
 
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
-	$(BIN)/python -m swesbi.report.docs
+	$(BIN)/python -m tools.docs
 
 test: $(INSTALLED) ## the fast tests
 	$(PYTEST) -m "$(TESTS)" $(OF)

@@ -16,10 +16,10 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import yaml
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from swesbi.config.read import read_merged
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.parameters import THETA
 from swesbi.recording.acquisition_settings import ACQUISITION, ACQUISITION_SEED
@@ -540,7 +540,7 @@ def main() -> None:
     arguments = parser.parse_args()
     matplotlib.use("Agg")
     if arguments.noise_levels:
-        plain = yaml.safe_load(arguments.noise_levels.read_text(encoding="utf-8"))
+        plain = read_merged(arguments.noise_levels)
         grid_points = MeasurementSettings.from_plain(plain["measurement"]).grid_points
         recording = RecordingSettings.from_plain(plain["recording"])
         write_noise_levels(arguments.folder, recording, grid_points)

@@ -31,7 +31,6 @@ COMMANDS = {
     "new-subject": "swesbi.study.new_subject",
     "change": "swesbi.study.change",
     "plan": "swesbi.study.plan",
-    "verify": "swesbi.study.verify",
     "inspect": "swesbi.study.inspect.command",
 }
 

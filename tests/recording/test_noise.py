@@ -27,13 +27,13 @@ from swesbi.recording.observation import read_contexts
 from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.docs.figures import write_noise_figure
 from swesbi.report.figures.recording import draw_noise
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual.files import samples_table
 from swesbi.virtual.volunteers import VOLUNTEERS, true_curve
+from tools.docs.figures import write_noise_figure
 
 TRUE = NoiseComponents(0.04, 0.08)
 SETTINGS = stage.NoiseStageSettings(

@@ -16,12 +16,12 @@ from swesbi.checks.pressures import ATTAINED, COLUMNS, RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import PHI_NAMES
 from swesbi.report.csv import write_csv
-from swesbi.report.docs.population import PopulationResults, pressures_part
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.page.sections import make_population_section
 from swesbi.report.tables.population import OverPopulation
 from swesbi.report.tables.pressures import pressures_of, pressures_table, read_pressures, subjects_table
 from swesbi.study.stages.report_inputs import read_populations
+from tools.docs.population import PopulationResults, pressures_part
 
 RATIOS = {RESISTANCE: 0.8, TIME_CONSTANT: 0.9, VOLUME_FACTOR: np.nan}
 

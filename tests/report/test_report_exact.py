@@ -18,8 +18,6 @@ from swesbi.checks.calibration.table import COLUMNS as CALIBRATION_COLUMNS
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.noise import CohortNoise, NoiseEstimate
-from swesbi.report.docs.calibration import PARTS, CalibrationResults
-from swesbi.report.docs.marks import PART, fill
 from swesbi.report.figures.style import save_figure
 from swesbi.report.page.figures import PagePart
 from swesbi.report.page.sections import make_section, section_figures
@@ -34,6 +32,8 @@ from swesbi.report.tables.experiments import (
     training_table,
 )
 from swesbi.report.tables.subjects import score_table
+from tools.docs.calibration import PARTS, CalibrationResults
+from tools.docs.marks import PART, fill
 
 SUBJECTS = "ADF"
 

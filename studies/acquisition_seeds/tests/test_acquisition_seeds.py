@@ -14,11 +14,11 @@ from studies.acquisition_seeds.table import SCORES, SeedRow, medians_table, seed
 from swesbi.artefacts import ArtefactError
 from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import load_study
-from swesbi.report.claims.findings import HOLDS, judged
-from swesbi.report.claims.manifest import read_manifest
-from swesbi.report.claims.sources import Sources
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.support import read_support
+from tools.claims.findings import HOLDS, judged
+from tools.claims.manifest import read_manifest
+from tools.claims.sources import Sources
 
 SUBJECTS = ("A", "F")
 

@@ -31,10 +31,10 @@ from studies.readings.figure import GROUPS, draw_readings
 from studies.readings.settings import CASES, ComparisonSettings, Reading, Treatment
 from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES
-from swesbi.report.claims.findings import HOLDS, judged
-from swesbi.report.claims.manifest import read_manifest
-from swesbi.report.claims.sources import Sources
 from swesbi.report.paper.values import read_paper
+from tools.claims.findings import HOLDS, judged
+from tools.claims.manifest import read_manifest
+from tools.claims.sources import Sources
 
 COMPARISON = ComparisonSettings(spread_fraction=0.05, missing_spreads=20.0, coverage_margin=0.05)
 NUMBERS = read_paper()

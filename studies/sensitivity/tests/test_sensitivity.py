@@ -24,7 +24,7 @@ from swesbi.artefacts import Provenance, save
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.study.stages.origin import Origin
-from swesbi.study.verify import main as verify
+from tools.verify import main as verify
 
 FOLDER = Path(__file__).parents[1]
 SECTION = read_yaml(FOLDER / "config.yaml")["sensitivity"]

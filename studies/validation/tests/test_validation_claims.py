@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from study_copy import ROOT
 
-from swesbi.report.claims.findings import HOLDS
-from swesbi.study.verify import verified
+from tools.claims.findings import HOLDS
+from tools.verify import verified
 
 
 def test_every_claim_of_the_page_holds(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,11 +12,11 @@ from study_copy import ROOT, StudyCopy
 from swesbi.artefacts import ArtefactError
 from swesbi.config.read import read_merged, text_of
 from swesbi.config.study import load_study
-from swesbi.report.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding
-from swesbi.report.claims.parts import parts_judged
-from swesbi.report.docs.__main__ import write_docs
-from swesbi.report.docs.pages import stored_pages, study_pages, together
-from swesbi.study.verify import main
+from tools.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding
+from tools.claims.parts import parts_judged
+from tools.docs.__main__ import write_docs
+from tools.docs.pages import stored_pages, study_pages, together
+from tools.verify import main
 
 SMOKE = Path("smoke.yaml")
 DOCS = Path("docs")

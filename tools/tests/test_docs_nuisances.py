@@ -10,8 +10,8 @@ from swesbi.config.read import parse_config, read_merged, text_of
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.parameters import NUISANCES
 from swesbi.prior import JointPriorSettings, sample
-from swesbi.report.docs.nuisances import AS_ABOVE, nuisances, nuisances_part, reasons_of
 from swesbi.report.numbers import MISSING
+from tools.docs.nuisances import AS_ABOVE, nuisances, nuisances_part, reasons_of
 
 TEXT = """\
 priors:

@@ -1,4 +1,4 @@
-"""Command line: ``python -m swesbi.report.docs`` writes the marked parts of documentation from results."""
+"""Command line: ``python -m tools.docs`` writes the marked parts of documentation from results."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Final
 from swesbi.artefacts import ArtefactError, atomic_path
 from swesbi.config.read import ConfigError, add_options, parsed, read_merged, text_of
 from swesbi.config.study import Study, load_study
-from swesbi.report.docs.calibration import experiment_shown
-from swesbi.report.docs.figures import write_noise_figure, write_population_figure
-from swesbi.report.docs.marks import MarkError, fill, standing
-from swesbi.report.docs.pages import stored_pages, study_pages, together
 from swesbi.report.page.figures import PagePart, figures_of
+from tools.docs.calibration import experiment_shown
+from tools.docs.figures import write_noise_figure, write_population_figure
+from tools.docs.marks import MarkError, fill, standing
+from tools.docs.pages import stored_pages, study_pages, together
 
 EXIT_USAGE: Final = 2
 
@@ -24,7 +24,7 @@ EXIT_USAGE: Final = 2
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the documentation's marked parts and figures; return 0, or 2 with a message."""
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi.report.docs",
+        prog="python -m tools.docs",
         description="Rewrite the marked parts of the pages under docs/, and copy "
         "the figures that the documentation shows, from a finished study.",
     )

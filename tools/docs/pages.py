@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.config.study import Study
-from swesbi.report.docs.calibration import PARTS as CALIBRATION_PARTS
-from swesbi.report.docs.calibration import experiment_shown, read_calibration_results
-from swesbi.report.docs.population import PARTS as POPULATION_PARTS
-from swesbi.report.docs.population import read_population_results
-from swesbi.report.docs.pushes import MARK as FREE_RUNNING
-from swesbi.report.docs.pushes import PushesResults, pushes_part
-from swesbi.report.docs.reproduction import PARTS
-from swesbi.report.docs.results import read_results
+from tools.docs.calibration import PARTS as CALIBRATION_PARTS
+from tools.docs.calibration import experiment_shown, read_calibration_results
+from tools.docs.population import PARTS as POPULATION_PARTS
+from tools.docs.population import read_population_results
+from tools.docs.pushes import MARK as FREE_RUNNING
+from tools.docs.pushes import PushesResults, pushes_part
+from tools.docs.reproduction import PARTS
+from tools.docs.results import read_results
 
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"

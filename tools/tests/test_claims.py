@@ -9,10 +9,10 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError
-from swesbi.report.claims.findings import COLUMNS, FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
-from swesbi.report.claims.manifest import Manifest, read_manifest
-from swesbi.report.claims.prose import quotations, rounding, unaccounted, value_of
-from swesbi.report.claims.sources import Sources
+from tools.claims.findings import COLUMNS, FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
+from tools.claims.manifest import Manifest, read_manifest
+from tools.claims.prose import quotations, rounding, unaccounted, value_of
+from tools.claims.sources import Sources
 
 MANIFEST = ROOT / "docs" / "claims.yaml"
 README = "Intervals hold the truth in 3 of four hearts, by `2` methods.\n"

@@ -14,8 +14,6 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import read_exact_result
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.noise import read_noise
-from swesbi.report.docs.nuisances import Nuisance, nuisances, nuisances_part, reasons_of
-from swesbi.report.docs.results import at_length, finished, of_experiment, read_experiment, read_table
 from swesbi.report.numbers import MISSING, share
 from swesbi.report.table import Table, markdown
 from swesbi.report.tables.calibration import alarms_table, calibration_summary
@@ -30,6 +28,8 @@ from swesbi.report.tables.exact import (
 from swesbi.report.tables.experiments import level
 from swesbi.report.tables.subjects import score_table
 from swesbi.verdict.answers import status
+from tools.docs.nuisances import Nuisance, nuisances, nuisances_part, reasons_of
+from tools.docs.results import at_length, finished, of_experiment, read_experiment, read_table
 
 
 @dataclass(frozen=True)

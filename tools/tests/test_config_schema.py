@@ -12,7 +12,7 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.config.read import overlay, read_merged, read_yaml
-from swesbi.config.schema import config_schema, main
+from tools.schema import config_schema, main
 
 SCHEMA = config_schema()
 

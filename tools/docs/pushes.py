@@ -11,10 +11,10 @@ import pandas as pd
 
 from swesbi.parameters import THETA
 from swesbi.report.csv import checked
-from swesbi.report.docs.results import read_table
 from swesbi.report.numbers import count, percent, span
 from swesbi.report.results import records
 from swesbi.report.table import Cell, Column, Row, Table, markdown, words
+from tools.docs.results import read_table
 
 MARK: Final = "free_running"
 NOT_RUN: Final = "Not measured yet: `make full` on a finished study."

@@ -14,16 +14,16 @@ from study_copy import ROOT, StudyCopy
 
 from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import Study, load_study
-from swesbi.report.docs.__main__ import documented, main
-from swesbi.report.docs.marks import PART, MarkError, fill
-from swesbi.report.docs.population import PopulationResults, scaling_part
-from swesbi.report.docs.reproduction import PARTS, truth_part
-from swesbi.report.docs.results import ReproductionResults, read_results
-from swesbi.report.docs.statements import STATEMENTS, statements_part
 from swesbi.report.numbers import fixed, mean_sd, share
 from swesbi.report.page.figures import PagePart
 from swesbi.report.tables.population import OverPopulation
 from swesbi.verdict.support import read_support
+from tools.docs.__main__ import documented, main
+from tools.docs.marks import PART, MarkError, fill
+from tools.docs.population import PopulationResults, scaling_part
+from tools.docs.reproduction import PARTS, truth_part
+from tools.docs.results import ReproductionResults, read_results
+from tools.docs.statements import STATEMENTS, statements_part
 
 SHIPPED = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
 

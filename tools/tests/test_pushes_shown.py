@@ -13,8 +13,8 @@ from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.parameters import THETA_NAMES
 from swesbi.report.csv import write_csv
-from swesbi.report.docs.marks import standing
-from swesbi.report.docs.pushes import (
+from tools.docs.marks import standing
+from tools.docs.pushes import (
     MARK,
     NOT_COMPARED,
     NOT_RUN,

@@ -8,10 +8,10 @@ from os.path import commonprefix
 from pathlib import Path
 from typing import Final
 
-from swesbi.report.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding
-from swesbi.report.claims.prose import NUMBER, line_of
-from swesbi.report.docs.marks import PART
-from swesbi.report.docs.pages import Pages
+from tools.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding
+from tools.claims.prose import NUMBER, line_of
+from tools.docs.marks import PART
+from tools.docs.pages import Pages
 
 MAKE_DOCS: Final = "make docs"
 GENERATED: Final = "what is generated now"

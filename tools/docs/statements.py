@@ -7,10 +7,10 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.report.docs.results import ReproductionResults
 from swesbi.report.results import records
 from swesbi.report.table import Row, Table, markdown, words
 from swesbi.report.tables.experiments import marked
+from tools.docs.results import ReproductionResults
 
 CASE: Final = ", case "
 

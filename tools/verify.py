@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, get_args
 
 import pandas as pd
 
-from swesbi.config.read import add_options, parsed, read_merged, text_of
+from swesbi.artefacts import ArtefactError
+from swesbi.config.read import ConfigError, add_options, parsed, read_merged, text_of
 from swesbi.config.study import load_study
-from swesbi.report.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
-from swesbi.report.claims.manifest import Study, read_manifest
-from swesbi.report.claims.parts import parts_judged
-from swesbi.report.claims.sources import Sources
 from swesbi.report.csv import write_csv
-from swesbi.report.docs.pages import stored_pages, study_pages, together
+from tools.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
+from tools.claims.manifest import Study, read_manifest
+from tools.claims.parts import parts_judged
+from tools.claims.sources import Sources
+from tools.docs.pages import stored_pages, study_pages, together
 
 DOCS: Final = Path("docs")
 EXIT_FAILED: Final = 1
+EXIT_USAGE: Final = 2
 WIDTHS: Final = {"outcome": 9, "where": 26, "claim": 58, "expected": 12, "found": 14, "made_by": 40}
 """Columns of the printed table and how wide they are; the CSV has all columns at full length."""
 
@@ -78,7 +81,7 @@ def _cell(text: str, width: int) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="swesbi verify",
+        prog="python -m tools.verify",
         description="Find every number that README and documentation claim, in the table, setting or "
         "constant that gives it, as the manifest says (docs/claims.yaml). A number that rounds otherwise, "
         "words that are no longer there, a number of the README that no claim accounts for and a marked part "
@@ -97,3 +100,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, help="write the whole table as CSV, too")
     add_options(parser)
     return parser
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except (ArtefactError, ConfigError) as error:
+        print(f"verify: {error}", file=sys.stderr)
+        sys.exit(EXIT_USAGE)

@@ -9,12 +9,12 @@ import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
 from swesbi.report import training_tables
-from swesbi.report.docs.results import ReproductionResults
-from swesbi.report.docs.statements import statements_part
 from swesbi.report.numbers import fixed, share
 from swesbi.report.table import markdown, of_records
 from swesbi.report.tables import experiments
 from swesbi.report.tables.subjects import score_table, verdict_table
+from tools.docs.results import ReproductionResults
+from tools.docs.statements import statements_part
 
 
 def support_part(results: ReproductionResults) -> str:

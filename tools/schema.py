@@ -1,4 +1,4 @@
-"""The JSON Schema of ``config.yaml``, for editors: ``python -m swesbi.config.schema FILE`` writes it."""
+"""The JSON Schema of ``config.yaml``, for editors: ``python -m tools.schema FILE`` writes it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def config_schema() -> dict[str, Any]:
 def main(arguments: Sequence[str]) -> int:
     """Write the file; return 0."""
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi.config.schema",
+        prog="python -m tools.schema",
         description="Writes the JSON Schema of config.yaml, by which editors complete and check it.",
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="the file to write")

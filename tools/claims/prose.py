@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from swesbi.report.claims.manifest import HOLE
-from swesbi.report.docs.marks import PART
+from tools.claims.manifest import HOLE
+from tools.docs.marks import PART
 
 WORDS: Final = {
     "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10,

@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.report.claims.manifest import Claim, CodeSource, Found, Manifest, Source
-from swesbi.report.claims.prose import Quotation, line_of, quotations, rounding, unaccounted, value_of
-from swesbi.report.claims.sources import NoValueError, Sources
+from tools.claims.manifest import Claim, CodeSource, Found, Manifest, Source
+from tools.claims.prose import Quotation, line_of, quotations, rounding, unaccounted, value_of
+from tools.claims.sources import NoValueError, Sources
 
 HOLDS: Final = "holds"
 FAILS: Final = "FAILS"

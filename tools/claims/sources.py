@@ -13,7 +13,7 @@ import pandas as pd
 
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import CONFIGURATION, read_merged, read_yaml
-from swesbi.report.claims.manifest import (
+from tools.claims.manifest import (
     RESULTS,
     CodeSource,
     Found,
@@ -25,9 +25,9 @@ from swesbi.report.claims.manifest import (
     TextSource,
     YamlSource,
 )
-from swesbi.report.claims.prose import NUMBER, quotations, value_of
-from swesbi.report.docs.marks import PART
-from swesbi.report.docs.results import read_table
+from tools.claims.prose import NUMBER, quotations, value_of
+from tools.docs.marks import PART
+from tools.docs.results import read_table
 
 
 class NoValueError(ValueError):

@@ -12,13 +12,13 @@ import pandas as pd
 
 from swesbi.checks.calibration.ranks import WEIGHTED
 from swesbi.config.study import Study
-from swesbi.report.docs.results import at_length, finished
 from swesbi.report.figures.population import read_strata
 from swesbi.report.numbers import fixed, share
 from swesbi.report.table import markdown, of_records
 from swesbi.report.tables.population import OverPopulation, counts_table, strata_table
 from swesbi.report.tables.pressures import pressures_of, pressures_table, subjects_table
 from swesbi.verdict.answers import read_cohort
+from tools.docs.results import at_length, finished
 
 LEAST_SHOWN_S: Final = 60.0
 """Stages of less processor time for the largest cohort are in no row of their own."""

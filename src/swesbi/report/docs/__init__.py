@@ -1,1 +1,0 @@
-"""The parts of the documentation that are written from a finished study: ``python -m swesbi.report.docs``."""

@@ -1,0 +1,1 @@
+"""The parts of the documentation that are written from a finished study: ``python -m tools.docs``."""
