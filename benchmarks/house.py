@@ -5,8 +5,8 @@
     python benchmarks/house.py --configfile tests/smoke.yaml --csv house.csv
 
 Lines of ``src`` belong to one of three concerns. Presentation is the package ``report``. Plumbing is what the
-study is run with: ``artefacts``, ``config``, ``study``, ``code_hash``, ``definitions``, ``base``, ``seeds``,
-``progress``, and ``__init__`` and ``__main__`` of the package itself. All else is science.
+study is run with: ``artefacts``, ``base``, ``config``, ``seeds``, ``study``,
+and ``__init__`` and ``__main__`` of the package itself. All else is science.
 
 - ``size``: lines, files, imports, concerns, whole-line comments, long functions and files. A function is
   counted from its ``def`` to its last line, docstring included.
@@ -40,10 +40,10 @@ from swesbi.study.registry import STAGES, stage_place
 
 SOURCE: Final = Path(swesbi.__file__).parent
 PLUMBING: Final = (
-    *("artefacts", "config", "study", "code_hash", "definitions", "base", "seeds", "progress"),
+    *("artefacts", "base", "config", "seeds", "study"),
     *("__init__", "__main__"),
 )
-PRESENTATION: Final = ("show",)
+PRESENTATION: Final = ("report",)
 SCIENCE: Final = "science"
 HEAVY: Final = (
     *("torch", "sbi", "nflows", "zuko", "sklearn", "arviz", "emcee", "numba", "cma"),
