@@ -28,7 +28,7 @@ def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
     """Draw evidence, chi-squared and the coverage of each parameter against delta, a line for each tau.
 
     Args:
-        table: As of :func:`swesbi.checks.evidence.discrepancy_table`.
+        table: As of :func:`studies.discrepancy.evidence.discrepancy_table`.
         interval: Mass of the intervals whose coverage is shown.
     """
     with style():

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pandas as pd
 
+from studies.discrepancy.evidence import discrepancy_table, score_subject
 from studies.discrepancy.figure import draw_discrepancy
+from studies.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
-from swesbi.checks.evidence import discrepancy_table, score_subject
-from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.measurement import likelihood
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings

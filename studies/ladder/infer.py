@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from studies.discrepancy.evidence import Bank, PriorProposal, cover_pairs, evidence_se
 from studies.ladder.posteriors import (
     CHANGED,
     CHOSEN,
@@ -20,7 +21,6 @@ from studies.ladder.quantities import changed_recording, quantities_of
 from studies.ladder.settings import LadderEffort
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
-from swesbi.checks.evidence import Bank, PriorProposal, cover_pairs, evidence_se
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings

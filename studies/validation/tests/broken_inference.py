@@ -13,9 +13,9 @@ import numpy as np
 import speed_case
 from other_hearts_case import CONFIG, recorded
 
+from studies.discrepancy.evidence import fill_bank
 from studies.validation.score import HeartAnswer, intervals, truths
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.evidence import fill_bank
 from swesbi.draws import effective_draws, normalised, resampled_rows
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.speeds import measured_speeds

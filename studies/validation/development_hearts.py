@@ -1,6 +1,6 @@
 """What hearts of development ask for that are further from the model than those of studies/discrepancy.
 
-    python benchmarks/development_hearts.py --csv docs/tables/development_hearts.csv
+    python -m studies.validation.development_hearts --csv docs/tables/development_hearts.csv
 
 Hearts of the stream of development (studies/validation/README.md), none of the validation, are recorded and
 inferred by adaptive importance sampling, no network in between: 40 of generator b, whose physiology is drawn
@@ -23,11 +23,11 @@ from pathlib import Path
 from typing import Final
 
 import pandas as pd
-from passive_beat import study_settings, with_known_physiology
 
+from studies.discrepancy.evidence import PairScore, discrepancy_table, score_subject
+from studies.discrepancy.settings import DiscrepancyStudySettings
+from studies.validation.passive_beat import study_settings, with_known_physiology
 from swesbi.base.progress import Progress
-from swesbi.checks.evidence import PairScore, discrepancy_table, score_subject
-from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.measurement.likelihood import SpeedModelSettings

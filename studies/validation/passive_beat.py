@@ -1,6 +1,6 @@
 r"""What a fixed passive stiffness, and physiology taken as known, do where the heart is not the model.
 
-    python benchmarks/passive_beat.py --csv docs/tables/passive_beat.csv \
+    python -m studies.validation.passive_beat --csv docs/tables/passive_beat.csv \
         --figure docs/figures/passive-beat.png
 
 Generated subjects of a richer physiology than the model's, on which the discrepancy was chosen
@@ -27,11 +27,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from studies.discrepancy.evidence import Bank, fill_bank, score_pairs
+from studies.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
-from swesbi.checks.evidence import Bank, fill_bank, score_pairs
-from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.config.read import read_merged
 from swesbi.config.slices import fields_of
 from swesbi.config.study import load_study

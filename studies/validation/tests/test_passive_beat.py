@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import passive_beat
 import pytest
-from passive_beat import infer, inferences, study_settings, summary, table
+
+from studies.validation import passive_beat
+from studies.validation.passive_beat import infer, inferences, study_settings, summary, table
 
 ROOT = Path(__file__).parents[2]
 SUBJECTS = 12

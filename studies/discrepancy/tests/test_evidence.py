@@ -9,7 +9,7 @@ import pytest
 from scipy.special import logsumexp
 from speed_case import PHI, model, model_of_sweeps, settings
 
-from swesbi.checks.evidence import (
+from studies.discrepancy.evidence import (
     Bank,
     PairScore,
     PriorProposal,
@@ -18,7 +18,7 @@ from swesbi.checks.evidence import (
     score_pairs,
     score_subject,
 )
-from swesbi.checks.settings import DiscrepancyStudySettings
+from studies.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import PHI_NAMES

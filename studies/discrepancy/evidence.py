@@ -17,8 +17,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from studies.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.base.arrays import IntArray
-from swesbi.checks.settings import DiscrepancyStudySettings
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model, standardise
 from swesbi.measurement.settings import DiscrepancySettings
