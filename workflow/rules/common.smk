@@ -63,7 +63,7 @@ SPEEDS = "|".join(CONFIG.speed_experiments) or NONE
 OVER_POPULATION = "|".join(CONFIG.population_experiments) or NONE
 EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or NONE
 
-guard_run(workflow)
+guard_run(workflow, RESULTS)
 config[RUN] = current_run(workflow)
 # Stored costs are of the configuration as it is shipped.
 CURRENT = Run(
@@ -79,7 +79,6 @@ OF_SEVERAL = {}
 onstart:
     check_run(
         workflow,
-        RESULTS,
         [STUDY.cohort / "subjects.csv", *(STUDY.cohort / "swe").glob("*")],
     )
     # costs are stored by rule: two rules may run one stage

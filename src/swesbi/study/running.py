@@ -90,31 +90,37 @@ class Workflow(Protocol):
     overwrite_configfiles: Sequence[str | Path]
 
 
-def guard_run(workflow: Workflow) -> None:
+def guard_run(workflow: Workflow, results: str) -> None:
     """Hold the lock of runs until this process ends, and remove what a killed run left.
 
     A Snakefile calls it. Nothing happens in the processes of single jobs, and a dry run changes nothing.
     Unfinished results are made again by ``rerun-incomplete`` of the profile: each is written whole, but
     perhaps under other settings.
-    """
-    # it goes into shell lines as it is, and the environment may lie in a folder with a blank in its name
-    sys.executable = shlex.quote(sys.executable)
-    if workflow.is_main_process and not workflow.output_settings.dryrun:
-        hold_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks"))
-
-
-def check_run(workflow: Workflow, results: str, inputs: Sequence[Path] = ()) -> None:
-    """Look at the folder of the results and at the inputs before the first job; called by ``onstart``.
 
     Args:
         workflow: Snakemake's object of this name, in a Snakefile.
         results: Folder of the study's results.
+
+    Raises:
+        WorkflowError: Nothing can be written into that folder.
+    """
+    # it goes into shell lines as it is, and the environment may lie in a folder with a blank in its name
+    sys.executable = shlex.quote(sys.executable)
+    if workflow.is_main_process and not workflow.output_settings.dryrun:
+        check_writable(Path(results))
+        hold_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks"))
+
+
+def check_run(workflow: Workflow, inputs: Sequence[Path]) -> None:
+    """Look at the inputs before the first job; called by ``onstart``.
+
+    Args:
+        workflow: Snakemake's object of this name, in a Snakefile.
         inputs: Files that a study begins with.
 
     Raises:
-        WorkflowError: Nothing can be written, or an input is dated in the future.
+        WorkflowError: An input is dated in the future.
     """
-    check_writable(Path(results))
     check_dates(inputs)
     if workflow.local_exec and workflow.scheduler.job_rate_limiter is not None:
         # A limit of jobs a second is meant for clusters. Snakemake sets itself a timer for it after every
