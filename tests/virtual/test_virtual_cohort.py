@@ -14,16 +14,6 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from recordings import CONTEXT, RECORDING
 from study_copy import ROOT
-from swesbi.virtual.noise_levels import (
-    COMPARED,
-    NOISE_LEVELS,
-    PAPER_RMSE_KPA,
-    SEEDS,
-    at_level,
-    measure_level,
-    noise_levels,
-    residual,
-)
 
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import (
@@ -40,6 +30,16 @@ from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
 from swesbi.seeds import generator
 from swesbi.virtual.files import read_true_theta
+from swesbi.virtual.noise_levels import (
+    COMPARED,
+    NOISE_LEVELS,
+    PAPER_RMSE_KPA,
+    SEEDS,
+    at_level,
+    measure_level,
+    noise_levels,
+    residual,
+)
 from swesbi.virtual.tables import haemodynamics
 from swesbi.virtual.volunteers import VOLUNTEERS, Truth, Volunteer, record, simulate_truth
 
