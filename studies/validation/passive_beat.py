@@ -159,7 +159,7 @@ def infer(settings: GeneratedSettings, subjects: int, seed: int) -> list[Estimat
         model.measurement.grid_points,
         seed,
     )
-    models, estimates = inferences(model), []
+    models, estimates = inferences(model), list[Estimate]()
     progress = Progress("passive beat", len(cohort) * len(models), unit="posterior")
     for index, subject in enumerate(cohort):
         for name, under in models.items():
@@ -221,7 +221,7 @@ def _summarised(part: pd.DataFrame) -> dict[str, float]:
         "n": len(part),
         "covered": int(part["covered"].sum()),
         "coverage": round(float(part["covered"].mean()), 3),
-        "log_width": round(float(np.log(part["high"] / part["low"]).median()), 3),
+        "log_width": round(float(np.median(np.log(part["high"] / part["low"]))), 3),
         "bias_log": round(float(error.mean()), 3),
         "rms_error_log": round(float(np.sqrt((error**2).mean())), 3),
         "pull": round(float(slope), 3),
