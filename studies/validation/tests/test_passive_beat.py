@@ -9,7 +9,7 @@ import pytest
 from studies.validation import passive_beat
 from studies.validation.passive_beat import infer, inferences, study_settings, summary, table
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SUBJECTS = 12
 
 
