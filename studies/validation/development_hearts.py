@@ -4,7 +4,7 @@
 
 Hearts of the stream of development (studies/validation/README.md), none of the validation, are recorded and
 inferred by adaptive importance sampling, no network in between: 40 of generator b, whose physiology is drawn
-from ranges twice as wide in log as those of ``make discrepancy``, 60 of y, whose passive stiffness rises in
+from ranges twice as wide in log as those of the discrepancy, 60 of y, whose passive stiffness rises in
 compression as in stretch, and 24 of z, which have another structure (thin wall, second Piola stress, proximal
 twice as wide in log as those of studies/discrepancy, 60 of y, whose passive stiffness rises in compression
 capacitance). Each is inferred with the nuisance parameters free, as configured; with one exponent of the
