@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 from scipy.stats import binom
 
+from studies.subject_points import MARKERS
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.report.figures.style import PRIOR, TEXT_WIDTH_IN, in_percent, new_figure, style
-from swesbi.report.figures.subject_points import MARKERS
 from swesbi.report.numbers import as_percent
 
 HEIGHT_IN: Final = 4.2

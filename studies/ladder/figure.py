@@ -14,6 +14,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from studies.ladder.posteriors import SHIPPED
 from studies.ladder.quantities import ATTAINED, CHANGE_OF, SHOWN
 from studies.ladder.table import ABOUT_PEOPLE, AVERAGE
+from studies.subject_points import subject_points
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.report.figures.style import (
@@ -24,7 +25,6 @@ from swesbi.report.figures.style import (
     new_figure,
     style,
 )
-from swesbi.report.figures.subject_points import subject_points
 
 WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
 ROW_HEIGHT_IN: Final = 0.2

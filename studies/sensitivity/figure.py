@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
+from studies.subject_points import subject_points
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.report.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
-from swesbi.report.figures.subject_points import subject_points
 
 ROW_HEIGHT_IN: Final = 0.17
 FRAME_HEIGHT_IN: Final = 1.3
