@@ -76,6 +76,16 @@ def test_k_hat_finds_a_known_shape(shape: float) -> None:
     assert smooth(np.log(ratios))[1] == pytest.approx(shape, abs=0.12)
 
 
+@pytest.mark.filterwarnings("error")
+def test_weights_of_a_recording_far_outside_are_unreliable_without_a_warning() -> None:
+    """The largest ratio is all; the library's fit of the others' tail overflows."""
+    draws = np.random.default_rng(1).exponential(size=(3, 1000))
+    for log_ratio in -1e5 * draws**2:
+        log_weight, k_hat = smooth(log_ratio)
+        assert k_hat > 10.0
+        assert np.exp(log_weight).sum() == pytest.approx(1.0)
+
+
 def test_the_prior_in_the_mixture_bounds_the_weights() -> None:
     fraction, made_by = 0.1, proposal(0.5, 1.0)
     draws = weighted(0.5, 1.0, fraction)

@@ -95,7 +95,8 @@ def smooth(log_ratio: FloatArray) -> tuple[FloatArray, float]:
         return np.full(len(log_ratio), -np.log(len(log_ratio))), 0.0
     import arviz  # two seconds with pyplot, and most who import this module only read posteriors
 
-    log_weight, k_hat = arviz.psislw(log_ratio)  # type: ignore[no-untyped-call]
+    with np.errstate(all="ignore"):  # the fit to a tail of many thousand nats overflows; k-hat is large then
+        log_weight, k_hat = arviz.psislw(log_ratio)  # type: ignore[no-untyped-call]
     return np.asarray(log_weight), float(k_hat)
 
 
