@@ -2,7 +2,7 @@
 
 sys.path.insert(0, str(PROJECT))
 
-from explorer.settings import stage_params
+from explorer.settings import STAGE, page_settings
 
 # The page is of the first experiment on speeds, if there is one; its name does not say of which.
 if SPEED_EXPERIMENTS:
@@ -23,8 +23,10 @@ if SPEED_EXPERIMENTS:
         log:
             f"{RESULTS}/logs/explorer.log",
         params:
-            stage=lambda wildcards: stage_params(STUDY, EXPLORED),
+            stage=lambda _: job_params(
+                STAGE, page_settings(STUDY, EXPLORED), CONFIG.seed
+            ),
         message:
             f"Page on which the model of '{EXPLORED}' is moved by hand"
         script:
-            "stage.py"
+            "../workflow/scripts/stage.py"

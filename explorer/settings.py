@@ -6,7 +6,6 @@ from typing import Any, Final
 
 from swesbi.config.slices import fields_of
 from swesbi.config.study import Study
-from swesbi.study.registry import stage_code
 
 STAGE: Final = "explorer.stages:explorer"
 SOURCES: Final = (
@@ -23,18 +22,3 @@ def page_settings(study: Study, experiment: str) -> dict[str, Any]:
         ConfigError: The study has no such experiment.
     """
     return dict(sorted(fields_of(study, {"experiment": experiment}, SOURCES).items()))
-
-
-def stage_params(study: Study, experiment: str) -> dict[str, Any]:
-    """Return the params of the page's job, as ``stage`` of the workflow gives those of the study's own.
-
-    Raises:
-        As ``page_settings``.
-    """
-    return {
-        "code": stage_code(STAGE),
-        "name": STAGE,
-        "seed": study.config.seed,
-        "settings": page_settings(study, experiment),
-        "subject": "",
-    }

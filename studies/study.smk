@@ -30,7 +30,11 @@ def section_of(model):
     """Return the side study's own section of the configuration."""
     try:
         return parse_section(
-            SECTION, f"studies/{HERE.name}/config.yaml: {HERE.name}", model
+            SECTION,
+            f"studies/{HERE.name}/config.yaml",
+            model,
+            [HERE / "config.yaml", *workflow.overwrite_configfiles],
+            HERE.name,
         )
     except ConfigError as error:
         raise WorkflowError(str(error)) from None
@@ -45,13 +49,6 @@ def own_stage(name, settings):
             plain = settings(wildcards)
         except ConfigError as error:
             raise WorkflowError(str(error)) from None
-        code = stage_code(place)
-        return {
-            "code": code,
-            "name": place,
-            "seed": CONFIG.seed,
-            "settings": plain,
-            "subject": "",
-        }
+        return job_params(place, plain, CONFIG.seed)
 
     return params

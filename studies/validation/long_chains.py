@@ -89,7 +89,7 @@ class Answerer:
 
     Attributes:
         flow: The population's network.
-        noise: Noise of the study's cohort, from which standard errors are told.
+        noise: Noise of the study's cohort, from which standard errors are estimated.
         settings: Of the hearts and of their answers.
         local: Long chains, and how many draws the classifier sees.
         seed: The study's seed.

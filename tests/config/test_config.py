@@ -16,7 +16,16 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.config import slices
-from swesbi.config.read import ConfigError, merged_files, overlay, parse_config, read_merged, read_yaml
+from swesbi.config.models import Config
+from swesbi.config.read import (
+    ConfigError,
+    merged_files,
+    overlay,
+    parse_config,
+    parse_section,
+    read_merged,
+    read_yaml,
+)
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.acquisition_settings import ACQUISITION
@@ -187,6 +196,12 @@ def test_a_wrong_key_is_named_with_the_last_file_that_has_it_and_its_line(tmp_pa
     assert place_of("passive.exponent_c") == "model.yaml:4"
     assert place_of("passive.exponent_b") == "changes.yaml:2"
     assert place_of("sead") == "config.yaml:3"
+
+
+def test_a_wrong_key_of_a_section_is_named_with_the_section_and_its_place(tmp_path: Path) -> None:
+    (tmp_path / "own.yaml").write_text("mine:\n  seed: 1\n  sead: 2\n")
+    with pytest.raises(ConfigError, match=r"mine\.sead = 2: .*did you mean 'seed'\? \(.*own\.yaml:3\)"):
+        parse_section({"seed": 1, "sead": 2}, "own.yaml", Config, [tmp_path / "own.yaml"], "mine")
 
 
 def test_what_the_configuration_says_itself_wins_over_the_files_beside_it(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from swesbi.population.settings import MOST_SHOWN
 from swesbi.study.forecast import Run
 from swesbi.study.running import RUN
 from swesbi.study.running import check_run, current_run, guard_run
-from swesbi.study.registry import stage_code
+from swesbi.study.registry import job_params
 
 # Snakemake has merged the files of --configfile; the paths in those from elsewhere count from their own folders.
 # In another folder than the project's, recordings are the project's and results lie there.
@@ -116,19 +116,14 @@ wildcard_constraints:
 
 
 def stage(name, **fixed):
-    """Return the function that gives a stage's params: one plain dict, since Snakemake compares params unnamed.
+    """Return the function that gives a stage's params.
 
     ``fixed`` stands for wildcards that the rule does not have.
     """
 
     def params(wildcards):
-        return {
-            "code": stage_code(name),
-            "name": name,
-            "seed": CONFIG.seed,
-            "settings": stage_settings(STUDY, name, **fixed, **dict(wildcards.items())),
-            "subject": wildcards.get("subject", ""),
-        }
+        settings = stage_settings(STUDY, name, **fixed, **dict(wildcards.items()))
+        return job_params(name, settings, CONFIG.seed, wildcards.get("subject", ""))
 
     return params
 

@@ -33,7 +33,11 @@ class ConfigError(ValueError):
 
 
 def describe(
-    error: ValidationError, source: str, model: type[BaseModel], files: Sequence[Path] = ()
+    error: ValidationError,
+    source: str,
+    model: type[BaseModel],
+    files: Sequence[Path] = (),
+    section: str = "",
 ) -> ConfigError:
     """Turn a validation error into one line a problem: key, value, what is wrong, remedy, file and line.
 
@@ -42,18 +46,20 @@ def describe(
         source: Where the configuration stands, for messages.
         model: What it was held against.
         files: Those that were merged, the last of which wins.
+        section: Key of the files under which the model lies; none: they are the model.
     """
-    lines = [_line(details, model, files) for details in error.errors(include_url=False)]
+    lines = [_line(details, model, files, section) for details in error.errors(include_url=False)]
     return ConfigError(f"{source}: {len(lines)} problem(s)\n" + "\n".join(f"  - {line}" for line in lines))
 
 
-def _line(details: ErrorDetails, model: type[BaseModel], files: Sequence[Path]) -> str:
+def _line(details: ErrorDetails, model: type[BaseModel], files: Sequence[Path], section: str) -> str:
     location = _location(details["loc"])
-    key = ".".join(map(str, location)) or "(whole file)"
+    whole = [section, *location] if section else location
+    key = ".".join(map(str, whole)) or "(whole file)"
     remedy = _remedy(details, location, model)
     message = details["msg"].removeprefix("Value error, ")
     shown = "" if isinstance(details["input"], dict | list) else f" = {details['input']!r}"
-    place = _place(location, files)
+    place = _place(whole, files)
     return f"{key}{shown}: {message}{'; ' + remedy if remedy else ''}{f' ({place})' if place else ''}"
 
 
@@ -303,8 +309,10 @@ def parse_config(raw: Mapping[str, Any], source: str = "config.yaml", files: Seq
 Section = TypeVar("Section", bound=BaseModel)
 
 
-def parse_section(raw: object, source: str, model: type[Section], files: Sequence[Path] = ()) -> Section:
-    """Validate a section of the configuration, that of a side study for instance.
+def parse_section(
+    raw: object, source: str, model: type[Section], files: Sequence[Path] = (), section: str = ""
+) -> Section:
+    """Validate a section of the configuration, that of a side study for instance; arguments as `describe`.
 
     Raises:
         ConfigError: Lists every problem with key, value, remedy and place.
@@ -312,7 +320,7 @@ def parse_section(raw: object, source: str, model: type[Section], files: Sequenc
     try:
         return model.model_validate_json(json.dumps(raw, default=str))
     except ValidationError as error:
-        raise describe(error, source, model, files) from error
+        raise describe(error, source, model, files, section) from error
 
 
 def overlay(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

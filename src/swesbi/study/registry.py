@@ -105,6 +105,21 @@ def stage_place(name: str) -> tuple[str, str]:
     return (module, function) if module else (_STAGES[name].module, name)
 
 
+def job_params(name: str, settings: Mapping[str, Any], seed: int, subject: str = "") -> dict[str, Any]:
+    """Return the params of a job that runs a stage: one plain dict, since Snakemake compares params unnamed.
+
+    Raises:
+        As ``stage_code``.
+    """
+    return {
+        "code": stage_code(name),
+        "name": name,
+        "seed": seed,
+        "settings": settings,
+        "subject": subject,
+    }
+
+
 def stage_code(name: str) -> str:
     """Return the hash of the code that a stage runs.
 
