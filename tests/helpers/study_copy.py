@@ -118,18 +118,10 @@ def run_side_study(study: StudyCopy, name: str) -> Path:
     A second run finds nothing to do.
     """
     copy_tree(ROOT / "studies", study.folder / "studies")  # one side study may take code of another
-    snakemake = [
-        sys.executable,
-        "-m",
-        "snakemake",
-        "--snakefile",
-        f"studies/{name}/Snakefile",
-        "--cores",
-        "2",
-    ]
-    given = ["--configfile", study.config, f"studies/{name}/small.yaml"]
+    snakemake = ("-m", "snakemake", "--snakefile", f"studies/{name}/Snakefile", "--cores", "2")
+    given = ("--configfile", study.config, f"studies/{name}/small.yaml")
     for expected in ("", "Nothing to be done"):
-        done = study.call(*snakemake[1:], *given)
+        done = study.call(*snakemake, *given)
         assert done.returncode == 0, done.stdout + done.stderr
         assert expected in done.stdout + done.stderr
     return study.results / "studies" / name
