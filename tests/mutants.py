@@ -212,7 +212,7 @@ MUTANTS: Final = (
     Mutant("effects of sweeps enter the likelihood with the wrong sign", "recording/sweeps.py",
            "crossed -= self.variance[SWEEP]", "crossed += self.variance[SWEEP]"),
     Mutant("intervals of the noise of sweeps by the whole quantile of chi-squared", "recording/sweeps.py",
-           "drop = 0.5 * float(chi2", "drop = float(chi2"),
+           "drop = 0.5 * float(chdtri", "drop = float(chdtri"),
     Mutant("error of a mean over repeats falls with their root alone", "recording/speed.py",
            "np.sqrt(by_phase.sums(variance)) / by_phase.sizes",
            "np.sqrt(by_phase.sums(variance)) / np.sqrt(by_phase.sizes)"),
