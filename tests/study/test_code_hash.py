@@ -76,6 +76,23 @@ def test_docstrings_comments_and_layout_do_not_count(toy: Toy) -> None:
     assert not toy.changed_by("part/science.py", "def law(x):\n    return 2 * x\n", text)
 
 
+SETTINGS = "from pydantic import Field\nclass S:\n    x: int = Field(ge=1, description='one')\n"
+
+
+def test_the_description_of_a_field_does_not_count_and_its_range_does(toy: Toy) -> None:
+    toy.write({"part/science.py": SETTINGS, "part/__init__.py": ""})
+    toy.write({"stages/one.py": "from toy.part.science import S\ndef run(): return S()\n"})
+    assert not toy.changed_by("part/science.py", "'one'", "'another, ' 'toy.part'")
+    assert toy.changed_by("part/science.py", "ge=1", "ge=2")
+
+
+def test_the_description_of_anything_else_counts(toy: Toy) -> None:
+    own = SETTINGS.replace("from pydantic import Field", "def Field(**given): return given")
+    toy.write({"part/science.py": own, "part/__init__.py": ""})
+    toy.write({"stages/one.py": "from toy.part.science import S\ndef run(): return S()\n"})
+    assert toy.changed_by("part/science.py", "'one'", "'another'")
+
+
 def test_functions_of_one_module_have_hashes_of_their_own(toy: Toy) -> None:
     toy.write({"stages/one.py": "def run(): return 1\ndef walk(): return 2\n"})
     walk = toy.hash("walk")

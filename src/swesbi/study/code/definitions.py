@@ -1,6 +1,7 @@
 """The definitions of one module as the hash of the code sees them: their meaning as text, and what they name.
 
-The text of a definition has no docstrings, comments or positions. A name that the module imports or defines
+The text of a definition has no docstrings, comments or positions, and no descriptions of the fields of
+settings, which say what a value means and change none. A name that the module imports or defines
 is written as a number, and the chain that it stands for is kept beside it: module, name, attributes, as
 ``("swesbi.seeds", "generator")``. How a name was imported, and from where, so is not part of the text.
 """
@@ -30,6 +31,8 @@ _FUNCTIONS: Final = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 _COMPREHENSIONS: Final = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 _ANNOTATED: Final = {"annotation", "returns"}
 _SKIPPED: Final = {"ctx", "type_comment", "kind"}
+_FIELD: Final = ("pydantic", "Field")
+_DESCRIPTION: Final = "description"
 
 
 @dataclass(frozen=True)
@@ -228,10 +231,18 @@ class _Writer:
             self.strings.add(node.value)
 
     def _call(self, node: ast.Call, scope: Scope) -> None:
-        """Write a call; the first argument of ``cast`` is an annotation."""
+        """Write a call: in ``cast``, an annotation comes first; a field's description is left out."""
         if isinstance(node.func, ast.Name) and node.func.id == "cast" and node.args:
             self._annotation(node.args[0], scope)
+        if self._is_field(node.func, scope):
+            keywords = [given for given in node.keywords if given.arg != _DESCRIPTION]
+            node = ast.Call(node.func, node.args, keywords)
         self._fields(node, scope)
+
+    def _is_field(self, function: ast.expr, scope: Scope) -> bool:
+        if not isinstance(function, ast.Name) or function.id in scope:
+            return False
+        return self.source.chain_of(function.id) == _FIELD
 
     def _annotation(self, annotation: ast.AST, scope: Scope) -> None:
         """Follow the names in the strings of an annotation."""

@@ -1,7 +1,8 @@
 """A hash of the code that a stage runs: its function and every definition of the package that it leads to.
 
 Snakemake does not notice edits of an installed package. Rules therefore carry this hash as a parameter:
-editing the code of a stage reruns the stage, while comments, formatting and docstrings do not count.
+editing the code of a stage reruns the stage, while comments, formatting, docstrings and
+descriptions of settings do not count.
 
 The hash starts at one function and follows names:
 
