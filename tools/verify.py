@@ -11,7 +11,7 @@ from typing import Final, get_args
 import pandas as pd
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import ConfigError, add_options, parsed, read_merged, text_of
+from swesbi.config.read import ConfigError, add_options, parsed, read_merged
 from swesbi.config.study import load_study
 from swesbi.report.csv import write_csv
 from tools.claims.findings import FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
@@ -62,7 +62,7 @@ def verified(config: Path, changes: Path | None, whose: Study, manifest: Path) -
     claims = read_manifest(manifest)
     pages = stored_pages(study, DOCS)
     if whose == "full":
-        pages = together(study_pages(study, DOCS, text_of(config)), pages)
+        pages = together(study_pages(study, DOCS), pages)
     sources = Sources(claims.sources, Path(study.config.results), whose)
     return [*judged(claims, sources), *parts_judged(pages, DOCS)]
 

@@ -14,6 +14,7 @@ from typing import Annotated, Final, Protocol, Self
 
 import numpy as np
 from pydantic import Field, model_validator
+from pydantic.config import JsonDict
 
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.base.settings import Settings
@@ -22,15 +23,16 @@ from swesbi.parameters import NUISANCES, OPERATOR_NAMES, PHI_NAMES, PHYSIOLOGY_N
 VARIANCE_POINTS: Final = 100_000
 SOBOL_POWER: Final = 16
 Positive = Annotated[float, Field(gt=0.0)]
+OF_ITS_KEY: Final[JsonDict] = {"unit": "of its key"}
 
 
 class ParameterPrior(Settings):
     """Bounded log-Gaussian prior of one parameter; centre and bounds in the parameter's unit."""
 
-    centre: Positive = Field(description="exp of the mean of log theta")
-    log_sd: Positive = Field(description="standard deviation of log theta")
-    low: Positive = Field(description="hard lower bound")
-    high: Positive = Field(description="hard upper bound")
+    centre: Positive = Field(description="Exp of the mean of log theta.", json_schema_extra=OF_ITS_KEY)
+    log_sd: Positive = Field(description="Standard deviation of log theta.")
+    low: Positive = Field(description="Hard lower bound.", json_schema_extra=OF_ITS_KEY)
+    high: Positive = Field(description="Hard upper bound.", json_schema_extra=OF_ITS_KEY)
 
     @model_validator(mode="after")
     def _check_bounds(self) -> Self:
@@ -44,20 +46,82 @@ class NuisanceSettings(Settings):
 
     R_d and the time constant R_d C_s are independent, so that R_d and C_s are negatively correlated; the
     duration is that at the reference period, which a subject's heart rate scales.
+
+    No recording of speeds tells them; they are drawn with every simulation. Centres are those of
+    `forward_model`, or round values about them. Widths are what is known of healthy adults, or a
+    judgement that says so. Bounds lie at four standard deviations. Deleting a line fixes the parameter:
+    b at `passive`, scales at 1, others at `forward_model`.
     """
 
-    activation_onset_s: ParameterPrior | None = None
-    activation_duration_s: ParameterPrior | None = None
-    activation_ramp_s: ParameterPrior | None = None
-    destruction_alpha: ParameterPrior | None = None
-    sigma_0_pa: ParameterPrior | None = None
-    passive_wall_factor: ParameterPrior | None = None
-    distal_resistance_pa_s_m3: ParameterPrior | None = None
-    arterial_time_constant_s: ParameterPrior | None = None
-    stressed_volume_factor: ParameterPrior | None = None
-    exponent_b: ParameterPrior | None = None
-    passive_compression_factor: ParameterPrior | None = None
-    speed_scale: ParameterPrior | None = None
+    activation_onset_s: ParameterPrior | None = Field(
+        default=None,
+        description="Onset of activation after the R peak. The pre-ejection period has a standard "
+        "deviation of 13 ms at a given heart rate (Weissler et al., Circulation 1968;37:149).",
+    )
+    activation_duration_s: ParameterPrior | None = Field(
+        default=None,
+        description="Duration of activation at the reference period. QS2 has a standard deviation of 14 "
+        "ms at a given heart rate (Weissler et al., Circulation 1968;37:149). The QTc interval has about "
+        "20 ms of 410 (Mason et al., J Electrocardiol 2007;40:228). The duration follows heart rate by "
+        "the square root of the period, as in `forward_model`.",
+    )
+    activation_ramp_s: ParameterPrior | None = Field(
+        default=None,
+        description="Width of the ramps of activation. Calcium in human myocytes rises from 10 to 90 % "
+        "within 15 to 60 ms, by preparation and temperature (chosen).",
+    )
+    destruction_alpha: ParameterPrior | None = Field(
+        default=None,
+        description="Bonds destroyed per unit of strain. There is no measurement; a factor of two either "
+        "way at two standard deviations (chosen).",
+    )
+    sigma_0_pa: ParameterPrior | None = Field(
+        default=None,
+        description="Stress of the fully activated fibre. The greatest force of skinned human myocytes "
+        "varies by 10 to 15 % between donor hearts (chosen within it).",
+    )
+    passive_wall_factor: ParameterPrior | None = Field(
+        default=None,
+        description="Factor of the passive moduli of the wall. Passive moduli of healthy human hearts "
+        "differ by a quarter and more between persons (fits to MRI: Genet et al., J Appl Physiol "
+        "2014;117:142; chosen).",
+    )
+    distal_resistance_pa_s_m3: ParameterPrior | None = Field(
+        default=None,
+        description="Systemic vascular resistance. The reference range, 700 to 1600 dyn s/cm5, spans four "
+        "standard deviations of the log.",
+    )
+    arterial_time_constant_s: ParameterPrior | None = Field(
+        default=None,
+        description="Time constant R_d C_s of the arterial decay. Stroke volume over pulse pressure "
+        "varies by a quarter (de Simone et al., J Am Coll Cardiol 1999;33:800). Resistance explains a "
+        "part of that. R_d and C_s are thereby negatively correlated (-0.7).",
+    )
+    stressed_volume_factor: ParameterPrior | None = Field(
+        default=None,
+        description="Factor of the stressed volume. It is free with cuff pressures alone, by "
+        "clinical.stressed_volume_factor.",
+    )
+    exponent_b: ParameterPrior | None = Field(
+        default=None,
+        description="Exponent of the passive stiffness. Exponents of Fung's law for human myocardium "
+        "spread over a factor of two (chosen).",
+    )
+    passive_compression_factor: ParameterPrior | None = Field(
+        default=None,
+        description="Passive stiffness of a wall at a stretch of 0.85, over what the one exponent makes "
+        "it there. Tests stretch passive myocardium. Below its resting length it resists too (restoring "
+        "force of titin: Helmes et al., Circ Res 1996;79:619). How much is not known. A wall as stiff in "
+        "compression as in stretch, a factor of 5, lies at 1.1 standard deviations. That was chosen on "
+        "hearts of development (docs/calibration.md). Bounds lie at two: at the upper one the passive "
+        "part of end systole is a third of what the bonds reach.",
+    )
+    speed_scale: ParameterPrior | None = Field(
+        default=None,
+        description="Scale of all speeds of a recording. Plate thickness, fibre angle and dispersion make "
+        "it. Systems differ by about 5 % on the same phantoms (RSNA/QIBA: Hall et al., IEEE Int Ultrason "
+        "Symp 2013; Palmeri et al., J Ultrasound Med 2021;40:569).",
+    )
 
     def freed(self, names: Iterable[str]) -> dict[str, ParameterPrior]:
         """Return the priors of those of these names that have one, in the order of the names."""
@@ -76,13 +140,23 @@ class NuisanceSettings(Settings):
 
 
 class PriorSettings(Settings):
-    """The prior of theta = (k_0, k_ATP, k_SR), and of the nuisance parameters that are free beside it."""
+    """The prior of theta = (k_0, k_ATP, k_SR), and of the nuisance parameters that are free beside it.
 
-    k0_kpa: ParameterPrior
-    k_atp_per_s: ParameterPrior
-    k_sr_per_s: ParameterPrior
+    The form is bounded log-Gaussian, independent (paper, Sec. 2.4).
+    """
+
+    k0_kpa: ParameterPrior = Field(description="Prior of k_0, the active stiffness scale (paper, Sec. 2.4).")
+    k_atp_per_s: ParameterPrior = Field(
+        description="Prior of k_ATP, the contraction rate (paper, Sec. 2.4). That of `wide` is wider: "
+        "wider priors shifted k_ATP and degraded coverage (paper, Sec. 3). Its width is chosen."
+    )
+    k_sr_per_s: ParameterPrior = Field(
+        description="Prior of k_SR, the relaxation rate (paper, Sec. 2.4). That of `wide` is wider, by a "
+        "chosen width."
+    )
     nuisances: NuisanceSettings = Field(
-        default=NuisanceSettings(), description="nuisance parameters that are free, each by its prior"
+        default=NuisanceSettings(),
+        description="Nuisance parameters that are free, each by its prior. They are integrated out.",
     )
 
     @property

@@ -13,7 +13,7 @@ from swesbi.config.study import Study
 
 Seeds = Annotated[
     tuple[Annotated[int, Field(ge=0)], ...],
-    Field(min_length=1, description="seeds of the acquisition noise; each volunteer is recorded under each"),
+    Field(min_length=1, description="Seeds of the acquisition noise; each volunteer is recorded under each."),
 ]
 JUDGED: Final = (
     "experiment.summary experiment.support experiment.predictive prior forward_model measurement passive "
@@ -23,7 +23,10 @@ JUDGED: Final = (
 
 
 class AcquisitionSeedsSettings(Settings):
-    """The virtual volunteers recorded anew, with other noise: the section ``acquisition_seeds``."""
+    """The virtual volunteers recorded anew, with other noise: the section ``acquisition_seeds``.
+
+    The first seed is that of the shipped recordings.
+    """
 
     seeds: Seeds
 

@@ -17,13 +17,27 @@ from swesbi.measurement.settings import DiscrepancySettings
 class DiscrepancyStudySettings(Settings):
     """The generated cohort, the grid of (delta, tau) and the effort put into each evidence."""
 
-    subjects: int = Field(ge=1, description="generated subjects")
-    speed_fractions: tuple[Fraction, ...] = Field(min_length=1, description="grid of delta")
-    timing_cycles: tuple[Cycle, ...] = Field(min_length=1, description="grid of tau")
-    simulations_per_round: int = Field(ge=100, description="simulations that each proposal adds")
-    max_rounds: int = Field(ge=1, description="proposals at most, the prior among them")
-    min_effective_draws: int = Field(ge=10, description="effective sample size at which a pair is done")
-    interval: float = Field(gt=0, lt=1, description="mass of the intervals whose coverage is counted")
+    subjects: int = Field(
+        ge=1,
+        description="Generated subjects. Chosen: tells both to about one step of the grid (standard "
+        "errors in the table).",
+    )
+    speed_fractions: tuple[Fraction, ...] = Field(
+        min_length=1, description="Grid of delta. Chosen: up to more than the best by far."
+    )
+    timing_cycles: tuple[Cycle, ...] = Field(min_length=1, description="Grid of tau. Chosen likewise.")
+    simulations_per_round: int = Field(ge=100, description="Simulations that each proposal adds. Chosen.")
+    max_rounds: int = Field(
+        ge=1, description="Proposals at most, the prior among them. Chosen: rarely reached."
+    )
+    min_effective_draws: int = Field(
+        ge=10,
+        description="Effective sample size at which a pair is done. Chosen: log evidence of one subject "
+        "to about 0.04.",
+    )
+    interval: float = Field(
+        gt=0, lt=1, description="Mass of the intervals whose coverage is counted. As everywhere."
+    )
 
     @property
     def pairs(self) -> tuple[DiscrepancySettings, ...]:
@@ -38,7 +52,7 @@ class DiscrepancyStudySettings(Settings):
 class ChoiceSettings(DiscrepancyStudySettings):
     """The choice of the discrepancy for one experiment: the section ``discrepancy`` of config.yaml."""
 
-    experiment: str = Field(min_length=1, description="an experiment of kind speeds")
+    experiment: str = Field(min_length=1, description="An experiment of kind speeds.")
 
 
 def choice_settings(study: Study, choice: ChoiceSettings) -> dict[str, Any]:

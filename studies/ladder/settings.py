@@ -18,20 +18,35 @@ from swesbi.parameters import THETA_NAMES
 class Structure(Settings):
     """Other equations, or other fixed values in them: ``changes`` to the configuration."""
 
-    label: str = Field(min_length=1, description="what figures and tables call it")
-    changes: dict[str, JsonValue] = Field(description="keys of the configuration with their other values")
+    label: str = Field(min_length=1, description="What figures and tables call it.")
+    changes: dict[str, JsonValue] = Field(description="Keys of the configuration with their other values.")
 
 
 class LadderEffort(Settings):
-    """What is inferred under each structure, and the effort put into it."""
+    """What is inferred under each structure, and the effort put into it.
 
-    speed_fractions: tuple[Fraction, ...] = Field(min_length=1, description="grid of delta")
-    timing_cycles: tuple[Cycle, ...] = Field(min_length=1, description="grid of tau")
-    simulations_per_round: int = Field(ge=100, description="simulations that each proposal adds to a bank")
-    max_rounds: int = Field(ge=2, description="proposals of a bank at most")
-    min_effective_draws: int = Field(ge=10, description="effective sample size at which a pair is done")
+    The grid is of delta and tau, chosen anew under each structure by the evidence of the whole cohort.
+    Results at the shipped pair stand beside.
+    """
+
+    speed_fractions: tuple[Fraction, ...] = Field(
+        min_length=1, description="Grid of delta. Chosen: from a quarter to twice of what is shipped."
+    )
+    timing_cycles: tuple[Cycle, ...] = Field(min_length=1, description="Grid of tau. Chosen.")
+    simulations_per_round: int = Field(
+        ge=100, description="Simulations that each proposal adds to a bank. Chosen."
+    )
+    max_rounds: int = Field(ge=2, description="Proposals of a bank at most. Chosen.")
+    min_effective_draws: int = Field(
+        ge=10,
+        description="Effective sample size at which a pair is done. Chosen: log evidence of a subject and "
+        "pair to 0.05.",
+    )
     change: dict[str, float] = Field(
-        min_length=1, description="factors of theta by which a second recording of each person is made"
+        min_length=1,
+        description="Factors of theta by which a second recording of each person is made, by the "
+        "equations as configured. It asks what of a change within a person every structure sees. Chosen: "
+        "a stronger and stiffer heart, within what exercise or a drug does.",
     )
 
     @model_validator(mode="after")
@@ -56,11 +71,20 @@ class LadderEffort(Settings):
 class LadderSettings(LadderEffort):
     """The ladder of structures: the section ``ladder`` of config.yaml."""
 
-    experiment: str = Field(min_length=1, description="its network gives first proposals")
+    experiment: str = Field(min_length=1, description="Its network gives first proposals.")
     survives_widths: float = Field(
-        gt=0.0, description="a quantity survives that no structure moves by as many widths of its interval"
+        gt=0.0,
+        description="A quantity survives that no structure moves by as many widths of its interval. "
+        "Chosen: half a width of the base's interval, as the figure of studies/sensitivity shades.",
     )
-    structures: dict[str, Structure] = Field(min_length=2, description="`base`, without changes, among them")
+    structures: dict[str, Structure] = Field(
+        min_length=2,
+        description="Structures by name; `base`, without changes, among them. `alpha_4` has 2.7 times the "
+        "centre, and bounds at four standard deviations. Every value of `physiological_timing` is by "
+        "physiological_timing.py: CMA-ES over 20 contexts, seed 1, at the prior's centre. Its priors have "
+        "these centres, widths as configured, and bounds at four standard deviations or at the declared "
+        "range. README.md has what it reaches.",
+    )
 
     @model_validator(mode="after")
     def _check_base(self) -> Self:

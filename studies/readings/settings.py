@@ -21,32 +21,33 @@ class Treatment(Settings):
     """What a reading makes otherwise of recordings and curves; as it stands, nothing."""
 
     noise_factor: float = Field(
-        default=1.0, ge=0.0, le=10.0, description="times the errors that the volunteers were recorded with"
+        default=1.0, ge=0.0, le=10.0, description="Times the errors that the volunteers were recorded with."
     )
     smoothing_cycle: Cycle = Field(
-        default=0.0, description="sd of the Gaussian kernel, fraction of the cycle; 0: curves as they are"
+        default=0.0, description="Sd of the Gaussian kernel, fraction of the cycle; 0: curves as they are."
     )
     smoothed: Literal["features", "recordings"] = Field(
         default="features",
-        description="every curve before S(.), or the recordings alone, before anything else",
+        description="Every curve before S(.), or the recordings alone, before anything else.",
     )
     aligned: bool = Field(
-        default=False, description="trajectory values of curves whose peaks are shifted to one phase"
+        default=False, description="Trajectory values of curves whose peaks are shifted to one phase."
     )
     curve_noise: bool = Field(
-        default=False, description="noise of maximum and time to peak on the whole curve, before S(.)"
+        default=False, description="Noise of maximum and time to peak on the whole curve, before S(.)."
     )
-    epoch: Literal["best", "last"] = Field(default="best", description="whose weights the network has")
+    epoch: Literal["best", "last"] = Field(default="best", description="Whose weights the network has.")
     passive_scale_errors: float = Field(
         default=0.0,
         ge=0.0,
-        description="sd of the passive scale in the predictive check, in standard errors of its calibration",
+        description="Sd of the passive scale in the predictive check, in standard errors of its calibration.",
     )
     recovery_passive: Literal["reference", "own"] = Field(
-        default="reference", description="along which beat the passive stiffness of synthetic recordings runs"
+        default="reference",
+        description="Along which beat the passive stiffness of synthetic recordings runs.",
     )
     recovery_stretch: float = Field(
-        default=0.0, ge=0.0, le=0.5, description="by which fraction their cycles are longer after the peak"
+        default=0.0, ge=0.0, le=0.5, description="By which fraction their cycles are longer after the peak."
     )
 
     @property
@@ -69,46 +70,77 @@ class Treatment(Settings):
 class Reading(Settings):
     """One way in which the paper's text can be meant."""
 
-    label: str = Field(min_length=1, description="what figures and tables call it")
+    label: str = Field(min_length=1, description="What figures and tables call it.")
     changes: dict[str, JsonValue] = Field(
-        default={}, description="keys of the configuration with their other values"
+        default={}, description="Keys of the configuration with their other values."
     )
-    treatment: Treatment = Field(default=Treatment(), description="what no key of the configuration says")
+    treatment: Treatment = Field(default=Treatment(), description="What no key of the configuration says.")
 
 
 class ComparisonSettings(Settings):
-    """How a reading's numbers are set against the printed ones."""
+    """How a reading's numbers are set against the printed ones.
+
+    The printed numbers stand in report/paper/paper_values.yaml.
+    """
 
     spread_fraction: float = Field(
-        gt=0.0, description="spread of a number that is printed without one, as a fraction of it"
+        gt=0.0, description="Spread of a number that is printed without one, as a fraction of it. Chosen."
     )
     missing_spreads: float = Field(
-        gt=0.0, description="spreads by which a number counts as off that a reading does not give"
+        gt=0.0,
+        description="Spreads by which a number counts as off that a reading does not give. Chosen: no "
+        "coverage at all where 0.99 is printed, by the spread above.",
     )
     coverage_margin: float = Field(
-        gt=0.0, lt=1.0, description="by how much a coverage may differ and be given still"
+        gt=0.0,
+        lt=1.0,
+        description="By how much a coverage may differ and be given still. Chosen: about one of twenty "
+        "phases.",
     )
 
 
 class WeightsSettings(Settings):
-    """CMA-ES under other weights of its loss."""
+    """CMA-ES under other weights of its loss.
 
-    seeds: tuple[int, ...] = Field(min_length=1, description="runs of each search; the best is taken")
-    weights: tuple[CurveLossSettings, ...] = Field(min_length=1, description="of the three terms")
-    readings: tuple[str, ...] = Field(min_length=1, description="on whose recordings")
+    The paper names the three terms of the loss and not their weights.
+    """
+
+    seeds: tuple[int, ...] = Field(
+        min_length=1,
+        description="Runs of each search; the best is taken. Chosen: three of ten; runs agree in the loss "
+        "to four digits.",
+    )
+    weights: tuple[CurveLossSettings, ...] = Field(
+        min_length=1,
+        description="Weights of the three terms. Chosen: each term alone, in pairs, and from a hundredth "
+        "to a hundred times the first.",
+    )
+    readings: tuple[str, ...] = Field(
+        min_length=1,
+        description="Readings on whose recordings the fits are. Chosen: the study's own recordings, and "
+        "quieter ones.",
+    )
 
 
 class ReadingsSettings(Settings):
-    """The readings, and what is made of them: the section ``readings`` of config.yaml."""
+    """The readings, and what is made of them: the section ``readings`` of config.yaml.
 
-    experiment: str = Field(min_length=1, description="an experiment of kind features")
-    comparison: ComparisonSettings
-    cmaes: WeightsSettings
+    They read otherwise what the paper's text leaves open, on the study's simulations; README.md says how.
+    """
+
+    experiment: str = Field(min_length=1, description="An experiment of kind features.")
+    comparison: ComparisonSettings = Field(description="How numbers are set against the printed ones.")
+    cmaes: WeightsSettings = Field(description="Fits under other weights.")
     acquisition_seeds: tuple[str, ...] = Field(
-        description="readings whose verdicts are asked for under every acquisition seed"
+        description="Readings whose verdicts are asked for under every acquisition seed: what the "
+        "landmarks of S(.) do to verdicts."
     )
     seeds: Seeds
-    readings: dict[str, Reading] = Field(min_length=2, description="`base`, as configured, among them")
+    readings: dict[str, Reading] = Field(
+        min_length=2,
+        description="Readings by name; `base`, as configured, among them. Every value is chosen: the "
+        "question is what comes of it.",
+    )
 
     @model_validator(mode="after")
     def _check_names(self) -> Self:

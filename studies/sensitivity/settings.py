@@ -17,24 +17,33 @@ from swesbi.config.study import Study
 class Variant(Settings):
     """One choice made otherwise; ``changes`` lie over the configuration as another file would."""
 
-    label: str = Field(min_length=1, description="what figures and tables call it")
-    changes: dict[str, JsonValue] = Field(description="keys of the configuration with their other values")
+    label: str = Field(min_length=1, description="What figures and tables call it.")
+    changes: dict[str, JsonValue] = Field(description="Keys of the configuration with their other values.")
     full_training: bool = Field(
         default=False,
-        description="train as long as the experiment does; else short, since exact weights make good for it",
+        description="Train as long as the experiment does; else short, since exact weights make good for it.",
     )
     fix_passive_scale: bool = Field(
         default=False,
-        description="take the passive scale calibrated beforehand, as the paper does, for granted",
+        description="Take the passive scale calibrated beforehand, as the paper does, for granted.",
     )
 
 
 class SensitivitySettings(Settings):
     """Variants of one experiment, each rerun with a choice made otherwise: the section of config.yaml."""
 
-    experiment: Name = Field(description="an experiment of kind speeds")
-    short_training_epochs: int = Field(ge=1, description="epochs of the variants without `full_training`")
-    variants: dict[Name, Variant] = Field(min_length=2, description="`base`, without changes, among them")
+    experiment: Name = Field(description="An experiment of kind speeds.")
+    short_training_epochs: int = Field(
+        ge=1,
+        description="Epochs of the variants without `full_training`. Chosen: less efficient weights, the "
+        "same posterior.",
+    )
+    variants: dict[Name, Variant] = Field(
+        min_length=2,
+        description="Variants by name; `base`, without changes, among them. `late_window` moves the "
+        "network's baseline feature; the exact posterior takes no window. `wider_prior` has bounds and "
+        "widths of `wide`.",
+    )
 
     @model_validator(mode="after")
     def _check_base(self) -> Self:

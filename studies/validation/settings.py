@@ -21,19 +21,32 @@ Hearts = Annotated[int, Field(ge=1)]
 class ScoreSettings(Settings):
     """When an interval is asked, and how certain a share is."""
 
-    least_supported: int = Field(ge=1, description="a generator with fewer supported hearts is not tested")
-    confidence: float = Field(gt=0, lt=1, description="of the Clopper-Pearson interval on a coverage")
+    least_supported: int = Field(
+        ge=1, description="A generator with fewer supported hearts is not tested (README.md)."
+    )
+    confidence: float = Field(gt=0, lt=1, description="Level of the Clopper-Pearson interval on a coverage.")
 
 
 class ValidationSettings(Settings):
     """Which hearts are asked for, and how they are counted: the section `validation` of config.yaml."""
 
-    experiment: str = Field(min_length=1, description="an experiment over a population")
-    stream: str = Field(min_length=1, description="name of the random streams")
-    generators: tuple[Letter, ...] = Field(min_length=1, description="whose hearts are asked for")
-    hearts: dict[Letter, Hearts] = Field(min_length=1, description="number of hearts by generator")
-    hearts_per_job: int = Field(ge=1, description="hearts that a job answers; changes no answer")
-    score: ScoreSettings
+    experiment: str = Field(min_length=1, description="An experiment over a population.")
+    stream: str = Field(
+        min_length=1,
+        description="Name of the random streams, which decides what the hearts are. Any other name gives "
+        "hearts of development.",
+    )
+    generators: tuple[Letter, ...] = Field(min_length=1, description="Whose hearts are asked for.")
+    hearts: dict[Letter, Hearts] = Field(
+        min_length=1,
+        description="Number of hearts by generator. README.md; written down before anything was tuned.",
+    )
+    hearts_per_job: int = Field(
+        ge=1,
+        description="Hearts that a job answers; changes no answer. Chosen: a stopped run loses so many at "
+        "most.",
+    )
+    score: ScoreSettings = Field(description="How answers are counted.")
 
     @model_validator(mode="after")
     def _check_generators(self) -> Self:

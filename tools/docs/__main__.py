@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts import ArtefactError, atomic_path
-from swesbi.config.read import ConfigError, add_options, parsed, read_merged, text_of
+from swesbi.config.read import ConfigError, add_options, parsed, read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.report.page.figures import PagePart, figures_of
 from tools.docs.calibration import experiment_shown
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--stored",
         action="store_true",
-        help="only the parts made of stored tables: no study is needed",
+        help="only the parts made of stored tables and of settings: no study is needed",
     )
     try:
         given = parsed(parser, sys.argv[1:] if arguments is None else arguments)
@@ -64,7 +64,7 @@ def write_docs(config: Path, changes: Path | None, docs: Path, *, stored: bool =
     study = load_study(read_merged(config, changes), str(config))
     pages = stored_pages(study, docs)
     if not stored:
-        pages = together(study_pages(study, docs, text_of(config)), pages)
+        pages = together(study_pages(study, docs), pages)
     texts = {page: _filled(docs / page, parts, stored) for page, parts in pages.items()}
     if not stored:
         write_figures(study, docs)

@@ -28,7 +28,7 @@ from swesbi.report.tables.exact import (
 from swesbi.report.tables.experiments import level
 from swesbi.report.tables.subjects import score_table
 from swesbi.verdict.answers import status
-from tools.docs.nuisances import Nuisance, nuisances, nuisances_part, reasons_of
+from tools.docs.nuisances import Nuisance, nuisances, nuisances_part
 from tools.docs.results import at_length, finished, of_experiment, read_experiment, read_table
 
 
@@ -53,9 +53,7 @@ def experiment_shown(study: Study) -> str | None:
     return next(names, None)
 
 
-def read_calibration_results(
-    folder: Path, study: Study, name: str, docs: Path, config: str
-) -> CalibrationResults:
+def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) -> CalibrationResults:
     """Read what the page shows.
 
     Args:
@@ -63,7 +61,6 @@ def read_calibration_results(
         study: Configuration and cohort.
         name: The experiment.
         docs: Folder of the documentation, which holds tables of its own.
-        config: Text of the configuration's file, whose comments are the reasons of its values.
 
     Raises:
         ArtefactError: The study is not finished: a file is missing.
@@ -86,17 +83,17 @@ def read_calibration_results(
     return CalibrationResults(
         shown,
         study.config.cohort_title,
-        _nuisances(study, name, shown, config),
+        _nuisances(study, name, shown),
     )
 
 
-def _nuisances(study: Study, name: str, shown: Exact, config: str) -> tuple[Nuisance, ...]:
+def _nuisances(study: Study, name: str, shown: Exact) -> tuple[Nuisance, ...]:
     experiment = study.config.speed_experiments[name]
     prior = JointPriorSettings(
         theta=study.config.priors[experiment.prior], passive_scale_kpa=experiment.passive_scale_kpa
     )
     read = [shown.results[subject].phi for subject, support in shown.supports.items() if support.supported]
-    return nuisances(prior, reasons_of(config, experiment.prior), read)
+    return nuisances(prior, read)
 
 
 def answer_part(results: CalibrationResults) -> str:

@@ -1,4 +1,4 @@
-"""The marked parts of every page, by page and mark: of stored tables, and of a finished study."""
+"""The marked parts of every page, by page and mark: of stored tables, settings and a finished study."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ from tools.docs.pushes import MARK as FREE_RUNNING
 from tools.docs.pushes import PushesResults, pushes_part
 from tools.docs.reproduction import PARTS
 from tools.docs.results import read_results
+from tools.settings import MARK as SETTINGS
+from tools.settings import PAGE as SETTINGS_PAGE
+from tools.settings import reference
 
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
@@ -24,12 +27,13 @@ Pages = dict[str, dict[str, str]]
 
 
 def stored_pages(study: Study, docs: Path) -> Pages:
-    """Return the parts that are made of stored tables, whatever has been run here.
+    """Return the parts that are made of stored tables and typed settings, whatever has been run here.
 
     Raises:
         ArtefactError: A stored table is not what its name says.
+        ConfigError: A shipped file of settings is not valid.
     """
-    pages: Pages = {}
+    pages: Pages = {SETTINGS_PAGE: {SETTINGS: reference()}}
     for name in study.config.populations_run[:1]:
         base = study.config.speed_experiments[study.config.base_of(name)]
         pushes = PushesResults.read(docs / "tables", base.exact.interval)
@@ -37,7 +41,7 @@ def stored_pages(study: Study, docs: Path) -> Pages:
     return pages
 
 
-def study_pages(study: Study, docs: Path, config: str) -> Pages:
+def study_pages(study: Study, docs: Path) -> Pages:
     """Return the parts that are made of a finished study's results.
 
     The pages on experiments on speeds and over a population are among them where the study runs one.
@@ -45,7 +49,6 @@ def study_pages(study: Study, docs: Path, config: str) -> Pages:
     Args:
         study: Configuration, which names the folder of the results, and cohort.
         docs: Folder of the documentation, which holds tables of its own.
-        config: Text of the configuration's file, whose comments are the reasons of its values.
 
     Raises:
         ArtefactError: The study is not finished.
@@ -54,7 +57,7 @@ def study_pages(study: Study, docs: Path, config: str) -> Pages:
     results = read_results(folder, study, docs)
     pages = {PAGE: {mark: part(results) for mark, part in PARTS.items()}}
     if name := experiment_shown(study):
-        calibration = read_calibration_results(folder, study, name, docs, config)
+        calibration = read_calibration_results(folder, study, name, docs)
         pages[CALIBRATION_PAGE] = {mark: part(calibration) for mark, part in CALIBRATION_PARTS.items()}
     for name in study.config.populations_run[:1]:
         population = read_population_results(folder, study, name, docs)

@@ -1,4 +1,4 @@
-"""The table of what is not known of a heart: priors, their reasons in the configuration, contraction."""
+"""The table of what is not known of a heart: priors, their reasons, contraction."""
 
 from __future__ import annotations
 
@@ -6,26 +6,12 @@ import numpy as np
 import pytest
 from study_copy import ROOT
 
-from swesbi.config.read import parse_config, read_merged, text_of
+from swesbi.config.read import parse_config, read_merged
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.parameters import NUISANCES
 from swesbi.prior import JointPriorSettings, sample
 from swesbi.report.numbers import MISSING
-from tools.docs.nuisances import AS_ABOVE, nuisances, nuisances_part, reasons_of
-
-TEXT = """\
-priors:
-  mine:
-    k0_kpa: 1
-    # Not of the table.
-    nuisances:
-      # Two lines,
-      # one reason.
-      sigma_0_pa: {}
-      exponent_b: {}
-      # Another.
-      speed_scale: {}
-"""
+from tools.docs.nuisances import nuisances, nuisances_part
 
 
 def shipped() -> JointPriorSettings:
@@ -36,27 +22,15 @@ def shipped() -> JointPriorSettings:
     )
 
 
-def test_a_reason_is_the_comment_above_and_serves_those_below_it() -> None:
-    assert reasons_of(TEXT, "mine") == {
-        "sigma_0_pa": "Two lines, one reason.",
-        "exponent_b": "Two lines, one reason.",
-        "speed_scale": "Another.",
-    }
-
-
-@pytest.mark.parametrize("text", ["", "priors: {mine: {k0_kpa: 1}}", "priors: {other: {}}"])
-def test_a_prior_without_nuisances_has_no_reasons(text: str) -> None:
-    assert reasons_of(text, "mine") == {}
-
-
 def test_every_shipped_nuisance_has_its_row_and_its_reason() -> None:
-    free = nuisances(shipped(), reasons_of(text_of(ROOT / "config.yaml"), "calibrated"), [])
+    free = nuisances(shipped(), [])
     # the stressed volume is free with cuff pressures alone
     assert [each.parameter for each in free] == [one for one in NUISANCES if one.name != VOLUME_FACTOR]
     assert all(len(each.reason) > 40 for each in free)
     rows = nuisances_part(free).splitlines()[2:13]
     assert [row.split(" | ")[4] for row in rows] == [MISSING] * len(free)
-    assert [row.endswith(f"{AS_ABOVE} |") for row in rows].count(True) == 1
+    assert [row.endswith(f"{each.reason} |") for each, row in zip(free, rows, strict=True)] == [True] * 11
+    assert free[0].reason.startswith("The pre-ejection period has a standard deviation of 13 ms")
     assert "| 0.32 | 0.055 | 0.257 to 0.399 |" in rows[1]
 
 
@@ -67,12 +41,12 @@ def test_contraction_is_that_of_the_logarithm_and_of_the_parameter_named() -> No
     column = prior.names.index("exponent_b")
     for phi, factor in zip(told, (0.5, 0.2, 0.1), strict=True):
         phi[:, column] = 3.0 * (phi[:, column] / 3.0) ** factor
-    free = {each.parameter.name: each for each in nuisances(prior, {}, told)}
+    free = {each.parameter.name: each for each in nuisances(prior, told)}
     assert free["exponent_b"].contraction == pytest.approx([0.75, 0.96, 0.99], abs=0.01)
     assert free["sigma_0_pa"].contraction == pytest.approx(0.0, abs=0.04)
     part = nuisances_part(tuple(free.values()))
     row = next(line for line in part.splitlines() if "`exponent_b`" in line)
-    assert "| 0.96 (0.75 to 0.99) |" in row and row.endswith(f"| {MISSING} |")
+    assert "| 0.96 (0.75 to 0.99) |" in row
 
 
 def test_nothing_free_is_said() -> None:

@@ -13,6 +13,9 @@ class Settings(BaseModel):
 
     Values are checked as JSON is, so a number written as text (YAML reads ``1e-3`` as a
     string) is refused rather than guessed, while a list may fill a tuple.
+
+    The first sentence of a field's description is its meaning, what follows is the reason of the shipped
+    value. The hash of the code leaves descriptions out.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
@@ -42,6 +45,9 @@ def _check_window(window: tuple[float, float]) -> tuple[float, float]:
 CycleWindow = Annotated[
     tuple[float, float],
     AfterValidator(_check_window),
-    Field(description="Start and end of a part of the cardiac cycle, as fractions of it from the R peak."),
+    Field(
+        description="Start and end of a part of the cardiac cycle, as fractions of it from the R peak.",
+        json_schema_extra={"unit": "cycle", "allowed": "[start, end] with 0 ≤ start < end ≤ 1"},
+    ),
 ]
 Level = Annotated[float, Field(gt=0.0, lt=1.0)]

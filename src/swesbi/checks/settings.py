@@ -13,7 +13,7 @@ Cycle = Annotated[float, Field(ge=0, le=0.1)]
 Weight = Annotated[float, Field(ge=0.0)]
 Epoch = Annotated[int, Field(ge=1)]
 CheckpointEpochs = Annotated[
-    tuple[Epoch, ...], Field(description="epochs whose weights are kept; the best and the last always are")
+    tuple[Epoch, ...], Field(description="Epochs whose weights are kept; the best and the last always are.")
 ]
 BASE: Final = "base"
 """Name of the variant that changes nothing."""
@@ -23,20 +23,28 @@ class PredictiveSettings(Settings):
     """The prior and posterior predictive checks."""
 
     draws: int = Field(
-        ge=20, description="posterior draws propagated through the model, and prior simulations beside them"
+        ge=20,
+        description="Posterior draws propagated through the model, and prior simulations beside them. "
+        "Chosen.",
     )
-    interval: float = Field(gt=0.0, lt=1.0, description="probability mass of both predictive intervals")
+    interval: float = Field(
+        gt=0.0, lt=1.0, description="Probability mass of both predictive intervals (paper, Sec. 2.5)."
+    )
     features: tuple[str, ...] = Field(
-        description="features checked against their predictive intervals, observation noise included"
+        description="Features checked against their predictive intervals, observation noise included. "
+        "They are the five noise-modelled features (paper, Sec. 3)."
     )
 
 
 class CurveLossSettings(Settings):
-    """Weights of the three terms of the curve loss; all dimensionless."""
+    """Weights of the three terms of the curve loss; all dimensionless.
 
-    mae_weight: Weight = Field(description="of the mean absolute error over the observed range")
-    correlation_weight: Weight = Field(description="of one minus the Pearson correlation")
-    peak_weight: Weight = Field(description="of the relative mismatch of the peak")
+    The paper (Sec. 2.5) names the three terms; equal weights are chosen.
+    """
+
+    mae_weight: Weight = Field(description="Of the mean absolute error over the observed range.")
+    correlation_weight: Weight = Field(description="Of one minus the Pearson correlation.")
+    peak_weight: Weight = Field(description="Of the relative mismatch of the peak.")
 
     @model_validator(mode="after")
     def _check_some_weight(self) -> Self:
@@ -53,11 +61,15 @@ class CmaesSettings(Settings):
     the same for the three parameters.
     """
 
-    seeds: tuple[int, ...] = Field(min_length=1, description="one independent run for each")
-    population_size: int = Field(ge=4, description="simulations per generation")
-    generations: int = Field(ge=1, description="at most; a converged run stops earlier")
-    sigma0: float = Field(gt=0.0, le=1.0, description="initial step, fraction of the log-width of the bounds")
-    loss: CurveLossSettings
+    seeds: tuple[int, ...] = Field(
+        min_length=1, description="One independent run for each (paper, Sec. 2.5)."
+    )
+    population_size: int = Field(ge=4, description="Simulations per generation (paper, Sec. 2.5).")
+    generations: int = Field(ge=1, description="At most; a converged run stops earlier (paper, Sec. 2.5).")
+    sigma0: float = Field(
+        gt=0.0, le=1.0, description="Initial step, fraction of the log-width of the bounds. Chosen."
+    )
+    loss: CurveLossSettings = Field(description="Weights of the loss.")
 
     @model_validator(mode="after")
     def _check_distinct(self) -> Self:
@@ -71,11 +83,25 @@ class CmaesSettings(Settings):
 class RecoverySettings(Settings):
     """Recovery of known parameters from synthetic observations."""
 
-    recordings: int = Field(ge=1, description="synthetic observations N, shared out over the subjects")
-    candidate_draws: int = Field(ge=1, description="draws from the estimator for each of them")
-    min_in_prior_draws: int = Field(ge=2, description="fewer in-prior draws: counted apart, not scored")
-    nominal_levels: tuple[Level, ...] = Field(min_length=1, description="masses of the credible intervals")
-    confidence: Level = Field(description="of the binomial (Clopper-Pearson) interval on the coverage")
+    recordings: int = Field(
+        ge=1, description="Synthetic observations N, shared out over the subjects (paper, Sec. 3)."
+    )
+    candidate_draws: int = Field(
+        ge=1,
+        description="Draws from the estimator for each of them. Chosen: interval limits of one recording "
+        "to about 5 % of the posterior sd.",
+    )
+    min_in_prior_draws: int = Field(
+        ge=2,
+        description="Recordings with fewer in-prior draws are counted apart and not scored. Chosen: fewer "
+        "give no usable 95 % interval.",
+    )
+    nominal_levels: tuple[Level, ...] = Field(
+        min_length=1,
+        description="Masses of the credible intervals. 0.9 as in the paper; the others show the shape of "
+        "the miscalibration.",
+    )
+    confidence: Level = Field(description="Level of the binomial (Clopper-Pearson) interval on the coverage.")
 
     @model_validator(mode="after")
     def _check_attainable(self) -> Self:
@@ -93,5 +119,12 @@ class EpochStudySettings(Settings):
     Recovery follows the settings of the experiment's recovery, predictions those of its predictive checks.
     """
 
-    checkpoint_epochs: CheckpointEpochs
-    candidate_draws: int = Field(ge=1, description="draws from each checkpoint for a subject, at most")
+    checkpoint_epochs: CheckpointEpochs = Field(
+        description="Epochs whose weights are kept; the best and the last always are. Chosen: even in the "
+        "logarithm."
+    )
+    candidate_draws: int = Field(
+        ge=1,
+        description="Draws from each checkpoint for a subject, at most. Chosen: a subject with fewer "
+        "in-prior draws than support needs has no numbers.",
+    )

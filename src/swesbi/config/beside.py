@@ -16,41 +16,65 @@ from swesbi.verdict.settings import UninformativeSettings
 class CmaesStudySettings(Settings):
     """The optimisation-based reference: within the bounds of one of the priors."""
 
-    prior: Name = Field(description="name of the prior whose bounds limit the search")
-    search: CmaesSettings
+    prior: Name = Field(description="Name of the prior whose bounds limit the search. Paper, Sec. 2.5.")
+    search: CmaesSettings = Field(description="The searches.")
 
 
 class PlanChoiceSettings(PlanSettings):
     """Planned studies, answered by the network of one experiment."""
 
-    experiment: Name = Field(description="an experiment over a population")
+    experiment: Name = Field(
+        description="An experiment over a population, whose network answers the simulated persons. They "
+        "have hearts that no cohort has."
+    )
 
 
 class NewSubjectsSettings(Settings):
     """Recordings that the trained network answers without being trained on them."""
 
     phases: int | None = Field(
-        ge=8, le=60, description="gated phases of their recordings; null: as configured"
+        ge=8, le=60, description="Gated phases of their recordings; null: as many as recording.phases."
     )
-    cohort_title: str = Field(min_length=1, description="what their figures call them")
-    reference_fit: bool = Field(description="whether an answer waits for a CMA-ES fit, drawn beside it")
+    cohort_title: str = Field(min_length=1, description="What their figures call them.")
+    reference_fit: bool = Field(
+        description="Whether an answer waits for a CMA-ES fit, drawn beside it. Chosen: the fit keeps an "
+        "answer waiting for some eight seconds."
+    )
     margin_fraction: float = Field(
-        ge=0.0, lt=1.0, description="how far beyond the contexts trained on, as a fraction of their limits"
+        ge=0.0,
+        lt=1.0,
+        description="How far heart rate, LVEDV and IVSd may lie beyond those trained on, as a fraction of "
+        "these limits. Chosen: a tenth.",
     )
     noise_level: float = Field(
-        gt=0.0, lt=0.5, description="of the test that a recording has the pool's noise"
+        gt=0.0,
+        lt=0.5,
+        description="False-alarm rate of the test that a recording has the noise of the pool. Chosen.",
     )
-    uninformative: UninformativeSettings = Field(description="when a recording has told nothing")
+    uninformative: UninformativeSettings = Field(
+        description="When a free-running recording has told nothing."
+    )
 
 
 class ResourceSettings(Settings):
     """How the work is split and where it runs; nothing here may change a result."""
 
-    shards_per_subject: int = Field(ge=1, le=1000, description="simulation jobs a subject and prior")
+    shards_per_subject: int = Field(
+        ge=1,
+        le=1000,
+        description="Simulation jobs a subject and prior. One takes a second, most of it start-up.",
+    )
     population_parts: int = Field(
-        ge=1, le=1000, description="jobs of the simulations, and of the calibration, over a population"
+        ge=1,
+        le=1000,
+        description="Jobs of the simulations, and of the calibration, of an experiment over a population.",
     )
     subjects_per_job: int | None = Field(
-        ge=1, description="subjects of a job of a light stage; null: four, more of a large cohort"
+        ge=1,
+        description="Subjects of a job of a stage that takes seconds; null: 4, or more where that keeps "
+        "jobs to 32; 1: each its own.",
     )
-    device: Literal["auto", "cpu", "cuda"] = Field(description="where the network is trained")
+    device: Literal["auto", "cpu", "cuda"] = Field(
+        description="Where the network is trained. auto takes a GPU where there is one, but not for "
+        "procedure fast."
+    )

@@ -242,42 +242,88 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
 
 
 class Config(Settings):
-    """Every scientific choice of the study, and its resources."""
+    """Every scientific choice of the study, and its resources.
 
-    seed: int = Field(ge=0, description="root of every random stream")
-    cohort: str = Field(min_length=1, description="folder of the recordings")
-    cohort_title: str = Field(min_length=1, description="what figures and tables call the subjects")
-    subjects: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of subjects")
-    results: str = Field(min_length=1, description="folder of every output")
+    What a study sets most often stands in config.yaml, every other choice in config/, a file a concern.
+    A key of config.yaml wins over theirs. The first sentence of a field's description is its meaning.
+    What follows is the reason of the shipped value. "Paper" is the study that is reproduced, "chosen"
+    is ours.
+    """
+
+    seed: int = Field(ge=0, description="Root of every random stream. Chosen before any result was seen.")
+    cohort: str = Field(
+        min_length=1,
+        description="Folder of the recordings, with subjects.csv, recording.yaml and swe/<subject>.csv.",
+    )
+    cohort_title: str = Field(min_length=1, description="What figures and tables call the subjects.")
+    subjects: Literal["all"] | tuple[Name, ...] = Field(
+        description="'all', or a list of subjects. A list restricts every experiment. The noise of the "
+        "speeds is estimated from these subjects."
+    )
+    results: str = Field(min_length=1, description="Folder of every output.")
     networks: str | None = Field(
-        description="folder of a finished study whose networks over speeds are taken; null: none"
+        description="Folder of a finished study whose networks over speeds are taken; null: they are "
+        "trained. config/overlays/full.yaml names one."
     )
-    recording: RecordingSettings
-    noise: NoiseSettings
-    clinical: ClinicalSettings
-    measurement: MeasurementSettings
-    forward_model: ForwardModelSettings
-    passive: PassiveSettings
-    passive_reference_prior: Name = Field(description="prior on whose log-centre the reference beat runs")
-    acquisition: AcquisitionSettings
-    priors: dict[Name, PriorSettings] = Field(min_length=1)
-    experiments: dict[Name, AnyExperiment] = Field(min_length=1)
+    recording: RecordingSettings = Field(description="Which samples and recordings are used.")
+    noise: NoiseSettings = Field(description="How the noise of the speeds is told.")
+    clinical: ClinicalSettings = Field(
+        description="Errors of cuff pressures and ejection time, optional columns of subjects.csv."
+    )
+    measurement: MeasurementSettings = Field(description="How a simulated cycle becomes a curve.")
+    forward_model: ForwardModelSettings = Field(
+        description="The heart: equations, material, circulation and numerics."
+    )
+    passive: PassiveSettings = Field(description="The passive baseline.")
+    passive_reference_prior: Name = Field(
+        description="Prior on whose log-centre the reference beat runs, whatever the experiment."
+    )
+    acquisition: AcquisitionSettings = Field(
+        description="How synthetic recordings are made, those behind recovery_acquisition.csv among them. "
+        "It has the noise of the virtual volunteers."
+    )
+    priors: dict[Name, PriorSettings] = Field(
+        min_length=1,
+        description="Priors by name. `paper` is that of the paper; `calibrated` frees what is not known "
+        "of a heart; `wide` has wider timing bounds.",
+    )
+    experiments: dict[Name, AnyExperiment] = Field(
+        min_length=1,
+        description="Experiments on one cohort, by name. `paper` is the frozen configuration of the "
+        "paper. `scalar_only` is its ablation (paper, Sec. 2.3): the 16 scalars without the trajectory. "
+        "`wide_prior` differs from it by wider timing bounds alone. `calibrated` has noise on the "
+        "measured speeds, estimated from repeats, and exact posteriors, which are checked.",
+    )
     population_experiments: dict[Name, PopulationExperimentSettings] = Field(
-        description="experiments whose network is trained over a population instead of the cohort"
+        description="Experiments whose network is trained over a population instead of the cohort "
+        "(docs/population.md). `amortised` has one network for any heart within the declared range."
     )
-    run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments")
-    main_experiment: Name = Field(description="the experiment whose cohort figures are drawn")
+    run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments.")
+    main_experiment: Name = Field(description="The experiment whose figures 2 and 3 are drawn.")
     validation_table: str | None = Field(
         min_length=1,
-        description="stored table of the validation, shown where it is there; null: none",
+        description="Stored table of the validation, which the page of results shows where it is there; "
+        "null: shows none.",
     )
-    cmaes: CmaesStudySettings
-    cohort_posterior: HierarchySettings
-    changes: ChangeSettings
-    change_groups: ChangeGroupsSettings
-    plan: PlanChoiceSettings
-    new_subjects: NewSubjectsSettings
-    resources: ResourceSettings
+    cmaes: CmaesStudySettings = Field(description="Fits by optimisation, which belong to no experiment.")
+    cohort_posterior: HierarchySettings = Field(
+        description="The cohort as a posterior, of each experiment with exact posteriors "
+        "(docs/cohort-posterior.md)."
+    )
+    changes: ChangeSettings = Field(
+        description="Two visits of one person, inferred together (docs/own-data.md)."
+    )
+    change_groups: ChangeGroupsSettings = Field(
+        description="What has changed in groups of persons who came twice (docs/change-and-groups.md)."
+    )
+    plan: PlanChoiceSettings = Field(
+        description="`python -m swesbi plan`: persons and repeats that a study needs, from simulated "
+        "studies (docs/change-and-groups.md)."
+    )
+    new_subjects: NewSubjectsSettings = Field(
+        description="Recordings outside the study that its networks answer (docs/own-data.md)."
+    )
+    resources: ResourceSettings = Field(description="How the work is split and where it runs.")
 
     @model_validator(mode="after")
     def _check_across_parts(self) -> Self:

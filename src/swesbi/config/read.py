@@ -209,11 +209,6 @@ def parts_of(config: Path) -> list[Path]:
     return [*sorted(folder.glob("*.yaml")), config]
 
 
-def text_of(config: Path) -> str:
-    """Return the text of all files of a configuration, whose comments are the reasons of its values."""
-    return "\n".join(part.read_text(encoding="utf-8") for part in parts_of(config))
-
-
 def read_merged(config: Path, changes: Path | None = None) -> dict[str, Any]:
     """Read the files of a configuration and put another file over them, if there is one.
 

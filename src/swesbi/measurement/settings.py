@@ -41,17 +41,32 @@ PassiveBeat = Literal["own", "reference"]
 class MeasurementSettings(Settings):
     """How a simulated cycle becomes the curve that elastography would show."""
 
-    grid_points: int = Field(ge=20, le=2000, description="Points of the uniform analysis grid on [0, 1].")
+    grid_points: int = Field(
+        ge=20,
+        le=2000,
+        description="Points of the uniform analysis grid on [0, 1]. The paper's coverages are counted on "
+        "100 points. Chosen.",
+    )
     active_stiffness_map: Literal["identity", "series_spring"] = Field(
-        description="Name of the map from the simulated active stiffness k_c to the measured E_act."
+        description="Name of the map from the simulated active stiffness k_c to the measured E_act. "
+        "identity: E_act = k_c, the stiffness of bonds frozen for the wave's passage (Chapelle et al. "
+        "2012)."
     )
 
 
 class PassiveSettings(Settings):
     """The passive baseline E_pass = a exp(b (lambda^2 - 1)) and how its scale a is calibrated."""
 
-    exponent_b: float = Field(ge=0, le=20, description="Exponent b; 0 makes the baseline constant.")
-    late_diastolic_window: CycleWindow
+    exponent_b: float = Field(
+        ge=0,
+        le=20,
+        description="Exponent b; 0 makes the baseline constant. Chosen: g(lambda) = exp(b (lambda^2 - 1)) "
+        "is small in systole. The paper's own formula is unpublished.",
+    )
+    late_diastolic_window: CycleWindow = Field(
+        description="Part of the cycle in which the scale is calibrated; equals "
+        "recording.late_diastolic_window."
+    )
 
 
 Landmarks = Literal["paper", "robust"]
@@ -61,14 +76,21 @@ Landmarks = Literal["paper", "robust"]
 class SummarySettings(Settings):
     """The summary S(.) of a curve: scalar descriptors and, if wanted, the resampled trajectory."""
 
-    baseline_window: CycleWindow
+    baseline_window: CycleWindow = Field(
+        description="Part of the cycle whose values are the baseline of the curve."
+    )
     landmarks: Landmarks = Field(
         default="paper",
-        description="paper: largest value, crossings next to it; robust: parabola through the largest "
-        "values, outermost crossings",
+        description="How peak and crossings are found. paper: largest value, crossings next to it. "
+        "robust: a parabola through the largest values, outermost crossings. Chosen.",
     )
-    trajectory_points: int = Field(ge=2, le=500, description="Uniformly resampled values of the curve.")
-    use_trajectory: bool = Field(description="Whether S(.) holds the trajectory beside the scalars.")
+    trajectory_points: int = Field(
+        ge=2, le=500, description="Uniformly resampled values of the curve (paper, Sec. 2.3)."
+    )
+    use_trajectory: bool = Field(
+        description="Whether S(.) holds the trajectory beside the scalars. The paper (Sec. 2.3) has 16 "
+        "scalars and 30 trajectory values."
+    )
 
 
 def summary_names(settings: SummarySettings) -> tuple[str, ...]:
@@ -91,23 +113,43 @@ class DiscrepancySettings(Settings):
 
     Both terms are independent from phase to phase. The second grows with the slope of the curve: an
     activation that comes or ends at another time than the model's moves rise and relaxation alone.
+
+    Where physiology is free, log evidence asks for no timing error, and for none or 1 % of speed. Both
+    cover as well there. More of speed is kept for hearts of another structure. Its price are intervals
+    on these that contain the truth a little too often.
     """
 
-    speed_fraction: float = Field(ge=0, le=0.5, description="sd of the relative error of the speed")
-    timing_cycle: float = Field(ge=0, le=0.1, description="sd of the error in phase, fraction of the cycle")
+    speed_fraction: float = Field(
+        ge=0,
+        le=0.5,
+        description="Standard deviation of the relative error of the speed. Chosen: kept for hearts of "
+        "another structure.",
+    )
+    timing_cycle: float = Field(
+        ge=0,
+        le=0.1,
+        description="Standard deviation of the error in phase, a fraction of the cycle. Chosen: log "
+        "evidence asks for none.",
+    )
 
 
 class SpeedObservationSettings(Settings):
     """Noise on the measured speeds, estimated from the cohort's repeats, and what the model may miss."""
 
-    discrepancy: DiscrepancySettings
+    discrepancy: DiscrepancySettings = Field(
+        description="What the model may miss. It was chosen on 50 generated subjects with known model "
+        "error, none of them in the cohort (studies/discrepancy, docs/calibration.md)."
+    )
 
 
 class ClinicalSettings(ClinicalErrors):
     """Errors of the measures, and the prior of what becomes free with them."""
 
     stressed_volume_factor: ParameterPrior = Field(
-        description="prior of the factor of the stressed volume, free where there are pressures"
+        description="Prior of the factor of the stressed volume, free where there are pressures, about "
+        "what `forward_model` starts with. Blood volume of persons of one size varies by about a tenth "
+        "(Feldschuh and Enson, Circulation 1977;56:605). What share of it is stressed is not known "
+        "(chosen). Bounds lie at four standard deviations."
     )
 
     @property

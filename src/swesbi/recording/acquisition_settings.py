@@ -16,9 +16,9 @@ ACQUISITION_SEED: Final = 1
 class EctopicBeat(Settings):
     """One repeat at one phase falls into a premature beat."""
 
-    phase_index: int = Field(ge=0)
-    repeat: int = Field(ge=0)
-    rr_ratio: float = Field(gt=0.2, lt=1, description="RR of that beat over the subject's mean RR")
+    phase_index: int = Field(ge=0, description="Number of the phase, from 0.")
+    repeat: int = Field(ge=0, description="Number of the repeat, from 0.")
+    rr_ratio: float = Field(gt=0.2, lt=1, description="RR of that beat over the subject's mean RR.")
 
 
 class AcquisitionSettings(Settings):
@@ -30,23 +30,46 @@ class AcquisitionSettings(Settings):
     the whole recording.
     """
 
-    phases: int = Field(ge=6, description="gated phases, at the centres of equal parts of the cycle")
-    repeats: int = Field(ge=2, description="acquisitions a phase")
-    samples_per_repeat: int = Field(ge=1, description="positions along the mid-myocardium")
-    sample_sd_fraction: Fraction = Field(description="error of one spatial sample")
-    repeat_sd_fraction: Fraction = Field(description="error common to the samples of a repeat")
+    phases: int = Field(
+        ge=6,
+        description="Gated phases, at the centres of equal parts of the cycle; must equal "
+        "recording.phases (paper, Sec. 2.1).",
+    )
+    repeats: int = Field(ge=2, description="Acquisitions a phase. Chosen.")
+    samples_per_repeat: int = Field(ge=1, description="Positions along the mid-myocardium. Chosen.")
+    sample_sd_fraction: Fraction = Field(
+        description="Error of one spatial sample. Chosen: noise alone then leaves 0.90 kPa of the paper's "
+        "mean residual of 1.14 (data/virtual_volunteers/README.md)."
+    )
+    repeat_sd_fraction: Fraction = Field(
+        description="Error common to the samples of a repeat. Chosen likewise, samples to repeats 2 : 1. "
+        "A single speed so varies by 6.9 %, in pigs by 7 % (Vos et al., IEEE Int Ultrason Symp 2016)."
+    )
     sweep_fraction: Fraction = Field(
-        description="sd of the error that a repeat shares over all phases; 0 where repeats are separate"
+        description="Standard deviation of the error that a repeat shares over all phases; 0 where "
+        "repeats are separate. Chosen: repeats are sweeps, and it is half of a repeat's at one phase."
     )
     scale_fraction: Fraction = Field(
-        description="sd of the logarithm of one scale, common to all speeds of a recording"
+        description="Standard deviation of the logarithm of one scale, common to all speeds of a "
+        "recording. It stands for plate thickness, fibre angle and dispersion. Chosen: systems differ by "
+        "about this on phantoms (RSNA/QIBA)."
     )
-    rr_sd_fraction: Fraction = Field(description="beat-to-beat variation of the RR interval")
-    failed_fraction: Fraction = Field(description="samples without an accepted wave fit")
-    outlier_fraction: Fraction = Field(description="samples that report a wrong wave")
-    missing_phases: tuple[int, ...] = Field(description="phases at which every sample fails")
-    ectopic_beats: tuple[EctopicBeat, ...]
-    density_kg_m3: float = Field(gt=0, description="rho of E = 3 rho c_s^2")
+    rr_sd_fraction: Fraction = Field(
+        description="Beat-to-beat variation of the RR interval. Chosen: at rest."
+    )
+    failed_fraction: Fraction = Field(description="Samples without an accepted wave fit. Chosen.")
+    outlier_fraction: Fraction = Field(description="Samples that report a wrong wave. Chosen.")
+    missing_phases: tuple[int, ...] = Field(
+        description="Phases at which every sample fails. Must be empty: each synthetic recording misses "
+        "the phases that its subject's does."
+    )
+    ectopic_beats: tuple[EctopicBeat, ...] = Field(
+        description="Repeats that fall into a premature beat. Chosen."
+    )
+    density_kg_m3: float = Field(
+        gt=0,
+        description="Density rho of E = 3 rho c_s^2; must equal recording.density_kg_m3 (paper, Sec. 2.1).",
+    )
 
 
 ACQUISITION: Final = AcquisitionSettings(

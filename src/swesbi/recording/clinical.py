@@ -122,10 +122,32 @@ class ClinicalRow(Settings):
 
 
 class ClinicalErrors(Settings):
-    """How far such measures lie from what the model calls by their name: normal errors."""
+    """How far such measures lie from what the model calls by their name: normal errors.
 
-    sbp_bias_mmhg: float = Field(description="mean of the cuff's systolic pressure less that in the aorta")
-    sbp_sd_mmhg: float = Field(gt=0.0, description="standard deviation of that difference")
-    dbp_bias_mmhg: float = Field(description="mean of the cuff's diastolic pressure less that in the aorta")
-    dbp_sd_mmhg: float = Field(gt=0.0, description="standard deviation of that difference")
-    lvet_sd_ms: float = Field(gt=0.0, description="standard deviation of a measured ejection time")
+    Cuff less intra-aortic pressure, 74 studies of 3,073 people: Picone et al., J Am Coll Cardiol
+    2017;70:572.
+    """
+
+    sbp_bias_mmhg: float = Field(
+        description="Mean of the cuff's systolic pressure less that in the aorta. Picone 2017."
+    )
+    sbp_sd_mmhg: float = Field(
+        gt=0.0,
+        description="Standard deviation of that difference. The mean absolute difference of 8.0 makes "
+        "this if it is normal (Picone 2017).",
+    )
+    dbp_bias_mmhg: float = Field(
+        description="Mean of the cuff's diastolic pressure less that in the aorta. It is 5.5 above the "
+        "brachial artery's, which is 1.0 below the aorta's (Picone 2017)."
+    )
+    dbp_sd_mmhg: float = Field(
+        gt=0.0,
+        description="Standard deviation of that difference. Chosen: the largest that the standard for "
+        "cuffs admits (ISO 81060-2).",
+    )
+    lvet_sd_ms: float = Field(
+        gt=0.0,
+        description="Standard deviation of a measured ejection time. LVET of healthy adults at a given "
+        "heart rate has about 10 ms (Weissler et al., Circulation 1968;37:149). That bounds the error of "
+        "its measurement; chosen.",
+    )

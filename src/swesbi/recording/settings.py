@@ -28,27 +28,57 @@ class RecordingSettings(Settings):
 
     phases: int = Field(ge=6, le=400, description="Number of ECG-gated phases that were attempted.")
     density_kg_m3: float = Field(gt=0, description="Tissue density rho of E = 3 rho c_s^2.")
-    min_fit_r2: float = Field(ge=0, le=1, description="Samples whose wave fit has a lower R2 are rejected.")
+    min_fit_r2: float = Field(
+        ge=0,
+        le=1,
+        description="Samples whose wave fit has a lower R2 are rejected. Chosen: a wave fit that explains "
+        "less of the variance is no wave.",
+    )
     max_rr_deviation_fraction: float = Field(
         gt=0,
         lt=1,
         description="Beats whose RR differs by more from the recording's median are ectopic; the median "
-        "itself may differ by no more from 60 / HR of the context.",
+        "itself may differ by no more from 60 / HR of the context. It is the 20 % filter of "
+        "heart-rate-variability analysis (Malik et al. 1989).",
     )
     outlier_max_abs_z: float = Field(
-        gt=0, description="Largest robust z-score, against the phase median, of an accepted speed."
+        gt=0,
+        description="Largest robust z-score, against the phase median, of an accepted speed. It is the "
+        "modified z-score of Iglewicz and Hoaglin (1993).",
     )
     outlier_min_scale_fraction: float = Field(
-        gt=0, description="Lower limit of the robust scale, as a fraction of the phase median."
+        gt=0,
+        description="Lower limit of the robust scale, as a fraction of the phase median. Chosen: a "
+        "recording without scatter rejects nothing within 7 %.",
     )
-    min_samples_per_phase: int = Field(ge=1, description="Accepted samples that a measured phase needs.")
-    min_repeats_per_phase: int = Field(ge=2, description="Repeats, with accepted samples, that it needs.")
-    max_missing_fraction: float = Field(ge=0, lt=1, description="Largest share of missing phases.")
+    min_samples_per_phase: int = Field(
+        ge=1,
+        description="Accepted samples that a measured phase needs. Chosen: a sixth of 3 repeats x 12 "
+        "samples.",
+    )
+    min_repeats_per_phase: int = Field(
+        ge=2,
+        description="Repeats, with accepted samples, that it needs. It is the least from which a standard "
+        "error can be estimated.",
+    )
+    max_missing_fraction: float = Field(
+        ge=0, lt=1, description="Largest share of missing phases. Chosen: at most 4 of 20 phases."
+    )
     max_gap_fraction: float = Field(
-        gt=0, lt=1, description="Longest stretch of the cycle between neighbouring measured phases."
+        gt=0,
+        lt=1,
+        description="Longest stretch of the cycle between neighbouring measured phases. Chosen: at most "
+        "two neighbouring phases of 20, give or take 0.01 as beats differ.",
     )
-    late_diastolic_window: CycleWindow
-    min_late_diastolic_phases: int = Field(ge=1, description="Measured phases needed in that window.")
+    late_diastolic_window: CycleWindow = Field(
+        description="Part of the cycle in which measured phases of late diastole are counted. It lies "
+        "after rapid filling and before the next activation."
+    )
+    min_late_diastolic_phases: int = Field(
+        ge=1,
+        description="Measured phases needed in that window. Chosen: the passive baseline rests on these "
+        "phases alone.",
+    )
 
 
 class ContextRow(Settings):
@@ -98,9 +128,18 @@ class ContextRow(Settings):
 
 
 class NoiseSettings(Settings):
-    """How the uncertainty of the variance components is told."""
+    """How the uncertainty of the variance components is told.
 
-    interval: float = Field(gt=0, lt=1, description="mass of the profile-likelihood intervals")
+    The noise of the measured speeds is estimated from the repeats of the whole cohort. Experiments of
+    kind `speeds` use it.
+    """
+
+    interval: float = Field(
+        gt=0,
+        lt=1,
+        description="Mass of the profile-likelihood intervals of its components. Chosen: they are shown "
+        "and change nothing.",
+    )
 
 
 class NoiseDeclaration(Settings):

@@ -21,15 +21,33 @@ def strained_abs_z(level: float, tests: int) -> float:
 
 
 class VolumeSettings(Settings):
-    """How far predicted volumes, which nobody fitted, may lie from the measured ones."""
+    """How far predicted volumes, which nobody fitted, may lie from the measured ones.
 
-    lvedv_tolerance_fraction: Positive = Field(description="sd of measured LVEDV, over LVEDV")
-    lvesv_tolerance_fraction: Positive = Field(description="sd of measured LVESV, over LVESV")
-    wall_fraction: float = Field(
-        gt=0, le=0.2, description="sd of the thickness that stands for the whole wall, over the septum's"
+    The prior says nothing of their error, so tolerances are stated (docs/calibration.md). Repeatability
+    by two-dimensional echocardiography is 15 % of LVEDV and 25 % of LVESV, as 95 % limits (Gordon et
+    al., J Am Coll Cardiol 1983;2:506-513). These are standard deviations of 7.7 and 12.8 %.
+    """
+
+    lvedv_tolerance_fraction: Positive = Field(
+        description="Standard deviation of measured LVEDV, over LVEDV. Chosen above repeatability: "
+        "methods disagree besides, by more in LVEDV."
     )
-    strained_level: Level = Field(description="false-alarm rate of both volumes together")
-    unsupported_abs_z: Positive = Field(description="beyond it the subject is unsupported")
+    lvesv_tolerance_fraction: Positive = Field(
+        description="Standard deviation of measured LVESV, over LVESV. Chosen above repeatability."
+    )
+    wall_fraction: float = Field(
+        gt=0,
+        le=0.2,
+        description="Standard deviation of the thickness that stands for the whole wall, over the "
+        "septum's. Thickness is told to 9 %, 95 % limits (Am Heart J 1988;115:425-431).",
+    )
+    strained_level: Level = Field(
+        description="False-alarm rate of both volumes together. Chosen: 2.8 standard deviations each."
+    )
+    unsupported_abs_z: Positive = Field(
+        description="Standard deviations beyond which the subject is unsupported. Chosen: no measurement "
+        "explains it."
+    )
 
     @property
     def strained_abs_z(self) -> float:
@@ -47,10 +65,18 @@ class VolumeSettings(Settings):
 
 
 class EjectionTimeSettings(Settings):
-    """How far the predicted ejection time may lie from the measured one, where there is one."""
+    """How far the predicted ejection time may lie from the measured one, where there is one.
 
-    model_sd_ms: Positive = Field(description="sd of the model's own error in it")
-    strained_level: Level = Field(description="false-alarm rate")
+    Nobody fitted it.
+    """
+
+    model_sd_ms: Positive = Field(
+        description="Standard deviation of the model's own error in it. Other structures of the ladder "
+        "move it at given parameters, as root mean square over the volunteers' contexts. Length "
+        "dependence moves it by 20 ms, the second Piola stress by 14, alpha = 4 by 18. A thin wall moves "
+        "it by 4, inertance by 2; together 13.5, rounded up."
+    )
+    strained_level: Level = Field(description="False-alarm rate. Chosen: 2.6 standard deviations.")
 
     @property
     def strained_abs_z(self) -> float:
@@ -61,8 +87,12 @@ class EjectionTimeSettings(Settings):
 class ContextCheckSettings(Settings):
     """When a subject's context is strange: beside the other subjects', and by declared ranges."""
 
-    level: Level = Field(description="of the leave-one-subject-out test, over all values together")
-    ranges: dict[str, tuple[float, float]] = Field(description="context value -> declared range, in its unit")
+    level: Level = Field(description="Level of the leave-one-subject-out test, all values together. Chosen.")
+    ranges: dict[str, tuple[float, float]] = Field(
+        description="Declared range of each context value, in its unit. They are of healthy adults at "
+        "rest, for whom the fixed parameters of the forward model are chosen. Volumes and septum have "
+        "both sexes' normal ranges together (Lang et al. 2015). The others are chosen."
+    )
 
     @model_validator(mode="after")
     def _check_ranges(self) -> Self:
@@ -77,24 +107,60 @@ class ContextCheckSettings(Settings):
 class SyntheticSettings(Settings):
     """How many recordings make the null distributions and measure the power, and how each is inferred."""
 
-    reference_recordings: int = Field(ge=100, description="prior predictive recordings of the feature space")
-    null_recordings: int = Field(ge=20, description="well-specified recordings with a posterior, a subject")
-    fresh_recordings: int = Field(ge=1, description="further ones, of each kind, to count false alarms on")
-    volunteer_recordings: int = Field(ge=1, description="recordings of each virtual volunteer, for the power")
-    effective_draws: int = Field(ge=20, description="effective draws of each of these recordings")
-    strip_fraction: float = Field(gt=0, lt=0.5, description="width of the strip at a bound, over the box's")
+    reference_recordings: int = Field(
+        ge=100, description="Prior predictive recordings that make the space of features. Chosen."
+    )
+    null_recordings: int = Field(
+        ge=20,
+        description="Well-specified recordings with a posterior, a subject. Chosen: p-values to 0.0025 "
+        "without the fitted tail.",
+    )
+    fresh_recordings: int = Field(
+        ge=1,
+        description="Further ones a subject, of each kind, to count false alarms on. Chosen: 120 of each "
+        "kind put the rate within 4.0 points (two standard errors). `make full` has 50.",
+    )
+    volunteer_recordings: int = Field(
+        ge=1,
+        description="Recordings of each virtual volunteer, for the power. Chosen: power to 32 points a "
+        "subject, to 11 over eight. `make full` has 25.",
+    )
+    effective_draws: int = Field(
+        ge=20,
+        description="Effective draws of each of these recordings. Chosen: posterior masses to 5 points, "
+        "as of the recordings of calibration.",
+    )
+    strip_fraction: float = Field(
+        gt=0,
+        lt=0.5,
+        description="Width of the strip at a bound, over the box's. Chosen: outer tenth of the box at "
+        "each bound.",
+    )
 
 
 class RuleSettings(Settings):
     """The tests' own choices and the levels of the verdict."""
 
-    neighbours: int = Field(ge=1, description="k of the nearest-neighbour distance")
-    whitened_variance: float = Field(gt=0, lt=1, description="share of the features' variance kept")
-    tail_fraction: float = Field(gt=0, le=0.5, description="share of a null fitted by a Pareto tail")
-    strained_level: Level = Field(description="false-alarm rate of 'strained' or worse, over all tests")
-    unsupported_level: Level = Field(description="false-alarm rate of 'unsupported', over all tests")
-    volumes: VolumeSettings
-    context: ContextCheckSettings
+    neighbours: int = Field(ge=1, description="Number k of the nearest-neighbour distance. Chosen.")
+    whitened_variance: float = Field(
+        gt=0,
+        lt=1,
+        description="Share of the features' variance kept. Chosen: about as many directions as there are "
+        "measured speeds.",
+    )
+    tail_fraction: float = Field(
+        gt=0,
+        le=0.5,
+        description="Share of a null fitted by a Pareto tail. Chosen: exceedances are fitted as by "
+        "Knijnenburg et al. 2009.",
+    )
+    strained_level: Level = Field(
+        description="False-alarm rate of 'strained' or worse, over all tests with a null distribution "
+        "together. Chosen."
+    )
+    unsupported_level: Level = Field(description="False-alarm rate of 'unsupported', over all tests. Chosen.")
+    volumes: VolumeSettings = Field(description="The test of the volumes of the cavity.")
+    context: ContextCheckSettings = Field(description="The test of the context.")
 
     @model_validator(mode="after")
     def _check_levels(self) -> Self:
@@ -109,9 +175,11 @@ class RuleSettings(Settings):
 class MisspecificationSettings(Settings):
     """The misspecification tests of an experiment on measured speeds."""
 
-    synthetic: SyntheticSettings
-    rule: RuleSettings
-    ejection_time: EjectionTimeSettings
+    synthetic: SyntheticSettings = Field(description="Recordings behind the null distributions.")
+    rule: RuleSettings = Field(description="The tests and the levels of the verdict.")
+    ejection_time: EjectionTimeSettings = Field(
+        description="The test of the ejection time, of subjects with lvet_ms."
+    )
 
     @model_validator(mode="after")
     def _check_tail(self) -> Self:
@@ -127,9 +195,13 @@ class MisspecificationSettings(Settings):
 class SupportSettings(Settings):
     """The two criteria of prior support (paper, Sec. 2.5)."""
 
-    max_abs_z: float = Field(gt=0.0, description="largest admitted |z_obs,j| of the conditioning vector")
-    min_in_prior_draws: int = Field(ge=1, description="least number of candidates within the prior's bounds")
-    candidate_draws: int = Field(ge=1, description="draws from the estimator, not filtered")
+    max_abs_z: float = Field(
+        gt=0.0, description="Largest admitted |z_obs,j| of the conditioning vector. Paper, Sec. 2.5."
+    )
+    min_in_prior_draws: int = Field(
+        ge=1, description="Least number of candidates within the prior's bounds. Paper, Sec. 2.5."
+    )
+    candidate_draws: int = Field(ge=1, description="Draws from the estimator, not filtered. Paper, Sec. 2.5.")
 
     @model_validator(mode="after")
     def _check_attainable(self) -> Self:
@@ -142,11 +214,18 @@ class SupportSettings(Settings):
 
 
 class UninformativeSettings(Settings):
-    """When a recording has left a quantity as the prior has it."""
+    """When a recording has left a quantity as the prior has it.
+
+    A free-running recording that leaves every quantity so is called uninformative.
+    """
 
     sd_ratio: float = Field(
-        gt=0, le=1, description="posterior over prior sd of a log, from which on it may be as the prior's"
+        gt=0,
+        le=1,
+        description="Posterior over prior sd of a log, from which on it may be as the prior's. Chosen: "
+        "narrower by a tenth is several times what a thousand effective draws leave uncertain.",
     )
     shift: Positive = Field(
-        description="largest shift of the median of a log, over its prior sd, that leaves it as the prior's"
+        description="Largest shift of the median of a log, over its prior sd, that leaves it as the "
+        "prior's. Chosen: a quarter of the prior's standard deviation."
     )

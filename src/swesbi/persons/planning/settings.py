@@ -17,39 +17,92 @@ DESIGNS: Final = (PAIRED, GROUPS)
 
 
 class PlannedPersonsSettings(Settings):
-    """The persons of a bank; spreads are standard deviations of logarithms."""
+    """The persons of a bank; spreads are standard deviations of logarithms.
 
-    number: int = Field(ge=4, description="persons of a bank, from which studies are drawn")
-    group: str = Field(description="group of the population whose contexts they have")
+    Persons are drawn as those of data/virtual_trial are. Changes from visit to visit are chosen as
+    there, for lack of repeated measurements of any. Theta and passive scale vary little within a week.
+    """
+
+    number: int = Field(
+        ge=4,
+        description="Persons of a bank, from which studies are drawn. Chosen: power of one number of "
+        "persons to about 5 points, a bank's own luck included (docs/change-and-groups.md).",
+    )
+    group: str = Field(description="Group of the population whose contexts they have. Chosen.")
     prior_share: float = Field(
-        gt=0.0, le=1.0, description="spread of theta and passive scale between persons, over the prior's"
+        gt=0.0,
+        le=1.0,
+        description="Spread of theta and passive scale between persons, over the prior's. Chosen, as in "
+        "data/virtual_trial: half of it, since the prior holds all hearts that may come.",
     )
-    visit_spread: Spread = Field(description="of each of theta from visit to visit of a person")
-    response_spread: Spread = Field(description="of the effect between persons")
-    passive_scale_spread: Spread = Field(description="of the passive scale from visit to visit")
-    loading_spread: Spread = Field(description="of R_d, and of the time constant, from visit to visit")
-    heart_rate_spread: Spread = Field(description="of the heart rate from visit to visit")
+    visit_spread: Spread = Field(
+        description="Spread of each of theta from visit to visit of a person. Chosen."
+    )
+    response_spread: Spread = Field(
+        description="Spread of the effect between persons. Chosen: two thirds of persons respond within "
+        "10 % of the middle one."
+    )
+    passive_scale_spread: Spread = Field(
+        description="Spread of the passive scale from visit to visit. Chosen."
+    )
+    loading_spread: Spread = Field(
+        description="Spread of R_d, and of the time constant, from visit to visit. Chosen: resistance and "
+        "time constant of the arteries vary more."
+    )
+    heart_rate_spread: Spread = Field(
+        description="Spread of the resting heart rate from visit to visit. Chosen."
+    )
     kept_scale_share: float = Field(
-        ge=0.0, le=1.0, description="share of the variance of the log scale of speeds that a person keeps"
+        ge=0.0,
+        le=1.0,
+        description="Share of the variance of the log scale of speeds that a person keeps. As in "
+        "data/virtual_trial.",
     )
-    weeks_between: float = Field(gt=0.0, description="between the visits")
-    ejection_fraction: tuple[float, float] = Field(description="at the first visit, of who takes part")
+    weeks_between: float = Field(
+        gt=0.0,
+        description="Weeks between the visits. As in data/virtual_trial; only the age depends on it.",
+        json_schema_extra={"unit": "weeks"},
+    )
+    ejection_fraction: tuple[float, float] = Field(
+        description="Ejection fraction at the first visit, of who takes part. That of health (Lang 2015)."
+    )
 
 
 class PlannedStudiesSettings(Settings):
     """The simulated studies of a bank."""
 
     sizes: tuple[Annotated[int, Field(ge=2)], ...] = Field(
-        min_length=3, description="numbers of persons that are tried, of each group where there are two"
+        min_length=3,
+        description="Numbers of persons that are tried, of each group where there are two. Chosen.",
     )
     proposal_sizes: tuple[Annotated[int, Field(ge=2)], ...] = Field(
-        min_length=1, description="numbers of persons about whose posteriors hyperparameters are drawn"
+        min_length=1,
+        description="Numbers of persons about whose posteriors hyperparameters are drawn. Chosen: widths "
+        "of posteriors of studies differ by 1.5 from one to the next.",
     )
-    hyperdraws: int = Field(ge=200, description="of each of these, with the effect and without")
-    recycled_draws: int = Field(ge=50, description="of each person's posterior")
-    studies: int = Field(ge=20, description="of each number of persons, with the effect and without")
-    resamples: int = Field(ge=4, description="of the bank, for the Monte Carlo error of a bank of its size")
-    least_effective: float = Field(gt=1.0, description="effective hyperdraws below which a study is rough")
+    hyperdraws: int = Field(
+        ge=200,
+        description="Hyperparameters drawn for each of these, with the effect and without. Chosen: "
+        "hundreds of effective ones for a study.",
+    )
+    recycled_draws: int = Field(
+        ge=50, description="Draws recycled of each person's posterior. As in cohort_posterior."
+    )
+    studies: int = Field(
+        ge=20,
+        description="Studies of each number of persons, with the effect and without. Chosen: power to 1.3 "
+        "points but for the bank's luck.",
+    )
+    resamples: int = Field(
+        ge=4,
+        description="Resamples of the bank, for the Monte Carlo error of a bank of its size. Chosen: that "
+        "luck to a tenth of itself.",
+    )
+    least_effective: float = Field(
+        gt=1.0,
+        description="Effective hyperdraws below which a study is rough. Chosen: a probability of .95 to "
+        "three points.",
+    )
 
     @model_validator(mode="after")
     def _check_sizes(self) -> Self:
@@ -61,7 +114,13 @@ class PlannedStudiesSettings(Settings):
 class PlanSettings(Settings):
     """Planned studies: persons, studies, and when an effect counts as found."""
 
-    persons: PlannedPersonsSettings
-    studies: PlannedStudiesSettings
-    probability: Level = Field(description="of an effect in its direction, above which a study finds it")
-    power: Level = Field(description="share of studies that are to find it, unless another is asked for")
+    persons: PlannedPersonsSettings = Field(description="Persons of a bank.")
+    studies: PlannedStudiesSettings = Field(description="Simulated studies.")
+    probability: Level = Field(
+        description="Probability of an effect in its direction, above which a study finds it. It is the "
+        "one-sided level of .05 of most protocols."
+    )
+    power: Level = Field(
+        description="Share of studies that are to find it, unless another is asked for. As studies are "
+        "planned."
+    )
