@@ -6,7 +6,7 @@ Files of the study are inputs that no rule makes: `make study` comes first.
 import sys
 from pathlib import Path
 
-from swesbi.config.read import parse_section, parts_of
+from swesbi.config.read import parse_section, parts_of, read_yaml
 
 HERE = Path(workflow.basedir)
 
@@ -26,11 +26,15 @@ sys.path.insert(0, str(HERE.parents[1]))
 OUT = f"{RESULTS}/studies/{HERE.name}"
 
 
+from studies.section import left_out
+
+
 def section_of(model):
-    """Return the side study's own section of the configuration."""
+    """Return the side study's own section of the configuration, without variants for which a file says null."""
+    own = read_yaml(HERE / "config.yaml")[HERE.name]
     try:
         return parse_section(
-            SECTION,
+            left_out(SECTION, own, model),
             f"studies/{HERE.name}/config.yaml",
             model,
             [HERE / "config.yaml", *workflow.overwrite_configfiles],

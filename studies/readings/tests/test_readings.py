@@ -53,9 +53,9 @@ SHIPPED = overlay(read_merged(ROOT / "config.yaml"), read_yaml(ROOT / "tests" / 
 SHIPPED |= {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 FOLDER = ROOT / "studies" / "readings"
 SECTION = read_yaml(FOLDER / "config.yaml")["readings"]
-SMALL = parse_section(
-    overlay(SECTION, read_yaml(FOLDER / "small.yaml")["readings"]), "readings", ReadingsSettings
-)
+SIZES = read_yaml(FOLDER / "small.yaml")["readings"] | {"readings": {}}
+SMALL = parse_section(overlay(SECTION, SIZES), "readings", ReadingsSettings)
+"""Every reading in small sizes."""
 TIME_TO_PEAK = SCALAR_NAMES.index("time_to_peak_cycle")
 GRID = analysis_grid(100)
 SEED = 5
