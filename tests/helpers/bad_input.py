@@ -146,10 +146,6 @@ def named_twice(frame: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([frame, frame["rr_ms"]], axis=1)
 
 
-def phases_kept(number: int) -> Callable[[pd.DataFrame], pd.DataFrame]:
-    return lambda frame: frame[frame["phase_index"] < number]
-
-
 def other_protocol(phases: int) -> Break:
     return lambda cohort: recording(phases=phases).to_csv(cohort / "swe" / "S-1.csv", index=False)
 
@@ -174,16 +170,10 @@ SUBJECT_TABLE = {
     "row too short": Case(subjects(FIRST, FIRST[:-4]), "row 2: has 7 cells, the header has 8; .*complete"),
     "text in a number": Case(context("hr_bpm", "fast"), "row 2, column 'hr_bpm': 'fast' is not a number"),
     "NaN": Case(context("lvedv_ml", "NaN"), "row 2, column 'lvedv_ml': 'NaN' is not a number"),
-    "infinite": Case(context("age_years", "inf"), "column 'age_years': 'inf' is not a number"),
     "empty cell": Case(context("bsa_m2", ""), "column 'bsa_m2': '' is not a number"),
     "negative": Case(context("bsa_m2", "-1.7"), "column 'bsa_m2': '-1.7' is outside .0.1, 4.; .*m2"),
-    "BSA in cm2": Case(context("bsa_m2", "17000"), "column 'bsa_m2': '17000' is outside .0.1, 4.; .*m2"),
     "septum in mm": Case(context("ivsd_cm", "8"), "column 'ivsd_cm': '8' is outside .0.2, 3.; .*in cm"),
-    "septum in m": Case(context("ivsd_cm", "0.008"), "column 'ivsd_cm': '0.008' is outside .0.2, 3.; .*cm"),
     "volume in L": Case(context("lvedv_ml", "0.09"), "column 'lvedv_ml': '0.09' is outside .10, 500.; .*mL"),
-    "volume ten times": Case(
-        context("lvedv_ml", "900"), "column 'lvedv_ml': '900' is outside .10, 500.; .*mL"
-    ),
     "volumes a tenth": Case(
         subjects("90,34", "14,5.4"), r"column 'lvedv_ml': '14' .*over bsa_m2 \(1.7\) is 8.24 mL/m2, expected"
     ),
@@ -196,20 +186,10 @@ SUBJECT_TABLE = {
     "heart rate in Hz": Case(
         context("hr_bpm", "1"), "column 'hr_bpm': '1' is outside .30, 220.; .*beats per minute"
     ),
-    "heart rate as RR": Case(
-        context("hr_bpm", "1000"), "column 'hr_bpm': '1000' is outside .30, 220.; .*beats"
-    ),
-    "age in months": Case(
-        context("age_years", "300"), "column 'age_years': '300' is outside .0, 120.; .*years"
-    ),
     "sex in words": Case(context("sex", "female"), "column 'sex': 'female' is refused: .*; write F or M"),
-    "sex as a number": Case(context("sex", "1"), "column 'sex': '1' is refused: .*; write F or M"),
-    "sex unknown": Case(context("sex", ""), "column 'sex': '' is refused: .*; write F or M"),
     "path out of the cohort": Case(
         context("subject", "../S-1"), r"'subject': '\.\./S-1' is refused.*letters"
     ),
-    "absolute path": Case(context("subject", "/etc/passwd"), "'subject': '/etc/passwd' is refused.*letters"),
-    "backslash": Case(context("subject", "..\\S-1"), "column 'subject': '.*S-1' is refused.*letters"),
     "space in a name": Case(context("subject", "S 1"), "column 'subject': 'S 1' is refused.*letters, digits"),
     "no name": Case(context("subject", ""), "column 'subject': '' is refused.*letters, digits"),
     "name without end": Case(context("subject", "S" * 300), "column 'subject': 'S{60}...' is refused"),
@@ -217,7 +197,6 @@ SUBJECT_TABLE = {
         content("subjects.csv", (HEADER + ",größe\n").encode("latin-1")),
         r"cannot be read as UTF-8 text \(byte \d+\); save it as CSV in UTF-8",
     ),
-    "UTF-16": Case(content("subjects.csv", HEADER.encode("utf-16")), "cannot be read as UTF-8 text"),
     "a workbook": Case(
         content("subjects.csv", b"PK\x03\x04..."), "is an Excel workbook; save the sheet as 'CSV"
     ),
@@ -238,18 +217,12 @@ SAMPLE_TABLE = {
     "column twice": Case(table(named_twice), "S-1.csv, row 1: names a column twice: rr_ms; rename"),
     "empty file": Case(content("swe/S-1.csv", b""), "S-1.csv: is empty|S-1.csv, row 1: lacks"),
     "header only": Case(table(lambda frame: frame[:0]), "S-1.csv: holds no data row; write at least one"),
-    "comments only": Case(
-        content("swe/S-1.csv", b"# later\n#\n"), "S-1.csv: is empty; name them in the first"
-    ),
     "text in a number": Case(cell(SPEED, "1.2 m/s"), f"row 6, column '{SPEED}': '1.2 m/s' is not a number"),
-    "NaN": Case(cell("rr_ms", "NaN"), "row 6, column 'rr_ms': 'NaN' is not a number"),
     "infinite": Case(cell(SPEED, "-inf"), "row 6, .*'-inf' is not a number"),
     "negative speed": Case(cell(SPEED, "-1.2"), "'-1.2' is outside .*; give it in m/s"),
-    "negative delay": Case(cell("trigger_delay_ms", "-3"), "'-3' is outside .0, 5000.; give the delay from"),
     "speed in cm/s": Case(
         scaled(SPEED, 100.0), f"column '{SPEED}': .* is outside .0.05, 30.; give it in m/s"
     ),
-    "speed in mm/s": Case(scaled(SPEED, 1000.0), "is outside .0.05, 30.; give it in m/s.*\n.*\n.*"),
     "speed ten times": Case(
         table(lambda frame: frame.assign(**{SPEED: frame[SPEED].clip(upper=2.9) * 10.0})),
         f"column '{SPEED}': the median shear-wave speed is 1.* m/s, expected 0.5 to 10; check the unit",
@@ -266,21 +239,14 @@ SAMPLE_TABLE = {
     "modulus in Pa": Case(
         modulus(1000.0), "'youngs_modulus_kpa': .* is outside .0.0075, 2700.; give it in kPa"
     ),
-    "modulus in MPa": Case(modulus(0.001), "is outside .0.0075, 2700.; give it in kPa"),
-    "modulus a twentieth": Case(modulus(0.05), "the median shear-wave speed is 0..* check the unit"),
     "RR in s": Case(
         scaled("rr_ms", 1e-3), "column 'rr_ms': .* is outside .150, 5000.; give the RR interval in"
     ),
-    "RR in bpm": Case(scaled("rr_ms", 0.06), "column 'rr_ms': '60.0' is outside .150, 5000."),
-    "RR ten times": Case(scaled("rr_ms", 10.0), "column 'rr_ms': '10000.0' is outside .150, 5000."),
     "delay in s": Case(
         scaled("trigger_delay_ms", 1e-3), "the longest trigger delay is 0.975 ms, and reaches 0.001"
     ),
     "delay a tenth": Case(
         scaled("trigger_delay_ms", 0.1), "the longest trigger delay is 97.5 ms, .*late diastole"
-    ),
-    "delay in us": Case(
-        scaled("trigger_delay_ms", 1e3), "column 'trigger_delay_ms': .* is outside .0, 5000."
     ),
     "delay beyond the cycle": Case(
         table(lambda frame: frame.assign(trigger_delay_ms=frame["trigger_delay_ms"] * 1.5)),
@@ -393,10 +359,6 @@ MATLAB = {
     "text as .mat": Case(
         matlab(lambda path: path.write_text("phase_index")), "S-1.mat: cannot be read as a .mat"
     ),
-    "empty .mat": Case(matlab(Path.touch), "S-1.mat: cannot be read as a .mat file"),
-    "truncated, version 5": Case(
-        matlab(truncated(write_v5, 0.7)), "S-1.mat: cannot be read as a .mat file .*save"
-    ),
     "truncated, version 7.3": Case(
         matlab(truncated(write_v73, 0.7)), "S-1.mat: cannot be read as a .mat file"
     ),
@@ -457,10 +419,6 @@ PROTOCOLS = {
     "another number of phases": Case(
         content("recording.yaml", b"origin: a\nprotocol: {phases: 12}\n"),
         "protocol.phases is 12, but recording.phases in config.yaml is 20; correct the one that is wrong",
-    ),
-    "repeats of another kind": Case(
-        content("recording.yaml", b"origin: a\nprotocol: {repeats_are: nested}\n"),
-        "'nested' under the key `protocol.repeats_are` is none of separate, sweeps; write `sweeps` if",
     ),
 }
 

@@ -35,7 +35,3 @@ def test_it_is_refused_in_words_and_nothing_is_written(
     assert "Traceback" not in shown
     assert re.search(message, shown), shown
     assert snapshot(tmp_path) == before
-
-
-def test_there_are_forty_and_more() -> None:
-    assert len(NEW_KINDS) >= 40

@@ -10,11 +10,10 @@ from cohorts import HEADER, ROWS, write_cohort
 from pydantic import ValidationError
 from study_copy import ROOT
 
-from swesbi.__main__ import main
 from swesbi.config.read import overlay, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures, ClinicalRow
+from swesbi.recording.clinical import ClinicalMeasures, ClinicalRow
 from swesbi.recording.cohort import read_subject_table
 from swesbi.recording.problems import RecordingError
 
@@ -71,10 +70,8 @@ def test_a_spreadsheet_with_semicolons_and_decimal_commas(tmp_path: Path) -> Non
     [
         (ALL, "118,,", r"row 2, column 'sbp_mmhg': '118' is given without dbp_mmhg; give both"),
         (ALL, ",74,", r"row 2, column 'dbp_mmhg': '74' is given without sbp_mmhg; give both"),
-        ("sbp_mmhg", "118", r"column 'sbp_mmhg': '118' is given without dbp_mmhg"),
         (ALL, "74,118,", r"column 'dbp_mmhg': '118' is not below sbp_mmhg of the same row; .*swapped"),
         (ALL, "118,118,", r"column 'dbp_mmhg': '118' is not below"),
-        (ALL, "15.7,9.9,", r"column 'sbp_mmhg': '15.7' is outside \[60, 260\]; give mmHg, not kPa"),
         (ALL, "118,9.9,", r"column 'dbp_mmhg': '9.9' is outside \[30, 160\]; give mmHg, not kPa"),
         (
             ALL,
@@ -82,17 +79,10 @@ def test_a_spreadsheet_with_semicolons_and_decimal_commas(tmp_path: Path) -> Non
             r"column 'sbp_mmhg': '1180' is outside .*; correct the cell \(units\? .* in mmHg\)",
         ),
         (ALL, ",,0.295", r"column 'lvet_ms': '0.295' is outside \[100, 500\]; give ms, not s"),
-        (ALL, ",,29", r"column 'lvet_ms': '29' is outside .*; correct the cell \(units\? .* in ms\)"),
-        (ALL, ",,-300", r"column 'lvet_ms': '-300' is outside"),
         (ALL, "118,low,", r"column 'dbp_mmhg': 'low' is not a number; write a number .* or nothing"),
         (ALL, "118,inf,", r"column 'dbp_mmhg': 'inf' is not a number"),
-        (ALL, "118/74,,", r"column 'sbp_mmhg': '118/74' is not a number"),
         ("sbp", "118", "column 'sbp': is not read, and looks like sbp_mmhg; call it sbp_mmhg, in mmHg"),
-        ("SBP (mmHg)", "118", "looks like sbp_mmhg"),
-        ("DBP_mmHg", "74", "looks like dbp_mmhg"),
         ("sbp_kpa,dbp_kpa", "15,9", "looks like sbp_mmhg.*\n.*looks like dbp_mmhg"),
-        ("lvet_s", "0.3", "column 'lvet_s': is not read, and looks like lvet_ms"),
-        ("LVET", "300", "looks like lvet_ms"),
         ("sbp_mmgh", "118", "looks like sbp_mmhg"),
         (f"{ALL},lvet_ms", "118,74,300,300", "names a column twice: lvet_ms"),
     ],
@@ -172,31 +162,3 @@ def test_a_subject_outside_the_study_has_its_own(tmp_path: Path) -> None:
     written(folder, ALL, "118,74,", ",,295")
     parts = stage_settings(cohort_of(folder, {}), "new_subject", experiment="calibrated", subject="S-1")
     assert parts["ingest"]["clinical"] == {"dbp_mmhg": 74.0, "lvet_ms": None, "sbp_mmhg": 118.0}
-
-
-def test_validate_says_who_has_them(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(ROOT)
-    cohort = write_cohort(tmp_path / "cohort")
-    assert main(["validate", str(cohort)]) == 0
-    assert "ejection" not in capsys.readouterr().out
-    written(cohort, ALL, "118,74,290", ",,295")
-    assert main(["validate", str(cohort)]) == 0
-    shown = capsys.readouterr().out
-    assert "cuff pressures: S-1.\nejection time: S-1, s_2x." in shown
-
-
-def test_the_template_s_columns_can_be_named_and_filled(tmp_path: Path) -> None:
-    assert main(["template", str(tmp_path / "cohort")]) == 0
-    path = tmp_path / "cohort" / "subjects.csv"
-    lines = path.read_text().splitlines()
-    for name in ALL.split(","):
-        assert any(line.startswith(f"# {name} ") for line in lines)
-    path.write_text("\n".join([*lines[:-1], f"{lines[-1]},{ALL}", "S01,F,31,1.71,62,95,36,0.82,118,74,295"]))
-    (only,) = measured(path)
-    assert only == ClinicalMeasures(118.0, 74.0, 295.0)
-
-
-def test_nothing_measured_is_nan() -> None:
-    assert math.isnan(NOT_MEASURED.sbp_mmhg) and math.isnan(NOT_MEASURED.lvet_ms)

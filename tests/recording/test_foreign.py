@@ -98,13 +98,6 @@ def test_a_matlab_file_of_other_names_is_read(tmp_path: Path) -> None:
     assert_same(read, read_samples(tmp_path / "twin.csv", PHASES, DENSITY))
 
 
-def test_a_workbook_in_this_project_s_own_form_needs_no_mapping(tmp_path: Path) -> None:
-    table = recording(phases=PHASES)
-    path = as_workbook(table, tmp_path / "S")
-    table.to_csv(tmp_path / "twin.csv", index=False)
-    assert_same(read_samples(path, PHASES, DENSITY), read_samples(tmp_path / "twin.csv", PHASES, DENSITY))
-
-
 def wide() -> tuple[pd.DataFrame, pd.DataFrame]:
     """A table with a row a phase and repeat and a column a sample, and the long form of it."""
     long = recording(phases=PHASES).assign(status="ok", fit_r2=1.0)
@@ -156,16 +149,9 @@ def test_a_shear_modulus_is_a_third_of_young_s(tmp_path: Path) -> None:
             r"row 2, column 'SWS \[cm/s\]': '4e9' read in cm/s as shear_wave_speed_m_s is outside",
         ),
         ("SWS [cm/s]", "fast", r"column 'SWS \[cm/s\]': 'fast' read in cm/s .* is not a number"),
-        ("SWS [cm/s]", "2.1", r"'2.1' read in cm/s as shear_wave_speed_m_s is outside \[0.05, 30\]"),
-        ("Delay (s)", "-1", r"column 'Delay \(s\)': '-1' read in s as trigger_delay_ms is outside"),
-        ("RR (s)", "900", r"column 'RR \(s\)': '900' read in s as rr_ms is outside"),
         ("Phase", "0", r"column 'Phase': '0' .*outside \[0, 19\]"),
-        ("Phase", "21", r"column 'Phase': '21' .*outside \[0, 19\]"),
-        ("Phase", "early", r"column 'Phase': 'early' .*is not a number"),
         ("Flag", "so-so", "column 'Flag': 'so-so' is none of ok"),
-        ("Quality (%)", "150", r"column 'Quality \(%\)': '150' read in % as fit_r2 is outside"),
         ("Acq", "1.5", "column 'Acq': '1.5' is not a whole number"),
-        ("ROI", "x", "column 'ROI': 'x' is not a number"),
     ],
 )
 def test_what_is_wrong_is_told_by_the_file_s_own_column_and_value(
@@ -186,23 +172,19 @@ def test_what_is_wrong_is_told_by_the_file_s_own_column_and_value(
         ({"columns": {"shear_wave_speed_se_m_s": "SE"}}, "means with standard errors are not taken"),
         ({"columns": {"repeat": ["a", "b"]}}, "`columns.repeat` names several columns"),
         ({"columns": {SPEED: "c", "youngs_modulus_kpa": "E"}}, "names shear_wave_speed_m_s and youngs"),
-        ({"columns": {SPEED: 3}}, r"columns.shear_wave_speed_m_s"),
         ({"columns": "SWS"}, "`columns`"),
         (
             {"units": {SPEED: "km/h"}},
             "'km/h' under the key `units.shear_wave_speed_m_s` is not known; write m/s",
         ),
         ({"units": {"repeat": "1"}}, "`units.repeat` is of no column with a unit"),
-        ({"units": {"rr_ms": 5}}, "`units.rr_ms`"),
         ({"table": {"file": "all.csv"}}, "no column says whose a row is"),
         ({"table": {"first_phase": 2}}, "`table.first_phase`"),
         ({"table": {"header_row": 0}}, "`table.header_row`"),
-        ({"table": {"sheets": "x"}}, "`table.sheets`"),
         ({"table": {"statuses": {"good": "fine"}}}, "'fine' under the key `table.statuses.good`"),
         ({"table": {"values": {"speed": 1}}}, "`table.values.speed` is for no column that the tables lack"),
         ({"table": {"values": {"repeat": "counted"}}}, "only phase_index and sample can be counted"),
         ({"table": {"values": {"phase_index": "counted", "sample": "counted"}}}, "cannot both be counted"),
-        ({"table": {"values": {"status": [1]}}}, "`table.values`"),
     ],
 )
 def test_a_mapping_that_cannot_be_is_refused_by_its_key(said: dict[str, Any], words: str) -> None:

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_text import assert_text_apart
 from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING, make_samples
 from statsmodels.regression.mixed_linear_model import MixedLM
@@ -27,13 +26,11 @@ from swesbi.recording.observation import read_contexts
 from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.figures.recording import draw_noise
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
 from swesbi.virtual.files import samples_table
 from swesbi.virtual.volunteers import VOLUNTEERS, true_curve
-from tools.docs.figures import write_noise_figure
 
 TRUE = NoiseComponents(0.04, 0.08)
 SETTINGS = stage.NoiseStageSettings(
@@ -240,22 +237,3 @@ def test_one_recording_has_no_test_of_homogeneity(tmp_path: Path) -> None:
     again = read_noise(tmp_path / "noise.h5")
     assert again.pooled == noise.pooled
     assert again.components == NoiseComponents(noise.repeat_fraction, noise.sample_fraction)
-
-
-def test_the_figure_shows_the_truth_of_virtual_volunteers_alone(tmp_path: Path) -> None:
-    recordings = {
-        name: levels_of(make_samples(repeat_sd=0.04, sample_sd=0.08, seed=s)) for s, name in enumerate("AB")
-    }
-    noise = fit_noise(recordings)
-    plain, marked = draw_noise(noise, "virtual volunteers"), draw_noise(noise, "virtual volunteers", TRUE)
-    for figure in (plain, marked):
-        assert_text_apart(figure)
-        assert "virtual volunteers" in figure.get_suptitle()
-    words = [
-        [text.get_text() for text in figure.axes[0].get_legend().get_texts()] for figure in (plain, marked)
-    ]
-    assert [len(one) for one in words] == [1, 2]
-    assert words[1][1] == "made with 4 %"
-    save(tmp_path / "noise.h5", to_dataset(noise), Origin(1, "", "c").provenance(KIND, SETTINGS))
-    write_noise_figure(tmp_path / "noise.h5", tmp_path, "virtual volunteers")
-    assert (tmp_path / "figures" / "noise.png").stat().st_size > 0

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from cohorts import write_cohort
-from figure_text import assert_text_apart
 from numpy.typing import NDArray
 from recordings import CONTEXT, PHASES, RECORDING, make_samples
 from scipy.optimize import minimize
@@ -34,7 +33,6 @@ from swesbi.recording.noise import (
     mean_errors,
     read_noise,
     relative_se,
-    to_dataset,
 )
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.protocol import read_protocol, read_repeats
@@ -48,7 +46,6 @@ from swesbi.recording.sweeps import (
     levels_by,
     log_restricted_likelihood_of_sweeps,
 )
-from swesbi.report.figures.recording import draw_noise
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
@@ -463,23 +460,6 @@ def test_validation_refuses_sweeps_that_have_another_number_at_each_phase(
     assert "give a sweep the same repeat number at all its phases" in shown
     protocol.write_text(protocol.read_text().replace("sweeps", "separate"))
     assert main(["validate", str(cohort)]) == 0
-
-
-def test_the_template_says_what_repeats_may_be(tmp_path: Path) -> None:
-    assert main(["template", str(tmp_path / "cohort")]) == 0
-    assert read_repeats(tmp_path / "cohort" / "recording.yaml") == "separate"
-    assert "sweeps" in (tmp_path / "cohort" / "recording.yaml").read_text()
-
-
-def test_the_figure_has_a_panel_for_sweeps(tmp_path: Path) -> None:
-    noise = fit_noise(by("sweeps", acquired(0.05, range(1))))
-    figure = draw_noise(noise, "virtual volunteers", TRUE)
-    assert_text_apart(figure)
-    assert figure.axes[2].get_title(loc="left") == "(c) between sweeps"
-    labels = [text.get_text() for text in figure.axes[2].get_legend().get_texts()]
-    assert labels[1] == "made with 5 %"
-    save(tmp_path / "noise.h5", to_dataset(noise), Origin(1, "", "c").provenance(KIND, SETTINGS))
-    assert read_noise(tmp_path / "noise.h5").pooled == noise.pooled
 
 
 def test_sweeps_are_numbered_as_in_the_recording() -> None:

@@ -13,7 +13,6 @@ from study_copy import ROOT
 from swesbi.__main__ import main
 from swesbi.recording.check import examine_cohort
 from swesbi.recording.cohort import read_subjects
-from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import REASONS
 from swesbi.report.figures.recording import draw_recording_sheet
@@ -43,13 +42,6 @@ def test_the_summary_says_what_quality_control_found(
         )
         assert f"no_wave {no_wave}," in " ".join(cells) + ","
     assert "note: config.yaml has `cohort: data/virtual_volunteers`, whose network answers these" in lines[-1]
-
-
-def test_the_configured_cohort_needs_no_note(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    cohort = write_cohort(tmp_path / "cohort")
-    changes = write_overlay(tmp_path / "changes.yaml", cohort, subjects=["s_2x"])
-    assert main(["validate", str(cohort), "--overlay", str(changes)]) == 0
-    assert "note" not in capsys.readouterr().out
 
 
 def test_an_unknown_subject_of_an_experiment_is_named_with_its_key(
@@ -145,26 +137,3 @@ def test_a_template_overwrites_nothing(
 def test_a_template_where_the_system_takes_no_folder(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["template", "/proc/cohort"]) == 2
     assert "/proc/cohort: cannot be made (" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("command", ["validate", "template"])
-def test_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main([command, "--help"])
-    assert ended.value.code == 0
-    assert f"usage: swesbi {command}" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        main(["--help"])
-    assert f"  {command} " in capsys.readouterr().out
-
-
-def test_an_error_carries_its_problems(tmp_path: Path) -> None:
-    cohort = write_cohort(tmp_path / "cohort")
-    path = cohort / "swe" / "S-1.csv"
-    path.write_text(path.read_text().replace(",1000.0,", ",1,", 2))
-    with pytest.raises(RecordingError) as caught:
-        read_samples(path, 20, 1000.0)
-    assert [(problem.row, problem.column, problem.value) for problem in caught.value.problems] == [
-        (2, "rr_ms", "1"),
-        (3, "rr_ms", "1"),
-    ]
