@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cohort_case import REASON, STRATA, TITLE, answer, context, strata, table
+from cohort_case import REASON, TITLE, answer, context, strata, table
 from figure_text import assert_text_apart, text_boxes
 from study_copy import ROOT, StudyCopy
 
@@ -20,7 +20,7 @@ from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import read_exact_result
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort
-from swesbi.report.figures.population import draw_strata, read_strata, stratum_label
+from swesbi.report.figures.population import draw_strata, read_strata
 from swesbi.verdict.answers import REFUSED, answer_columns, cohort_table, read_cohort
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
@@ -78,16 +78,6 @@ def test_a_truth_widens_the_axes_to_hold_it() -> None:
     far = replace(far, truth={**far.truth, "S000": np.array([900.0, 5.0, 30.0])})
     limits = [axes.get_ylim() for axes in draw_cohort(far, TITLE, "amortised").axes]
     assert limits[0][1] > 900.0
-
-
-def test_strata_are_named_in_words() -> None:
-    assert [stratum_label(name) for name in STRATA] == [
-        "all",
-        "female",
-        "age below 18 years",
-        "heart rate 67 to 80 /min",
-        "noise of a speed 3.51 % and more",
-    ]
 
 
 def test_strata_are_drawn_with_their_numbers_and_no_text_on_another() -> None:

@@ -25,92 +25,13 @@ from swesbi.report.paper.comparison import (
 from swesbi.report.paper.measured import Asked, Measured, StudyResults, differ, shown, spread
 from swesbi.report.paper.values import PaperNumber, PaperRow, numbers, read_paper
 
-NOT_CONFIGURED = {"spread", "case", "among", "beyond_prior", "all_inside", "binomial"}
-DECIMALS = [
-    "12.61",
-    "5.55",
-    "1.14",
-    "0.38",
-    "89.7",
-    "4.2",
-    "2.16",
-    "69.7",
-    "3.14",
-    "178.6",
-    "0.996",
-    "0.001",
-    "4.84",
-    "0.76",
-    "84.2",
-    "0.020",
-    "0.60",
-    "0.99",
-    "12.67",
-    "1.40",
-    "89.0",
-    "0.025",
-    "0.995",
-    "1.35",
-    "0.98",
-    "15.33",
-    "0.87",
-    "94.3",
-    "0.016",
-    "0.998",
-    "17.59",
-    "1.53",
-    "91.3",
-    "0.027",
-    "1.77",
-    "0.89",
-    "0.84",
-    "0.15",
-    "0.09",
-    "0.12",
-    "0.03",
-    "92.5",
-    "90.5",
-    "26.5",
-    "1.36",
-    "2.15",
-    "2.06",
-    "2.02",
-    "1.0",
-    "0.5",
-    "5.0",
-    "0.6",
-    "0.45",
-    "0.26.1",
-]
-WHOLE = [
-    "6",
-    "4",
-    "300",
-    "1",
-    "20",
-    "1000",
-    "3",
-    "60",
-    "46",
-    "16",
-    "30",
-    "5",
-    "45",
-    "200",
-    "10",
-    "2",
-    "6000",
-    "120,000",
-    "50",
-    "128",
-    "100",
-    "90",
-    "400",
-    "12",
-    "80",
-    "9600",
-    "209",
-]
+PRINTED = (
+    "12.61 5.55 1.14 0.38 89.7 4.2 2.16 69.7 3.14 178.6 0.996 0.001 4.84 0.76 84.2 0.020 0.60 0.99 "
+    "12.67 1.40 89.0 0.025 0.995 1.35 0.98 15.33 0.87 94.3 0.016 0.998 17.59 1.53 91.3 0.027 1.77 "
+    "0.89 0.84 0.15 0.09 0.12 0.03 92.5 90.5 26.5 1.36 2.15 2.06 2.02 1.0 0.5 5.0 0.6 0.45 0.26.1 6 "
+    "4 300 1 20 1000 3 60 46 16 30 5 45 200 10 2 6000 120,000 50 128 100 90 400 12 80 9600 209"
+)
+"""Every number of the paper."""
 
 
 @pytest.fixture(scope="module")
@@ -137,10 +58,10 @@ def printed(**changes: object) -> PaperNumber:
     return PaperNumber("group", made, "", made.paper, value, sd)
 
 
-@pytest.mark.parametrize("number", DECIMALS + WHOLE)
-def test_every_number_of_the_paper_has_a_row(number: str) -> None:
+def test_every_number_of_the_paper_has_a_row() -> None:
     prints = " ".join(part.printed for part in read_paper())
-    assert re.search(rf"(?<![\d.]){re.escape(number)}(?![\d]|\.\d)", prints), number
+    for number in PRINTED.split():
+        assert re.search(rf"(?<![\d.]){re.escape(number)}(?![\d]|\.\d)", prints), number
 
 
 def test_table_1_is_complete_and_its_means_are_those_of_its_cases() -> None:
@@ -178,12 +99,6 @@ def test_every_measure_and_reading_is_used() -> None:
     rows = [part.row for part in read_paper()]
     assert {part.measure for part in rows} == set(MEASURES)
     assert {part.reading for part in rows} == set(READINGS)
-
-
-def test_remarks_assert_no_result() -> None:
-    allowed = {"41", "46", "16", "90", "0"}
-    for part in read_paper():
-        assert set(re.findall(r"\d+(?:\.\d+)?", part.row.remark)) <= allowed, part.row.remark
 
 
 def test_designed_rows_name_the_place_of_the_choice(table: pd.DataFrame) -> None:

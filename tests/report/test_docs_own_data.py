@@ -125,8 +125,3 @@ def test_the_mapping_of_the_page_reads_the_table_of_another_tool(
     proposed = yaml.safe_load(capsys.readouterr().out)
     assert proposed["columns"] == said["columns"]
     assert proposed["units"] == said["units"]
-
-
-def test_what_the_page_says_of_one_missing_phase_is_so() -> None:
-    assert "0.167 of the cycle" in PAGE
-    assert round(2 / 12, 3) == 0.167

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,6 @@ import pytest
 from evaluation_cases import TITLE, TRUE_THETA
 from exact_shown import PRIOR, panel, phi, predictive_panel, result, support, write_posterior, write_support
 from figure_text import assert_text_apart, text_boxes
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from swesbi.artefacts import ArtefactError
@@ -22,12 +20,10 @@ from swesbi.posterior.truncated import Posterior, read_posterior
 from swesbi.report.figures.posterior import draw_exact_posteriors
 from swesbi.report.figures.posterior_subject import draw_exact_subject
 from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_check
-from swesbi.report.figures.style import EXCLUDED_BACKGROUND, STRAINED, TRUTH
 from swesbi.report.study_tables import TRUTH_COLUMNS, JudgedPosterior, truth_table
 from swesbi.study.stages import tables as truth_stage
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import is_exact, status, verdict_numbers
-from swesbi.verdict.support import read_support
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
 
@@ -53,33 +49,6 @@ SHOWN = ["cohort", "cohort-one", "cohort-many", "A", "F", "ppc", "ppc-D", "ppc-F
 def test_text_stands_apart_and_names_the_cohort(drawn: dict[str, Figure], name: str) -> None:
     assert_text_apart(drawn[name])
     assert any(TITLE in text for text, _ in text_boxes(drawn[name]))
-
-
-def test_truth_is_marked_only_where_it_is_known_and_says_that_it_is_generated(
-    drawn: dict[str, Figure],
-) -> None:
-    def stars(figure: Figure) -> int:
-        lines = [line for axes in figure.axes for line in axes.lines]
-        return sum(line.get_color() == TRUTH for line in lines)
-
-    assert (stars(drawn["cohort"]), stars(drawn["cohort-one"]), stars(drawn["F"])) == (18, 0, 0)
-    assert stars(drawn["A"]) == 6
-    assert any("generated" in text for text, _ in text_boxes(drawn["A"]))
-    assert not any("truth" in text for text, _ in text_boxes(drawn["F"]))
-
-
-def test_verdicts_have_their_colours_and_reasons(drawn: dict[str, Figure]) -> None:
-    panels = drawn["ppc"].axes
-    assert [to_hex(axes.get_facecolor()).upper() == EXCLUDED_BACKGROUND for axes in panels] == [False] * 4 + [
-        True
-    ] * 2
-    notes = [axes.texts[0].get_text() for axes in panels]
-    assert notes[0].startswith("supported") and notes[3].startswith("strained\ndecay, p < 0.001")
-    assert notes[5].startswith("unsupported") and "and 3 more" in notes[5] and "RMSE" not in notes[5]
-    faces = [part.get_facecolor() for part in drawn["cohort"].axes[0].collections]
-    assert STRAINED in {to_hex(face[0]).upper() for face in faces if len(face)}
-    title = drawn["F"]._suptitle.get_text()  # type: ignore[attr-defined]
-    assert "draws by MCMC, R-hat 1.004" in title and "unsupported" in title
 
 
 def test_the_reliability_of_the_weights_is_that_of_the_files(drawn: dict[str, Figure]) -> None:
@@ -163,10 +132,3 @@ def test_a_cohort_without_truth_has_none_and_a_broken_file_is_named(tmp_path: Pa
     path.write_text("subject,k0_kpa\nA,58\n")
     with pytest.raises(ArtefactError, match="lacks the columns k_atp_per_s, k_sr_per_s"):
         read_truth([path])
-
-
-def test_support_files_of_both_kinds_are_read(tmp_path: Path) -> None:
-    write_support(tmp_path / "support.json", "F")
-    assert read_support(tmp_path / "support.json") == support("F")
-    plain = json.loads((tmp_path / "support.json").read_text())
-    assert (plain["status"], plain["k_hat"], plain["sampler"]) == ("unsupported", None, "mcmc")

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,24 +12,18 @@ import pytest
 from comparison_case import context, posterior
 from evaluation_cases import INTERVAL, PRIOR, TITLE, check, posterior_theta, support
 from figure_text import assert_text_apart, text_boxes
-from jinja2 import Environment
 from matplotlib.figure import Figure
-from matplotlib.text import Text
-from study_copy import ROOT
 
 from swesbi.context import CONTEXT_NAMES
 from swesbi.measurement.settings import SCALAR_NAMES, SUMMARY_NAMES
 from swesbi.parameters import THETA_NAMES
 from swesbi.report.figures.experiments import ExperimentScore, draw_experiments
-from swesbi.report.figures.registry import captions
-from swesbi.report.figures.style import EXCLUDED_BACKGROUND, save_figure
 from swesbi.report.figures.workflow import draw_workflow
 from swesbi.report.figures.workflow_panels import WorkflowPicture, groups
 from swesbi.study.stages.origin import ResultKey
 from swesbi.study.stages.study_figures import shown_subject
 
 K_ATP = THETA_NAMES.index("k_atp_per_s")
-GREY = tuple(int(EXCLUDED_BACKGROUND[i : i + 2], 16) / 255 for i in (1, 3, 5))
 
 
 def picture(
@@ -103,12 +95,6 @@ def test_workflow_has_no_text_on_text(name: str) -> None:
     assert any(TITLE in text for text, _ in text_boxes(figure))
 
 
-def test_workflow_keeps_to_the_page_and_is_readable() -> None:
-    figure = draw_workflow(PICTURES["supported"], TITLE)
-    assert figure.get_figwidth() == pytest.approx(12.2 / 2.54) and figure.get_figheight() <= 9.0 / 2.54
-    assert min(text.get_fontsize() for text in figure.findobj(Text) if text.get_text().strip()) >= 4.9
-
-
 def test_workflow_shows_what_it_is_given() -> None:
     shown = picture()
     curves, features, training, recording, observed = draw_workflow(shown, TITLE).axes[3:8]
@@ -119,14 +105,6 @@ def test_workflow_shows_what_it_is_given() -> None:
     np.testing.assert_array_equal(observed.lines[0].get_ydata(), shown.z_obs)
     texts = [text for text, _ in text_boxes(draw_workflow(shown, TITLE))]
     assert {"16\nscalars", "30\ntrajectory", "7\ncont.", "120,000 rows"} <= set(texts)
-
-
-def test_workflow_marks_an_excluded_subject() -> None:
-    figure = draw_workflow(PICTURES["excluded"], TITLE)
-    greyed = [axes for axes in figure.axes if axes.get_facecolor()[:3] == pytest.approx(GREY)]
-    texts = [text for text, _ in text_boxes(figure)]
-    assert len(greyed) == 4
-    assert "(b) Inference: F (excluded)" in texts and "0 in-prior draws" in texts and "posterior" not in texts
 
 
 def test_groups_of_components() -> None:
@@ -171,14 +149,6 @@ def test_experiments_have_no_text_on_text(name: str) -> None:
     assert {score.experiment.replace("_", " ") for score in STUDIES[name]} <= legend
 
 
-def test_experiments_grey_what_is_excluded() -> None:
-    figure = compare(STUDIES["three"])
-    for axes in figure.axes:
-        grey = [patch for patch in axes.patches if patch.get_facecolor()[:3] == pytest.approx(GREY)]
-        assert len(grey) == 2 * 3
-    assert "excluded (grey): unfiltered median" in {text for text, _ in text_boxes(figure)}
-
-
 def test_experiments_show_a_shift_in_percent() -> None:
     values = scores(("paper", "wide_prior"), "A", "")
     shifted = tuple(1.5 * value for value in values[0].k_atp_per_s)
@@ -192,33 +162,3 @@ def test_experiments_refuse_what_they_cannot_draw() -> None:
         compare([])
     with pytest.raises(ValueError, match="comes twice"):
         compare(2 * STUDIES["one"])
-
-
-def test_figures_are_the_same_twice(tmp_path: Path) -> None:
-    for part in ("one", "other"):
-        save_figure(draw_workflow(picture(), TITLE), tmp_path / f"{part}-1.pdf", tmp_path / f"{part}-1.png")
-        save_figure(compare(STUDIES["one"]), tmp_path / f"{part}-2.pdf", tmp_path / f"{part}-2.png")
-    for name in ("1.pdf", "1.png", "2.pdf", "2.png"):
-        assert (tmp_path / f"one-{name}").read_bytes() == (tmp_path / f"other-{name}").read_bytes()
-    content = (tmp_path / "one-1.pdf").read_bytes()
-    assert b"/FontFile2" in content and b"/Type3" not in content
-
-
-@pytest.mark.parametrize("rule", captions())
-def test_the_report_has_a_caption_for_every_figure_of_a_rule(rule: str) -> None:
-    template = (ROOT / "workflow" / "report" / "figure.rst").read_text(encoding="utf-8")
-    job = SimpleNamespace(
-        rule=rule,
-        wildcards={"experiment": "amortised", "subject": "A"},
-        config={
-            "cohort_title": "volunteers",
-            "population_experiments": {"amortised": {}},
-            "figure_captions": captions(),
-        },
-    )
-    paragraphs = Environment(autoescape=False).from_string(template).render(snakemake=job).split("\n\n")  # noqa: S701
-    shown = [text.strip() for text in paragraphs if text.strip()]
-    assert len(shown) == len(captions()[rule])
-    assert not any("{cohort}" in text or "{experiment}" in text or "{{" in text for text in shown)
-    if rule == "training_figure":
-        assert "contexts drawn from its population" in shown[0]

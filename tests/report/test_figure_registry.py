@@ -35,11 +35,6 @@ def test_the_list_is_read_without_matplotlib() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_a_figure_is_named_once_in_its_place() -> None:
-    listed = sum(len(figures_of(place)) for place in PagePart)
-    assert listed == len(PAGE_FIGURES) + len(further_figures())
-
-
 def test_every_figure_of_the_workflow_but_those_of_a_subject_is_on_the_page() -> None:
     shown = {name for part in PagePart for name in figures_of(part)}
     assert {figure.name for figure in FIGURES if figure.of != "subject"} == shown - {"noise"}

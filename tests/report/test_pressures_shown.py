@@ -19,9 +19,8 @@ from swesbi.report.csv import write_csv
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.page.sections import make_population_section
 from swesbi.report.tables.population import OverPopulation
-from swesbi.report.tables.pressures import pressures_of, pressures_table, read_pressures, subjects_table
+from swesbi.report.tables.pressures import pressures_of, pressures_table, read_pressures
 from swesbi.study.stages.report_inputs import read_populations
-from tools.docs.population import PopulationResults, pressures_part
 
 RATIOS = {RESISTANCE: 0.8, TIME_CONSTANT: 0.9, VOLUME_FACTOR: np.nan}
 
@@ -54,14 +53,6 @@ def test_widths_and_shifts_stand_by_quantity() -> None:
     assert by_name["f_V"] == ("–", "–")
 
 
-def test_every_subject_has_its_pressures_and_how_it_was_answered() -> None:
-    rows = subjects_table(made(), TITLE).rows
-    assert rows[0].cells == (
-        "S0", "126 / 83", "0.80", "0.90", "1.02 (0.93 to 1.12)", "17", "importance weights"
-    )  # fmt: skip
-    assert rows[2].cells[-1] == "importance weights, not converged"
-
-
 def test_the_section_has_them_where_there_are_any() -> None:
     with_them, without = (make_population_section(shown(one), {}, TITLE) for one in (made(), None))
     assert {"pressures", "pressures_subjects"} <= set(with_them.tables)
@@ -71,14 +62,6 @@ def test_the_section_has_them_where_there_are_any() -> None:
     )
     assert "pressures" not in without.tables
     assert "With cuff pressures" not in {fact.name for fact in without.facts}
-
-
-def test_the_documentation_has_them_where_there_are_any() -> None:
-    text = pressures_part(PopulationResults(shown(made()), TITLE, None))
-    assert "(figures/pressures-amortised.png)" in text
-    assert "| R_d | 0.85 (0.80 to 0.90) |" in text and "| S1 | 126 / 83 |" in text
-    none = pressures_part(PopulationResults(shown(None), TITLE, None))
-    assert none == f"None of the {TITLE} has cuff pressures."
 
 
 def test_rows_are_those_of_the_experiment(tmp_path: Path) -> None:

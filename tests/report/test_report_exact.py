@@ -12,7 +12,6 @@ from evaluation_cases import TITLE
 from exact_shown import STATUS, result, support
 from matplotlib.figure import Figure as Drawing
 from report_case import make_experiment
-from study_copy import ROOT
 
 from swesbi.checks.calibration.table import COLUMNS as CALIBRATION_COLUMNS
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
@@ -33,7 +32,6 @@ from swesbi.report.tables.experiments import (
 )
 from swesbi.report.tables.subjects import score_table
 from tools.docs.calibration import PARTS, CalibrationResults
-from tools.docs.marks import PART, fill
 
 SUBJECTS = "ADF"
 
@@ -191,21 +189,6 @@ def documented(exact: Exact) -> CalibrationResults:
         cohort_title=TITLE,
         nuisances=(),
     )
-
-
-def test_every_part_of_the_page_is_written_from_results(documented: CalibrationResults) -> None:
-    page = (ROOT / "docs" / "calibration.md").read_text(encoding="utf-8")
-    assert sorted(match["name"] for match in PART.finditer(page)) == sorted(PARTS)
-    parts = {name: part(documented) for name, part in PARTS.items()}
-    assert "nan" not in "".join(parts.values())
-    filled = fill(page, parts)
-    assert "| D | strained | decay (p = 0.0002) | importance weights | 0.31 | 82 | – | yes |" in filled
-    assert (
-        "Inside: 3 of 6." in filled
-        and "| D | strained | k_0 | kPa | 5.50 | 5.00 | 4.00 to 6.00 | no |" in filled
-    )
-    assert "between repeats | 4.43 |" in filled
-    assert "weighted, mcmc: 0.510 to 0.510" in filled
 
 
 def test_a_page_without_truth_or_reported_subjects_can_be_written(documented: CalibrationResults) -> None:

@@ -13,19 +13,15 @@ from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES
 from swesbi.report.figures.style import save_figure
 from swesbi.report.numbers import (
-    component,
     estimate,
     fixed,
-    in_sentences,
     mean_sd,
     percent,
-    protocol_entry,
-    rejection,
     significant,
     span,
     with_symbols,
 )
-from swesbi.report.page.files import figure, file_groups
+from swesbi.report.page.files import figure
 from swesbi.report.page.sections import caution, headline
 from swesbi.report.table import Column, Link, Row, Strong, Table, markdown, words
 from swesbi.report.tables.experiments import (
@@ -89,22 +85,6 @@ def test_the_spread_is_that_of_a_sample() -> None:
     assert mean_sd([], 2) == "–"
 
 
-def test_names_are_words() -> None:
-    assert component("post_peak_auc_kpa") == "post-peak AUC"
-    assert component("hr_bpm") == "heart rate"
-    assert rejection("low_fit_r2") == "Low fit R²"
-    assert protocol_entry("push_frequency_mhz", 4.0) == "push frequency 4 MHz"
-    assert protocol_entry("probe", "GE 6S-D") == "probe GE 6S-D"
-    assert with_symbols("k_ATP < k_0") == "<i>k</i><sub>ATP</sub> &lt; <i>k</i><sub>0</sub>"
-
-
-def test_sentences_have_no_names_of_columns() -> None:
-    said = in_sentences("trajectory_02_kpa (z = 4.09), hr_bpm (z = 3.20), maximum_kpa; k_0 as it is")
-    assert (
-        said == "stiffness at point 3 of the curve (z = 4.09), heart rate (z = 3.20), maximum; k_0 as it is"
-    )
-
-
 def test_a_predicted_quantity_beside_the_measured_says_so_in_words() -> None:
     row = {"median": 0.724, "ci_low": 0.690, "ci_high": 0.743}
     assert beside_the_measured(row | {"measured": 0.619}) == "predicted above measured"
@@ -129,23 +109,6 @@ def test_a_table_as_markdown_keeps_its_columns_and_its_note() -> None:
         "",
         "Note.",
     ]
-
-
-def test_files_are_grouped_by_folder_and_linked_from_the_page(tmp_path: Path) -> None:
-    names = [
-        "tables/ppc.csv",
-        "paper/pool.h5",
-        "paper/subjects/A/ppc.png",
-        "cmaes/A.h5",
-        "paper/pool.h5",
-        "notes.csv",
-    ]
-    groups = file_groups([tmp_path / name for name in names], tmp_path / "index.html")
-    assert [group.caption.split(":")[0] for group in groups] == ["tables/", "paper/", "cmaes/", "./"]
-    assert groups[1].rows == (
-        Row(("whole cohort", (Link("pool.h5", "paper/pool.h5"),))),
-        Row(("A", (Link("ppc.png", "paper/subjects/A/ppc.png"),))),
-    )
 
 
 def test_a_figure_knows_its_size_and_its_pdf(tmp_path: Path) -> None:

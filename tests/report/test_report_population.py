@@ -6,12 +6,9 @@ from pathlib import Path
 
 import pytest
 from cohort_case import REASON, STRATA, TITLE, strata, table
-from matplotlib.figure import Figure as Drawing
 
 from swesbi.artefacts import ArtefactError
-from swesbi.report.figures.style import save_figure
-from swesbi.report.page.figures import PagePart
-from swesbi.report.page.sections import make_population_section, section_figures
+from swesbi.report.page.sections import make_population_section
 from swesbi.report.tables.population import OverPopulation, cohort_table, strata_table
 from swesbi.study.stages.report_inputs import read_populations
 
@@ -56,32 +53,9 @@ def test_a_large_cohort_is_counted() -> None:
     assert rows[3].cells[3:] == ("10.0", "–")
 
 
-def test_the_section_says_what_it_is_and_what_came_out() -> None:
-    section = make_population_section(shown(60, 6), {}, TITLE)
-    assert section.base == "calibrated"
-    assert section.declared == (
-        "heart rate 40 to 130 /min, LVEDV 35 to 200 mL, septal thickness 0.4 to 1.4 cm, "
-        "septal thickness over the radius 0.15 to 0.7"
-    )
-    facts = {fact.name: fact.value for fact in section.facts}
-    assert facts["Trained on"] == "5,000 contexts, 200,000 simulations"
-    assert facts["Verdicts"] == "18 supported, 18 strained, 18 unsupported, 6 refused"
-    assert "90.0 %" in facts["Fresh contexts: 90 % intervals cover"]
-
-
 def test_nobody_answered_is_no_error() -> None:
     facts = {fact.name for fact in make_population_section(shown(3, 3), {}, TITLE).facts}
     assert "Exact posteriors" not in facts
-
-
-def test_figures_are_those_of_the_experiment(tmp_path: Path) -> None:
-    paths = [tmp_path / f"{name}.png" for name in ("cohort-amortised", "strata-amortised", "cohort-other")]
-    for path in paths:
-        save_figure(Drawing(figsize=(1.0, 1.0)), path)
-    figures = section_figures(PagePart.POPULATION, paths, "amortised", tmp_path / "index.html", TITLE)
-    assert set(figures) == {"cohort", "strata"}
-    assert TITLE in figures["cohort"].caption
-    assert TITLE not in figures["strata"].caption
 
 
 def test_a_missing_table_is_named(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.report.sheet import Informed, Population, Recorded, Sheet, ShownCurve
-from swesbi.report.sheet_text import header, heart_line, notes, quality_line, rows, verdict_text
+from swesbi.report.sheet_text import header, notes, rows, verdict_text
 from swesbi.verdict.support import Support
 
 CONTEXT = Context("S-1", "F", 31.0, 1.7, 66.0, 95.0, 36.0, 0.82)
@@ -95,15 +95,6 @@ def test_percentiles_are_those_of_the_population(sheet: Sheet) -> None:
     assert any("Of 1 hearts of those that the network knows" in note for note in notes(sheet))
 
 
-def test_quality_is_told_by_reason(sheet: Sheet) -> None:
-    assert quality_line(sheet.recorded) == (
-        "Recording: 10 of 10 gated phases measured. 90 of 100 samples accepted, 10 rejected "
-        "(low R² (scanner) 7, outlier 3)."
-    )
-    assert quality_line(sheet.recorded) in notes(sheet)
-    assert heart_line(CONTEXT).startswith("sex F, age 31 years, BSA 1.70 m²")
-
-
 def test_the_predictive_check_counts_what_lies_inside(sheet: Sheet) -> None:
     assert sheet.curve.inside == 8
     assert any("8 of 10 measured phases lie in the 90 % interval" in note for note in notes(sheet))
@@ -126,16 +117,6 @@ def test_an_unsupported_subject_is_no_measurement(sheet: Sheet) -> None:
     )
     assert verdict_text(support) == ("unsupported", (against[0].upper() + against[1:], "other: too far"))
     assert notes(replace(sheet, support=support))[0].startswith("UNSUPPORTED: the recording is not one")
-
-
-def test_reasons_without_room_in_the_head_stand_below(sheet: Sheet) -> None:
-    reasons = tuple(f"test {index}: {'so it is ' * 14}" for index in range(6))
-    figure = draw_sheet(replace(sheet, support=replace(SUPPORT, reasons=reasons)))
-    head, *_, below = (part.axes[0] for part in figure.subfigs[0].subfigs)
-    shown = ["\n".join(text.get_text() for text in axes.texts) for axes in (head, below)]
-    for reason in reasons:
-        assert sum(reason[:7] in text for text in shown) == 1
-    assert reasons[0][:7] in shown[0] and reasons[-1][:7] in shown[1]
 
 
 def test_the_page_is_one_and_the_same_wherever_it_lies_in_memory(sheet: Sheet, tmp_path: Path) -> None:

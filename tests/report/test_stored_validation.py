@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -67,13 +66,6 @@ def test_a_table_that_lacks_a_column_is_named(tmp_path: Path) -> None:
     made_table().drop(columns="tested").to_csv(path, index=False)
     with pytest.raises(ArtefactError, match=r"validation.csv: lacks the columns tested"):
         read_validation(path)
-
-
-def test_the_page_shows_the_stored_validation(tmp_path: Path) -> None:
-    page = SimpleNamespace(validation=stored_validation(stored(tmp_path)))
-    text = templates().get_template("validation.html").render(page=page, root="../")
-    assert text.index("The shipped study was asked") < text.index("(d) spring")
-    assert "12 of 60" in text
 
 
 @pytest.mark.parametrize("there", [True, False])
