@@ -8,7 +8,6 @@ import pytest
 from study_copy import ROOT
 
 from explorer.settings import page_settings
-from explorer.stages import ExplorerSettings
 from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import load_study
 
@@ -23,12 +22,6 @@ def settings_with(key: str, value: object) -> dict[str, Any]:
     for part in reversed(key.split(".")):
         changes = {part: changes}
     return page_settings(STUDY.with_changes(cast(dict[str, Any], changes), "a test"), "calibrated")
-
-
-def test_they_are_those_of_the_stage() -> None:
-    settings = ExplorerSettings.from_plain(page_settings(STUDY, "calibrated"))
-    assert (settings.experiment, settings.cohort_title) == ("calibrated", SHIPPED["cohort_title"])
-    assert settings.exact == STUDY.config.speed_experiments["calibrated"].exact
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,6 @@ from study_copy import ROOT, StudyCopy
 
 from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import Study, load_study
-from swesbi.report.numbers import fixed, mean_sd, share
 from swesbi.report.page.figures import PagePart
 from swesbi.report.tables.population import OverPopulation
 from swesbi.verdict.support import read_support
@@ -23,7 +22,7 @@ from tools.docs.marks import PART, MarkError, fill
 from tools.docs.population import PopulationResults, scaling_part
 from tools.docs.reproduction import PARTS, truth_part
 from tools.docs.results import ReproductionResults, read_results
-from tools.docs.statements import STATEMENTS, statements_part
+from tools.docs.statements import statements_part
 
 SHIPPED = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
 
@@ -110,23 +109,6 @@ def test_parts_hold_the_numbers_of_the_study(written: Path, finished: StudyCopy)
     assert len(rows) == 2 + len(shown_epochs)
 
 
-def test_the_page_begins_with_the_paper_s_statements(written: Path, finished: StudyCopy) -> None:
-    page = (written / "reproduction.md").read_text(encoding="utf-8")
-    assert list(parts_of(page))[0] == "statements"
-    scores = pd.read_csv(finished.results / "tables" / "ppc.csv").set_index(["experiment", "subject"])
-    rows = [line.split(" | ") for line in parts_of(page)["statements"].strip().splitlines()[2:]]
-    assert len(rows) == len(STATEMENTS) and all(len(row) == 5 for row in rows)
-    assert {row[-1].removesuffix(" |") for row in rows} == {"found", "† designed"}
-    told = {row[3]: row[2] for row in rows}
-    for reading, column in (
-        ("band of noiseless curves", "noiseless"),
-        ("interval with the noise of Eq. 5", "observed"),
-    ):
-        value = scores.loc[("paper", "A"), f"coverage_{column}_grid"]
-        said = "none" if pd.isna(value) else f"{value:.2f}"
-        assert told[reading].startswith(f"A {said}, B ")
-
-
 def test_a_statement_without_its_number_is_refused(results: ReproductionResults) -> None:
     with pytest.raises(ValueError, match="no number that begins 'subjects that pass'"):
         statements_part(replace(results, comparison=results.comparison.iloc[-1:]))
@@ -136,16 +118,6 @@ def test_figures_are_those_of_the_study(written: Path, finished: StudyCopy) -> N
     for name in documented(PagePart.STUDY):
         copied = written / "figures" / f"{name}.png"
         assert copied.read_bytes() == (finished.results / "figures" / f"{name}.png").read_bytes()
-
-
-def test_the_page_on_the_population_has_its_strata_and_its_cohort(written: Path, finished: StudyCopy) -> None:
-    parts = parts_of((written / "population.md").read_text(encoding="utf-8"))
-    assert set(parts) == {"strata", "cohort", "scaling", "pressures", "free_running"}
-    assert "| female" in parts["strata"]
-    assert "3 virtual volunteers" in parts["cohort"]
-    for name in ("strata-amortised", "cohort-amortised"):
-        assert f"figures/{name}.png" in parts[name.split("-")[0]]
-        assert (written / "figures" / f"{name}.png").is_file()
 
 
 def test_the_cost_of_cohorts_is_shown_with_its_growth() -> None:
@@ -223,9 +195,3 @@ def test_parts_of_stored_tables_are_written_without_a_study(
 def test_marks_that_do_not_fit_are_refused(page: str, message: str) -> None:
     with pytest.raises(MarkError, match=message):
         fill(page, {"run": "text", "scores": "text"})
-
-
-def test_numbers_are_shown_with_care() -> None:
-    assert (fixed(-0.126, 2), fixed(float("nan"), 1), share(0.9275)) == ("−0.13", "–", "92.8 %")
-    assert mean_sd(pd.Series([1.0, 3.0]), 1) == "2.0 ± 1.4"
-    assert (mean_sd(pd.Series([2.0]), 1), mean_sd(pd.Series([], dtype=float), 1)) == ("2.0", "–")

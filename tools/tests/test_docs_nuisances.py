@@ -47,7 +47,3 @@ def test_contraction_is_that_of_the_logarithm_and_of_the_parameter_named() -> No
     part = nuisances_part(tuple(free.values()))
     row = next(line for line in part.splitlines() if "`exponent_b`" in line)
     assert "| 0.96 (0.75 to 0.99) |" in row
-
-
-def test_nothing_free_is_said() -> None:
-    assert "fixed" in nuisances_part(())

@@ -6,16 +6,11 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import read_merged
-from swesbi.config.study import load_study
 from swesbi.parameters import THETA_NAMES
 from swesbi.report.csv import write_csv
-from tools.docs.marks import standing
 from tools.docs.pushes import (
-    MARK,
     NOT_COMPARED,
     NOT_RUN,
     PushesResults,
@@ -60,12 +55,3 @@ def test_a_table_that_is_another_is_refused(tmp_path: Path) -> None:
     write_csv(tmp_path / "amortised_pushes.csv", made_table().drop(columns="by_mcmc"))
     with pytest.raises(ArtefactError, match="lacks the columns by_mcmc"):
         PushesResults.read(tmp_path, 0.9)
-
-
-def test_the_page_says_what_the_stored_tables_say() -> None:
-    text = (ROOT / "docs" / "population.md").read_text(encoding="utf-8")
-    interval = (
-        load_study(read_merged(ROOT / "config.yaml")).config.speed_experiments["calibrated"].exact.interval
-    )
-    stored = pushes_part(PushesResults.read(ROOT / "docs" / "tables", interval))
-    assert standing(text)[MARK].strip() == stored.strip(), "run `make docs` after `make full`"

@@ -7,12 +7,10 @@ from typing import Any
 
 import pandas as pd
 import pytest
-from figure_text import assert_text_apart
 from scipy.stats import binom
 from study_copy import ROOT
 
 from studies.discrepancy import stages
-from studies.discrepancy.figure import draw_discrepancy
 from studies.discrepancy.settings import ChoiceSettings, choice_settings
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
@@ -60,10 +58,6 @@ def test_the_stage_writes_table_and_figure_and_repeats(tmp_path: Path) -> None:
 def test_the_best_pair_is_that_of_the_highest_evidence() -> None:
     assert stages.best_pair(TABLE) == DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
     assert TABLE["log_evidence"].idxmax() == TABLE["best"].idxmax()
-
-
-def test_the_figure_s_text_stands_apart() -> None:
-    assert_text_apart(draw_discrepancy(TABLE, 0.9))
 
 
 def test_the_configured_discrepancy_covers_in_the_stored_table_and_evidence_asks_for_less() -> None:

@@ -11,12 +11,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from exact_study import EXACT, write_inputs
-from figure_text import assert_text_apart
 from ladder_case import EFFORT, LADDER, LADDER_CONFIG, PAIRS, QUICK, SEED, result, rung, wide_proposal
 from speed_case import PHI, ROOT, model, settings
 
 from studies.ladder import stages as stage
-from studies.ladder.figure import draw_ladder
 from studies.ladder.infer import best_pair, infer_structure, second_recording
 from studies.ladder.posteriors import CHANGED, CHOSEN, KIND, SHIPPED, read_structure, to_groups
 from studies.ladder.proposal import MovedProposal, first_proposal
@@ -211,12 +209,6 @@ def test_a_change_within_a_person_is_a_ratio_and_stays_where_k0_moves() -> None:
     assert rows(frame, "base", "change_of_k0_kpa", CHOSEN).empty
 
 
-def test_k0_in_kpa_is_called_conditional_wherever_it_is_printed() -> None:
-    frame = table()
-    assert rows(frame, "base", "k0_kpa")["words"].str.contains("conditional").all()
-    assert not rows(frame, "base", "attained_kpa")["words"].str.contains("conditional").any()
-
-
 def test_what_survives_is_what_no_structure_moves() -> None:
     moves = moves_table(table(), 0.5).set_index("quantity")
     assert moves.loc["k0_kpa", "survives"] == 0
@@ -286,13 +278,6 @@ def test_the_stage_writes_tables_and_a_figure(outputs: dict[str, Path]) -> None:
     frame = pd.read_csv(outputs["table"])
     assert len(frame) == 3 * 2 * (10 + 6)
     assert set(pd.read_csv(outputs["pairs"])["structure"]) == set(LABELS)
-
-
-def test_the_text_of_the_figure_stands_apart() -> None:
-    labels = {name: structure.label for name, structure in LADDER.structures.items()}
-    results = {name: result(tuple("ABCDEFGH"), 1.0 + 0.1 * n, -3.0 * n) for n, name in enumerate(labels)}
-    figure = draw_ladder(ladder_table(results, labels, 0.9, SEED), 0.5, "virtual volunteers")
-    assert_text_apart(figure)
 
 
 @pytest.mark.parametrize("structure", sorted(LADDER.structures))

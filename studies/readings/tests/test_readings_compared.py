@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -27,7 +26,6 @@ from studies.readings.comparison import (
     seeds_by_reading,
     weights_table,
 )
-from studies.readings.figure import GROUPS, draw_readings
 from studies.readings.settings import CASES, ComparisonSettings, Reading, Treatment
 from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES
@@ -108,10 +106,6 @@ def test_every_number_compared_is_one_that_the_paper_prints() -> None:
     assert printed["coverage_A"].value == 0.99
     with pytest.raises(ArtefactError, match="subjects that pass"):
         printed_numbers(NUMBERS[:1], COMPARISON)
-
-
-def test_every_number_compared_is_drawn() -> None:
-    assert sorted(key for keys in GROUPS.values() for key in keys) == sorted(PRINTED)
 
 
 def test_means_are_of_the_supported_and_recovery_is_of_the_chosen_epoch() -> None:
@@ -231,23 +225,8 @@ def test_the_order_against_cmaes_is_counted() -> None:
     assert by_weight.loc[0.0, "below"] == by_weight.loc[0.0, "supported"] == 4
 
 
-def test_every_reading_has_a_row_in_the_figure(table: pd.DataFrame) -> None:
-    figure = draw_readings(table, NUMBERS, COMPARISON, "virtual volunteers")
-    labels = [tick.get_text() for tick in figure.axes[0].get_yticklabels()]
-    assert labels == [reading.label for reading in READINGS.values()]
-    drawn = sum(len(axes.get_legend_handles_labels()[1]) for axes in figure.axes)
-    assert drawn == len(PRINTED)
-    assert re.search(r"paper's\s+spreads", figure.get_suptitle())
-
-
 def test_numbers_of_the_page_stand_in_stored_tables(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     manifest = read_manifest(Path("studies/readings/claims.yaml"))
     found = list(judged(manifest, Sources(manifest.sources, Path("results"), "none")))
     assert {each.outcome for each in found} == {HOLDS}
-
-
-def test_the_page_names_the_closest_reading_of_the_stored_table() -> None:
-    table = pd.read_csv(ROOT / "studies" / "readings" / "tables" / "readings.csv")
-    best, interval = closest(table)
-    assert (best["reading"], interval) == ("robust_quarter_stretch", "observed")

@@ -7,11 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from figure_text import assert_text_apart
 from study_copy import ROOT
 
 from studies.sensitivity import stages
-from studies.sensitivity.figure import draw_sensitivity
 from studies.sensitivity.settings import SensitivitySettings, run_settings, table_settings
 from studies.sensitivity.variants import (
     KIND,
@@ -113,11 +111,6 @@ def test_the_stage_writes_table_and_figure(tmp_path: Path) -> None:
     )
     assert pd.read_csv(files["table"])["variant"].unique().tolist() == ["base", "other"]
     assert all(path.stat().st_size > 100 for path in files.values())
-
-
-def test_the_figure_s_text_stands_apart() -> None:
-    table = pd.read_csv(FOLDER / "tables" / "sensitivity.csv")
-    assert_text_apart(draw_sensitivity(table, "virtual volunteers"))
 
 
 def test_the_numbers_of_the_page_are_those_of_the_table(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import cache
 from math import sqrt
 
@@ -171,7 +171,3 @@ def test_true_shared_parameters_are_those_of_the_inference_model() -> None:
         444.0 * first().truth.volunteer.wall_stiffness / model.passive_c0_pa
     )
     assert shared["speed_scale"] == first().truth.speed_scale
-
-
-def test_variants_are_plain_data() -> None:
-    assert asdict(VARIANTS["power"])["effect"] == {"k_sr_per_s": 0.75}

@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_text import assert_text_apart, text_boxes
 from other_hearts_case import HEART
 from scipy.stats import beta, norm
 from validation_case import VALIDATION, answer
 
 from studies.validation import score
-from studies.validation.figure import draw_validation
 from studies.validation.score import (
     intervals,
     read_answers,
@@ -126,16 +124,6 @@ def test_widths_are_medians_over_the_answered() -> None:
     assert row["width_log_scale_fixed"] == 1.2
 
 
-def test_the_columns_that_are_asked_for_come_first_in_order() -> None:
-    table = validation_table({"a": [answer()]}, TITLES, SCORE)
-    asked = (
-        "generator quantity n supported strained unsupported coverage coverage_supported "
-        "missed_and_supported bias_log width_log"
-    )
-    assert list(table)[:11] == asked.split()
-    assert list(table)[11] == "width_log_scale_fixed"
-
-
 @pytest.mark.parametrize(("supported", "tested"), [(29, NOT_TESTED), (30, TESTED)])
 def test_a_generator_with_fewer_than_thirty_supported_hearts_is_not_tested(
     supported: int, tested: str
@@ -172,14 +160,3 @@ def test_samplers_are_counted_by_generator() -> None:
     assert row["efficiency"] == pytest.approx(0.51)
     assert row["by_mcmc"] == pytest.approx(1 / 3)
     assert row["not_converged"] == 0.0
-
-
-def test_the_figure_shows_every_generator_and_says_which_is_not_tested() -> None:
-    nan = float("nan")
-    many = [answer(number, truth=(40.0 if number % 9 else 90.0, 30.0, 60.0, 6.0)) for number in range(60)]
-    few = [answer(number, truth=(40.0, 30.0, nan, nan)) for number in range(10)]
-    figure = draw_validation(validation_table({"a": many, "e": few}, TITLES, SCORE), 0.9)
-    assert_text_apart(figure)
-    words = [text for text, _ in text_boxes(figure)]
-    assert {"a: one", "e: other", "attained stiffness"} <= set(words)
-    assert words.count(NOT_TESTED) == 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Final
 
 import pandas as pd
@@ -12,10 +11,7 @@ from validation_case import VALIDATION, answer
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import CONFIGURED
 from studies.validation.table import validation_table as table_of
-from swesbi.report.csv import write_csv
 from swesbi.report.page.validation import stored_validation
-from swesbi.report.table import Strong
-from swesbi.report.tables.validation import validation_table
 from swesbi.report.tables.validation_outcomes import in_brief
 
 TITLES: Final = {"a": "own", "b": "wide", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}
@@ -43,32 +39,6 @@ MADE: Final = {
 
 def made_table(**answers: list[HeartAnswer]) -> pd.DataFrame:
     return table_of(answers or MADE, TITLES, VALIDATION.score)
-
-
-def test_generators_stand_worst_first_with_a_row_a_quantity() -> None:
-    rows = validation_table(made_table(), "The validation.").rows
-    names = [str(row.cells[0]) for row in rows]
-    assert list(dict.fromkeys(names)) == ["(d) spring", "(e) blocks", "(b) wide", "(f) bonds", "(a) own"]
-    assert names.count("(d) spring") == 4
-    assert [row.cells[1] for row in rows if row.cells[0] == "(f) bonds"] == [
-        "attained stiffness",
-        "k_0",
-        "k_ATP",
-    ]
-    worst = rows[0].cells
-    assert worst[1:6] == ("attained stiffness", "60", "67", "0", "33")
-    assert str(worst[6]).startswith("73.3 (")
-    assert isinstance(worst[7], Strong) and worst[7].text.startswith("60.0 (")
-    assert worst[8:] == (Strong("40.0"), "−0.18", "0.45")
-
-
-def test_who_has_fewer_than_thirty_supported_is_not_tested() -> None:
-    table = made_table()
-    (row, *_) = [
-        row for row in validation_table(table, "The validation.").rows if row.cells[0] == "(e) blocks"
-    ]
-    assert row.muted and row.cells[7:9] == ("not tested", "not tested")
-    assert row.cells[6] != "not tested", "the coverage of all answered is told"
 
 
 def test_sentences_follow_the_numbers_worst_first() -> None:
@@ -99,20 +69,6 @@ def test_the_limit_itself_is_reached(inside: int, outside: int, reached: bool) -
     sentences = in_brief(made_table(d=hearts(inside, outside)))
     assert any("in at least 85 %" in sentence for sentence in sentences) is reached
     assert any("missed and supported" in sentence for sentence in sentences) is not reached
-
-
-def test_nothing_is_said_of_what_there_is_none_of() -> None:
-    assert in_brief(made_table(d=hearts(2, 2))) == (
-        "Not tested, since too few hearts are supported: (d) spring, 4 of 4.",
-    )
-
-
-def test_the_page_shows_the_table_as_it_is_written(tmp_path: Path) -> None:
-    path = tmp_path / "validation.csv"
-    write_csv(path, made_table())
-    shown = stored_validation(path)
-    assert shown.brief == in_brief(made_table())
-    assert len(shown.table.rows) == len(made_table())
 
 
 @pytest.mark.parametrize("sitting", ["sitting_1", "sitting_2"])
