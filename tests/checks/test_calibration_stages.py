@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 from calibration_case import PRIOR, Sampler, prior_variances, simulate
-from figure_text import assert_text_apart
 from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError, Provenance, load, save
@@ -28,7 +27,6 @@ from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferre
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import COLUMNS, POOLED
 from swesbi.config.read import ConfigError, parse_config, read_merged
-from swesbi.report.figures.calibration import CalibrationCase, draw_calibration
 from swesbi.study.stages import calibration, check_figures
 from swesbi.study.stages.calibration import CalibrationStageSettings
 from swesbi.study.stages.check_figures import CalibrationFigureSettings
@@ -231,16 +229,3 @@ def test_a_table_without_its_columns_is_refused(results: Path, tmp_path: Path) -
             settings=FIGURE,
             origin=Origin(1),
         )
-
-
-def test_the_figure_says_whose_contexts_it_shows_and_keeps_its_text_apart(results: Path) -> None:
-    case = CalibrationCase(
-        ranked={name: ranked_of(group(results, name)) for name in ("own", "acquired", "local")},
-        diagnostics=diagnostics_of(group(results, "own")),
-        table=pd.read_csv(results / "calibration.csv"),
-        settings=JUDGEMENT,
-        max_k_hat=0.7,
-    )
-    figure = draw_calibration(case, "virtual volunteers", "calibrated")
-    assert "virtual volunteers" in figure.get_suptitle()
-    assert_text_apart(figure)

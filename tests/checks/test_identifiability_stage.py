@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import speed_case
 import xarray as xr
-from figure_text import assert_text_apart
 from identifiability_case import tiny
 
 from swesbi.artefacts import load, save
@@ -30,11 +29,9 @@ from swesbi.checks.identifiability.tables import (
     summary_table,
     to_groups,
 )
-from swesbi.report.figures.identifiability import draw_design, draw_identifiability
 from swesbi.study.stages.origin import Origin
 
 MISSING = 7
-TITLE = "virtual volunteers"
 
 
 def _recorded(name: str, missing: int | None = None) -> RecordedSubject:
@@ -120,8 +117,3 @@ def test_chosen_phases_serve_the_parameters_better_than_even_ones() -> None:
     placement = _found().placement
     gain = np.log(placement.sd_log[:, :3] / placement.sd_log_even[:, :3])
     assert gain.mean() < -0.05
-
-
-def test_figures_are_legible() -> None:
-    assert_text_apart(draw_identifiability(_groups(), TITLE))
-    assert_text_apart(draw_design(_groups(), TITLE))

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import speed_case
-from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm
@@ -16,7 +15,6 @@ from swesbi.measurement.instants import FreeModel, cell_innovations, error_facto
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.prior import draw_prior
 
-FloatArray = NDArray[np.float64]
 DISCREPANCY = DiscrepancySettings(speed_fraction=0.03, timing_cycle=0.02)
 
 

@@ -31,9 +31,7 @@ from swesbi.persons.cohort.table import (
     subject_table,
 )
 from swesbi.prior import PriorSettings
-from swesbi.report.figures.cohort_posterior import MOST_DRAWN, draw_cohort_posterior, population_band
-from swesbi.report.page.page import templates
-from swesbi.report.tables.cohort_posterior import cohort_sections
+from swesbi.report.figures.cohort_posterior import draw_cohort_posterior
 from swesbi.seeds import generator
 
 PERSONS = 10
@@ -148,32 +146,3 @@ def test_tables_have_a_row_each(posterior: CohortPosterior) -> None:
     subjects = subject_table(posterior)
     assert tuple(subjects.columns) == SUBJECT_COLUMNS
     assert len(subjects) == PERSONS * len(THETA_NAMES)
-
-
-def test_the_page_says_it_in_sentences(posterior: CohortPosterior, tmp_path: Path) -> None:
-    folder = tmp_path / "calibrated"
-    folder.mkdir()
-    path = write(posterior, folder / "cohort_posterior.h5")
-    section = cohort_sections([path], TITLE)["calibrated"]
-    assert section.sentences[-1] == "A person counts once."
-    assert any(
-        sentence.startswith("k_SR, b over a: 0.") and "lower with a probability of" in sentence
-        for sentence in section.sentences
-    )
-    assert sum("of the middle one of such persons" in sentence for sentence in section.sentences) == 3
-    assert len(section.tables["subjects"].rows) == PERSONS
-    assert [row.muted for row in section.tables["subjects"].rows] == [False] * 9 + [True]
-    assert len(section.tables["population"].rows) == 24
-    shown = templates().get_template("macros.html").module.cohort(section, "")  # type: ignore[attr-defined]
-    assert "<h3>The cohort as one population</h3>" in shown
-    assert shown.count("<li>") == len(section.sentences)
-    assert "<i>k</i><sub>SR</sub>, b over a: 0." in shown
-
-
-def test_the_figure_shows_groups_and_at_most_so_many_subjects(posterior: CohortPosterior) -> None:
-    figure = draw_cohort_posterior(posterior, TITLE)
-    assert len(figure.axes) == 9
-    assert len(draw_cohort_posterior(stored_form(infer("          ")), TITLE).axes) == 3
-    assert MOST_DRAWN >= PERSONS
-    low, middle, high = population_band(posterior, 0)
-    assert low < middle < high

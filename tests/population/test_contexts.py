@@ -6,12 +6,10 @@ import copy
 import logging
 from dataclasses import asdict, replace
 from functools import cache
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pytest
-from figure_text import assert_text_apart, text_boxes
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
@@ -19,8 +17,6 @@ from swesbi.context import Context
 from swesbi.population.contexts import DrawnContext, draw_contexts, draw_population
 from swesbi.population.settings import DECLARED_NAMES, PopulationSettings, in_declared_range
 from swesbi.recording.settings import ContextRow
-from swesbi.report.figures.population import population_figure
-from swesbi.report.figures.style import save_figure
 
 Plain = dict[str, Any]
 
@@ -321,16 +317,3 @@ def test_an_impossible_correlation_is_refused() -> None:
     plain["groups"]["adults"]["correlation"] = matrix.tolist()
     with pytest.raises(ValidationError, match="positive definite"):
         PopulationSettings.from_plain(plain)
-
-
-def test_the_figure_names_groups_cohort_and_declared_range(tmp_path: Path) -> None:
-    shown = [Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88)]
-    declared = _population().declared_range
-    figure = population_figure(_drawn()[:1500], shown, declared, "virtual volunteers")
-    assert_text_apart(figure)
-    texts = {text for text, _ in text_boxes(figure)}
-    assert {"adults, female", "children, male", "virtual volunteers", "LVESV (mL)"} <= texts
-    paths = [tmp_path / name for name in ("one.png", "two.png")]
-    for path in paths:
-        save_figure(population_figure(_drawn()[:300], shown, declared, "virtual volunteers"), path)
-    assert paths[0].read_bytes() == paths[1].read_bytes()

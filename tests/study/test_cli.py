@@ -19,22 +19,6 @@ def in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
 
 
-def test_help_names_every_stage(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["--help"])
-    assert ended.value.code == 0
-    shown = capsys.readouterr().out
-    assert all(stage in shown for stage in STAGES)
-
-
-def test_a_stage_s_help_names_its_files(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["passive", "--help"])
-    shown = capsys.readouterr().out
-    assert "--observation OBSERVATION" in shown
-    assert "--passive PASSIVE" in shown
-
-
 def test_ingest_and_passive_run_by_hand(tmp_path: Path) -> None:
     observation, passive = tmp_path / "observation.h5", tmp_path / "passive.h5"
     common = ["--subject", "A", "--overlay", "tests/smoke.yaml", "--observation", str(observation)]

@@ -112,12 +112,6 @@ FOLLOWED = {
     ),
     "unpacked": ("from toy.a import X\ndef run(): return X", "X, Y = 1, 2", "1, 2", "3, 2"),
     "added to": ("from toy.a import X\ndef run(): return X", "X = [1]\nX += [2]", "[2]", "[3]"),
-    "table of functions": (
-        "from toy.a import X\ndef run(): return X",
-        "def f(): return 1\nX = {'f': f}",
-        "1",
-        "2",
-    ),
     "base": ("from toy.a import B\ndef run(): return B()", "class A:\n  x = 1\nclass B(A): pass", "1", "2"),
     "method": ("from toy.a import A\ndef run(): return A()", "class A:\n  def m(s): return 1", "1", "2"),
     "what a method names": (

@@ -2,12 +2,10 @@
 
 from pathlib import Path
 
-import matplotlib.image
 import numpy as np
 import pandas as pd
 import pytest
 import torch
-from figure_text import assert_text_apart
 from matplotlib.figure import Figure
 from study_copy import StudyCopy
 
@@ -119,11 +117,6 @@ def test_loss_of_unseen_parameters_is_that_of_the_density(finished: StudyCopy, t
         assert value == pytest.approx(validation, abs=1.5)
 
 
-def test_epochs_differ(table: pd.DataFrame) -> None:
-    widths = table[(table["quantity"] == RELATIVE_SD) & (table["subject"] == "A")]
-    assert widths.dropna(subset="value").groupby("parameter")["value"].nunique().min() > 2
-
-
 def settings_of(study: StudyCopy) -> epochs.EpochsStageSettings:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(study.folder)
@@ -173,27 +166,6 @@ def test_a_missing_verdict_is_named(finished: StudyCopy, tmp_path: Path) -> None
 def texts(figure: Figure) -> str:
     found = [text.get_text() for axes in figure.axes for text in (*axes.texts, axes.title)]
     return "\n".join([*found, figure.get_suptitle()])
-
-
-def test_figure_shows_every_checkpoint_on_a_logarithmic_axis(
-    finished: StudyCopy, table: pd.DataFrame
-) -> None:
-    history = read_history(finished.results / "paper" / "training.csv")
-    figure = draw_epochs(table, history, 0.9, "virtual volunteers", "paper")
-    loss, recovery, observed, width = figure.axes
-    assert all(axes.get_xscale() == "log" for axes in figure.axes)
-    assert "virtual volunteers" in texts(figure)
-    np.testing.assert_array_equal(loss.lines[1].get_ydata(), history["validation_loss"])
-    epochs_shown = sorted(set(table["epoch"]))
-    for line, name in zip(recovery.lines, THETA_NAMES, strict=False):
-        np.testing.assert_array_equal(line.get_xdata(), epochs_shown)
-        shown = table[(table["quantity"] == RECOVERY_COVERAGE) & (table["parameter"] == name)]["value"]
-        np.testing.assert_array_equal(line.get_ydata(), shown)
-    assert width.get_yscale() == "log"
-    assert_text_apart(figure)
-    assert len(observed.lines) >= 2
-    image = matplotlib.image.imread(finished.results / "figures" / "epochs.png")
-    assert image.shape[1] == pytest.approx(12.2 / 2.54 * 300, abs=2)
 
 
 def test_a_table_without_a_column_is_refused(tmp_path: Path) -> None:

@@ -200,14 +200,6 @@ def virtual(file: h5py.File) -> None:
     file.create_virtual_dataset("other", layout)
 
 
-def bomb(file: h5py.File) -> None:
-    file.create_dataset("bomb", (10**15,), "f4", chunks=(1024,))
-
-
-def linked(link: object) -> Change:
-    return lambda file: file.__setitem__("other", link)
-
-
 def nested(file: h5py.File) -> None:
     file["group/in/a/group"] = 1.0
 

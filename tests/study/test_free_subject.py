@@ -10,7 +10,6 @@ import free_case
 import numpy as np
 import pytest
 import speed_case
-from numpy.typing import NDArray
 from study_copy import ROOT
 
 from swesbi.artefacts import save, to_groups
@@ -33,7 +32,6 @@ from swesbi.study.answering import OtherAnswerError, check_untouched
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.without_null import residual_test
 
-FloatArray = NDArray[np.float64]
 SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
 
 

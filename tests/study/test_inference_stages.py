@@ -86,16 +86,6 @@ def test_posterior_and_support_agree(results: Path) -> None:
 
 def test_recovery_has_a_row_for_each_parameter_and_level(results: Path) -> None:
     frame = pd.read_csv(results / "recovery.csv")
-    assert list(frame) == [
-        "parameter",
-        "nominal",
-        "coverage",
-        "ci_low",
-        "ci_high",
-        "n",
-        "bias",
-        "contraction",
-    ]
     assert len(frame) == 6
     assert frame["n"].between(5, 9).all()
     assert ((frame["ci_low"] <= frame["coverage"]) & (frame["coverage"] <= frame["ci_high"])).all()

@@ -16,7 +16,6 @@ import pytest
 import speed_case
 from cohorts import snapshot
 from misspecification_case import Bank, settings, subject_checks
-from numpy.typing import NDArray
 from recordings import RECORDING, make_samples
 from study_copy import StudyCopy
 
@@ -39,8 +38,6 @@ from swesbi.verdict.context import ContextRefusedError, check_context, nearest_k
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
 from swesbi.verdict.recordings import NULL, OWN, SubjectChecks
 from swesbi.verdict.statistics import GROUPS
-
-FloatArray = NDArray[np.float64]
 
 A = Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88)
 B = Context("B", "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74)
@@ -215,14 +212,6 @@ def test_a_context_that_the_network_does_not_know_is_refused_and_nothing_written
     assert words in done.stderr
     assert "trained on the contexts of A, F, G" in done.stderr
     assert snapshot(tmp_path) == before
-
-
-def test_an_experiment_that_cannot_answer_is_named(refused: Typed) -> None:
-    cohort = ("--cohort", "data/virtual_volunteers", "--subject", "C")
-    paper = refused(*cohort, "--experiment", "paper").stderr
-    assert "--experiment = 'paper': infers from features" in paper
-    assert "calibrated and amortised can" in paper
-    assert "experiment = 'nope': unknown" in refused(*cohort, "--experiment", "nope").stderr
 
 
 def test_mistakes_are_told_before_anything_runs(refused: Typed, tmp_path: Path) -> None:

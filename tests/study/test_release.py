@@ -46,31 +46,8 @@ def test_authors_and_licence_are_the_same() -> None:
     assert "CC-BY-4.0" in (ROOT / "data" / "LICENSE").read_text(encoding="utf-8")
 
 
-def test_description_and_keywords_are_the_same() -> None:
-    assert CODEMETA["description"] == PROJECT["description"]
-    assert CODEMETA["keywords"] == CITATION["keywords"]
-    paper, cited = CODEMETA["referencePublication"], CITATION["preferred-citation"]
-    assert paper["name"] == cited["title"]
-    assert [each["familyName"] for each in paper["author"]] == [
-        each["family-names"] for each in cited["authors"]
-    ]
-
-
 def test_nothing_has_an_identifier_or_an_address_that_does_not_exist() -> None:
     for described in (CITATION, CODEMETA):
         assert not {"doi", "identifier", "identifiers", "repository-code", "url", "codeRepository"} & set(
             described
         )
-
-
-def test_the_catalogue_of_workflows_can_read_what_it_is_told() -> None:
-    told = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text(encoding="utf-8"))
-    assert set(told) == {"usage"}
-    assert set(told["usage"]) == {"mandatory-flags", "software-stack-deployment", "report"}
-    assert set(told["usage"]["mandatory-flags"]) == {"desc", "flags"}
-    rules = [path.read_text(encoding="utf-8") for path in (ROOT / "workflow" / "rules").glob("*.smk")]
-    uses_conda = any(re.search(r"^\s+conda:", rule, re.MULTILINE) for rule in rules)
-    assert told["usage"]["software-stack-deployment"]["conda"] is uses_conda
-    assert told["usage"]["report"] is True and 'report: "workflow/report/study.rst"' in (
-        ROOT / "Snakefile"
-    ).read_text(encoding="utf-8")

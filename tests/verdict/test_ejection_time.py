@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 import pytest
 import speed_case
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from swesbi.config.read import read_merged
@@ -31,7 +30,6 @@ from swesbi.verdict.support import SupportTest
 from swesbi.verdict.verdict import grade
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, forward_model_of
 
-FloatArray = NDArray[np.float64]
 CONFIG: Final = speed_case.shipped()
 SETTINGS: Final = CONFIG.speed_experiments["calibrated"].misspecification.ejection_time
 LVET_SD_MS: Final = CONFIG.clinical.lvet_sd_ms

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import speed_case
 from misspecification_case import Bank, conditioning, settings, subject_checks
-from numpy.typing import NDArray
 from scipy.stats import kstest
 
 from swesbi.artefacts import ArtefactError, Provenance, save, write_json
@@ -21,9 +20,8 @@ from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, alarm_r
 from swesbi.verdict.recordings import KIND, VOLUNTEER, SubjectChecks, read_subject_checks, to_groups
 from swesbi.verdict.statistics import GROUPS, TEST_NAMES, Checks, no_checks
 from swesbi.verdict.support import Support, SupportTest, read_support
-from swesbi.verdict.verdict import grade, make_support, network_test, null_tests
+from swesbi.verdict.verdict import grade, make_support, null_tests
 
-FloatArray = NDArray[np.float64]
 NULL_RECORDINGS = 400
 
 
@@ -206,13 +204,3 @@ def test_a_subject_is_compared_with_the_others_of_the_cohort(tmp_path: Path) -> 
     assert _others(path, "B") == [cohort[0], cohort[2]]
     with pytest.raises(ArtefactError, match="context of subject X; it holds those of A, B, C"):
         _others(path, "X")
-
-
-def test_it_is_said_how_well_the_network_knew_and_what_rounds_made_of_it() -> None:
-    test = network_test((0.012, 0.19, 0.28))
-    assert (test.statistic, test.threshold, test.flagged) == (0.012, 0.3, False)
-    assert test.detail == (
-        "1.2% of the network's own draws are effective; after 2 rounds fitted to the recording, "
-        "28% of all draws are"
-    )
-    assert network_test((0.4,)).detail == "40.0% of the network's own draws are effective"

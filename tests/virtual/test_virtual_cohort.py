@@ -11,7 +11,6 @@ import pytest
 import yaml
 from makers import maker, shipped_files
 from numpy.typing import NDArray
-from pydantic import ValidationError
 from recordings import CONTEXT, RECORDING
 from study_copy import ROOT
 
@@ -41,7 +40,7 @@ from swesbi.virtual.noise_levels import (
     residual,
 )
 from swesbi.virtual.tables import haemodynamics
-from swesbi.virtual.volunteers import VOLUNTEERS, Truth, Volunteer, record, simulate_truth
+from swesbi.virtual.volunteers import VOLUNTEERS, Truth, record, simulate_truth
 
 SHIPPED = ROOT / "data" / "virtual_volunteers"
 MAKE = maker("virtual_volunteers")
@@ -82,27 +81,6 @@ def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None
             np.testing.assert_allclose(picture, kept_picture, atol=0.02)
         else:
             assert (tmp_path / path).read_bytes() == (SHIPPED / path).read_bytes(), path
-
-
-def test_the_readme_shows_the_results_over_acquisition_seeds(tmp_path: Path) -> None:
-    table = "subject,seeds,seeds_supported,rmse_kpa\nA,20,19,0.81\nF,20,0,\n"
-    (tmp_path / "acquisition_seeds.csv").write_text(table)
-    MAKE.write_cohort(tmp_path, ACQUISITION_SEED)
-    text = (tmp_path / "README.md").read_text()
-    assert "Out of 20 recordings each, the prior supports 19 of A, 0 of F." in text
-    assert "| subject | seeds | seeds_supported | rmse_kpa |" in text
-    assert "| A | 20 | 19 | 0.81 |" in text
-    assert "| F | 20 | 0 |  |" in text
-
-
-def test_the_readme_says_what_they_are_and_how_they_are_made() -> None:
-    text = (SHIPPED / "README.md").read_text()
-    assert "These are not people" in text
-    assert "python data/virtual_volunteers/make.py" in text
-    assert "recordings.png" in text
-    assert all(
-        f"| {volunteer.context.subject} | {volunteer.theta[0]:g} |" in text for volunteer in VOLUNTEERS
-    )
 
 
 def test_contexts_and_truth_are_those_of_the_volunteers() -> None:
@@ -262,13 +240,6 @@ def test_without_shared_errors_the_random_stream_goes_on_as_it_did() -> None:
     assert rng.random() == again.random()
 
 
-@pytest.mark.parametrize("name", ["sweep_fraction", "scale_fraction"])
-@pytest.mark.parametrize("value", [-0.01, 1.0])
-def test_shared_errors_are_fractions(name: str, value: float) -> None:
-    with pytest.raises(ValidationError, match=name):
-        AcquisitionSettings.from_plain(ACQUISITION.to_plain() | {name: value})
-
-
 def test_failures_and_outliers_come_as_often_as_they_should() -> None:
     samples = many(ACQUISITION)
     failed = np.concatenate([one.status != "ok" for one in samples])
@@ -308,12 +279,3 @@ def test_a_push_meets_the_stiffness_of_its_own_beat() -> None:
     samples = acquire(ramp, CONTEXT, settings, generator(1, "test"))
     expected: NDArray[np.float64] = np.sqrt((20.0 + 10.0 * np.sin(2 * np.pi * samples.beat_phase)) / 3.0)
     np.testing.assert_allclose(samples.speed_m_s, expected, atol=6e-4)
-
-
-def test_the_cohort_differs_from_the_inference_model() -> None:
-    differing = [volunteer.passive_exponent_b for volunteer in VOLUNTEERS]
-    assert len(set(differing)) == len(VOLUNTEERS)
-    assert all(isinstance(volunteer, Volunteer) for volunteer in VOLUNTEERS)
-    assert sum(bool(volunteer.acquisition.missing_phases) for volunteer in VOLUNTEERS) == 2
-    assert sum(bool(volunteer.acquisition.ectopic_beats) for volunteer in VOLUNTEERS) == 1
-    assert all(0.02 <= volunteer.acquisition.outlier_fraction <= 0.04 for volunteer in VOLUNTEERS)

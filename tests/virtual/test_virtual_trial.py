@@ -9,7 +9,6 @@ import matplotlib.image
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from makers import maker, shipped_files
 from speed_case import shipped
 from study_copy import ROOT
@@ -150,22 +149,6 @@ def test_validate_finds_nothing_wrong(
         "48 recordings can be used; origin: a virtual trial, simulated by swesbi.virtual.trial; not" in shown
     )
     assert "persons: 24, by number of visits: 24 with 2 (before, after)." in shown
-
-
-def test_the_readme_says_what_they_are_how_they_are_made_and_the_true_effect() -> None:
-    text = (SHIPPED / "README.md").read_text(encoding="utf-8")
-    assert "**These are not people, and there is no drug.**" in text
-    assert "k_0 times 1.1 and k_SR times 0.75" in text
-    assert "python data/virtual_trial/make.py" in text
-    assert f"`virtual trial` of the study's seed, {shipped().seed}." in text
-    truth = table("truth.csv")
-    for name, words in MAKE.QUANTITIES.items():
-        control, treated = (np.exp(MAKE.log_ratios(truth, name, group).mean()) for group in GROUPS)
-        (line,) = [line for line in text.splitlines() if line.startswith(f"| {words} |")]
-        assert line.count("single persons") == 2
-        assert f"| {control:.3f} (" in line and f"| {treated:.3f} (" in line
-        assert line.endswith(f"| {treated / control:.3f} |")
-    assert yaml.safe_load((SHIPPED / "recording.yaml").read_text())["acquisition_seed"] == shipped().seed
 
 
 def test_the_drug_acts_on_the_treated_at_the_second_visit_alone() -> None:
